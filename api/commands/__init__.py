@@ -1,0 +1,1 @@
+"""The commands of `coulomb`, one file each."""

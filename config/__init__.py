@@ -1,0 +1,1 @@
+"""Rigs, drives, payloads and plans: the settings that an operator edits (YAML)."""

@@ -1,0 +1,1 @@
+"""Planning, acquisition, recording and the payload session."""

@@ -1,0 +1,1 @@
+"""The bus, the CiA 402 drive, the SYNC source, the scale, and a simulated rig."""

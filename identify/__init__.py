@@ -1,0 +1,1 @@
+"""Identification and diagnosis of robot joints: a numerical library, usable from a notebook."""

@@ -1,0 +1,1 @@
+"""The rigid robot: geometry, regressor, base parameters, payloads."""

@@ -1,0 +1,1 @@
+"""Physical effects: each an object that adds columns to the regressor."""

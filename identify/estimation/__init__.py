@@ -1,0 +1,1 @@
+"""Least squares on triangular factors, and its statistics."""

@@ -1,0 +1,1 @@
+"""From recorded positions to velocities, accelerations and filtered, decimated columns."""
