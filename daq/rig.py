@@ -1,0 +1,261 @@
+"""The rig file: bus, axes and their limits, robot, payloads; for a simulated rig the plant behind the drives.
+
+Raw counts are the truth (design, idea 2); this file holds what scales them. Units are SI in joint space unless
+a field says otherwise.
+"""
+
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+import config
+from identify.recording.errors import InputError
+
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=64)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Vector3 = tuple[Finite, Finite, Finite]
+
+RIGS = Path(config.__file__).parent / "rigs"
+"""Where rigs are looked for by name."""
+
+
+class _Settings(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class BusSettings(_Settings):
+    """How to open the CAN bus: python-can's interface and channel."""
+
+    interface: str = "virtual"
+    """python-can's name of the interface: `socketcan`, `slcan`, `virtual`, …"""
+    channel: str = "coulomb"
+    """`can0`, `vcan0`, a serial port, or any name on the virtual bus."""
+    bitrate: int | None = Field(default=None, gt=0)
+    """bit/s; ignored by interfaces whose bit rate the operating system sets."""
+    fd: bool = False
+    """CAN FD where the interface has it."""
+
+
+class Joint(_Settings):
+    """One joint in modified Denavit-Hartenberg parameters (Khalil-Kleinfinger), frame j in frame j-1."""
+
+    name: Name
+    type: Literal["revolute", "prismatic"] = "revolute"
+    alpha: Finite = 0.0
+    """rad"""
+    d: Finite = 0.0
+    """m"""
+    theta: Finite = 0.0
+    """rad; the constant offset added to q of a revolute joint"""
+    r: Finite = 0.0
+    """m; the constant offset added to q of a prismatic joint"""
+
+
+class Robot(_Settings):
+    """The robot's geometry, base to tip."""
+
+    gravity: Vector3 = (0.0, 0.0, -9.81)
+    """m/s², in the base frame"""
+    joints: tuple[Joint, ...] = Field(min_length=1)
+
+
+class Limits(_Settings):
+    """What an axis may do. Checked on a plan before it runs and on every sample while it runs."""
+
+    position: tuple[Finite, Finite]
+    """rad or m: lowest, highest joint position"""
+    velocity: Positive
+    """rad/s or m/s"""
+    acceleration: Positive
+    """rad/s² or m/s²"""
+    jerk: Positive
+    """rad/s³ or m/s³"""
+    current: Positive
+    """A, magnitude of the current reference"""
+    following_error: Positive
+    """rad or m, between setpoint and position"""
+    temperature: Positive | None = None
+    """°C; needs a drive that reports one"""
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if not self.position[0] < self.position[1]:
+            raise ValueError(
+                f"the lowest position {self.position[0]} must lie below the highest {self.position[1]}"
+            )
+        return self
+
+
+class Axis(_Settings):
+    """One drive: where it is on the bus and how its raw numbers become SI units."""
+
+    joint: Name
+    """the joint of the robot that this drive moves"""
+    node: int = Field(ge=1, le=127)
+    """CANopen node id"""
+    drive: Name = "cia402"
+    """the drive's profile in config/drives"""
+    encoder_counts: Positive
+    """counts per turn of the motor (for 0x6064), as the drive counts them"""
+    gear_ratio: Finite = 1.0
+    """motor turns per joint turn (rad of motor per m for a prismatic joint), signed; N of eq. (4)"""
+    amplifier_gain: Positive = 1.0
+    """A per unit of the recorded command, G_i of eq. (4); 1 where the drive reports its reference in A"""
+    torque_constant: Positive
+    """N m/A at the motor's shaft, K_t of eq. (4)"""
+    rated_current: Positive
+    """A; what per-mille objects (0x6074, 0x6077, 0x6078) refer to"""
+    home: Finite = 0.0
+    """rad or m: joint position at which the drive counts zero"""
+    limits: Limits
+
+    @model_validator(mode="after")
+    def _geared(self) -> Self:
+        if self.gear_ratio == 0:
+            raise ValueError("gear_ratio must not be 0")
+        return self
+
+
+class KnownPayload(_Settings):
+    """A payload of the lab, in the last link's frame."""
+
+    name: Name
+    mass: float = Field(ge=0, allow_inf_nan=False)
+    """kg"""
+    com: Vector3 = (0.0, 0.0, 0.0)
+    """m, centre of mass"""
+    inertia: tuple[Finite, Finite, Finite, Finite, Finite, Finite] = (0.0,) * 6
+    """kg m² about the centre of mass: XX XY XZ YY YZ ZZ"""
+
+
+class Rig(_Settings):
+    """A robot joint (or six) behind drives on one bus."""
+
+    name: Name
+    description: str = ""
+    cycle: float = Field(ge=0.0005, le=0.1)
+    """s, from one SYNC to the next"""
+    pacing: Literal["real-time", "as-fast-as-answered"] = "real-time"
+    """`as-fast-as-answered` is for simulated drives only: the next SYNC follows the last answer"""
+    bus: BusSettings = BusSettings()
+    robot: Robot
+    axes: tuple[Axis, ...] = Field(min_length=1)
+    """one per joint, in the order of the joints"""
+    gear_matrix: tuple[tuple[Finite, ...], ...] | None = None
+    """n x n, motor velocities = gear_matrix @ joint velocities; for coupled axes, instead of gear ratios"""
+    payloads: tuple[KnownPayload, ...] = (KnownPayload(name="none", mass=0.0),)
+    simulated: dict[str, Any] | None = None
+    """only for a simulated rig: the plant, its hidden effects and the drives' faults (`drivers.simulated`)"""
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        joints = [joint.name for joint in self.robot.joints]
+        if len(set(joints)) != len(joints):
+            raise ValueError(f"robot.joints: two joints have the same name ({', '.join(joints)})")
+        driven = [axis.joint for axis in self.axes]
+        if driven != joints:
+            raise ValueError(
+                f"axes must name one drive for each joint in the robot's order ({', '.join(joints)}), "
+                f"not ({', '.join(driven)})"
+            )
+        nodes = [axis.node for axis in self.axes]
+        if len(set(nodes)) != len(nodes):
+            raise ValueError(f"axes: two drives have the same node id ({', '.join(map(str, nodes))})")
+        names = [payload.name for payload in self.payloads]
+        if len(set(names)) != len(names):
+            raise ValueError(f"payloads: two have the same name ({', '.join(names)})")
+        if self.gear_matrix is not None:
+            n = len(joints)
+            if len(self.gear_matrix) != n or any(len(row) != n for row in self.gear_matrix):
+                raise ValueError(f"gear_matrix must have {n} rows of {n} numbers")
+            if abs(np.linalg.det(np.array(self.gear_matrix))) < 1e-9:
+                raise ValueError("gear_matrix cannot be inverted: some joint is not driven")
+        if self.pacing == "as-fast-as-answered" and self.simulated is None:
+            raise ValueError("pacing: as-fast-as-answered is for simulated rigs; real drives need real-time")
+        return self
+
+    @property
+    def motor_gear(self) -> NDArray[np.float64]:
+        """N (n, n) of eq. (4): motor velocities = N @ joint velocities."""
+        if self.gear_matrix is not None:
+            return np.array(self.gear_matrix, dtype=float)
+        return np.diag([axis.gear_ratio for axis in self.axes]).astype(float)
+
+    @property
+    def drive_gain(self) -> NDArray[np.float64]:
+        """g_f (n, n) of eq. (4), N m (or N) per unit of command: joint torque = g_f @ command.
+
+        Power balance fixes the side on which N stands: with motor velocities N q̇, joint torques are Nᵀ times
+        the motors' torques G_i K_t v. For uncoupled axes this is the product N G_i K_t of eq. (4).
+        """
+        return self.motor_gear.T @ np.diag([axis.amplifier_gain * axis.torque_constant for axis in self.axes])
+
+    @property
+    def position_matrix(self) -> NDArray[np.float64]:
+        """(n, n) rad (or m) per encoder count: position = position_matrix @ counts + position_offset."""
+        radians_per_count = np.array([2 * np.pi / axis.encoder_counts for axis in self.axes])
+        return np.linalg.inv(self.motor_gear) * radians_per_count
+
+    @property
+    def position_offset(self) -> NDArray[np.float64]:
+        """(n,) rad or m: joint position where every drive counts zero."""
+        return np.array([axis.home for axis in self.axes])
+
+    def payload(self, name: str) -> KnownPayload:
+        """The payload of that name.
+
+        Raises InputError when the rig has none of that name.
+        """
+        for payload in self.payloads:
+            if payload.name == name:
+                return payload
+        known = ", ".join(payload.name for payload in self.payloads)
+        raise InputError(f"rig {self.name}: payload {name!r} is not known; known are {known}")
+
+    @classmethod
+    def load(cls, source: str | Path) -> Self:
+        """Read a rig from a file, or by name from config/rigs.
+
+        Raises InputError with one line that names the file and the field.
+        """
+        path = Path(source)
+        if path.suffix not in (".yaml", ".yml"):
+            path = RIGS / f"{source}.yaml"
+            if not path.is_file():
+                raise InputError(
+                    f"rig {str(source)!r} is not known; known are {', '.join(rig_names()) or 'none'}"
+                )
+        try:
+            text = path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            raise InputError(f"{path}: cannot be read ({error})") from None
+        try:
+            data = yaml.safe_load(text)
+        except yaml.YAMLError as error:
+            raise InputError(f"{path}: not valid YAML ({' '.join(str(error).split())})") from None
+        if not isinstance(data, dict):
+            raise InputError(f"{path}: a rig file is a mapping with name, cycle, bus, robot, axes")
+        try:
+            return cls.model_validate(data)
+        except ValidationError as error:
+            raise InputError(f"{path}: {_first_problem(error)}") from None
+
+
+def rig_names() -> list[str]:
+    """Names of the rigs in config/rigs."""
+    return sorted(path.stem for path in RIGS.glob("*.yaml"))
+
+
+def _first_problem(error: ValidationError) -> str:
+    """The first problem of a validation as `field: what is wrong`, and how many more there are."""
+    problems = error.errors(include_url=False)
+    first = problems[0]
+    field = ".".join(str(part) for part in first["loc"])
+    words = first["msg"].removeprefix("Value error, ")
+    more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
+    return f"{field}: {words}{more}" if field else f"{words}{more}"

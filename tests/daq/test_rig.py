@@ -1,0 +1,93 @@
+"""The rig file."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from daq.rig import Rig, rig_names
+from identify.recording.errors import InputError
+
+
+def simulated_rig_data() -> dict:
+    rig = Rig.load("rx130l-joint3-simulated")
+    return yaml.safe_load(yaml.safe_dump(rig.model_dump(mode="json")))
+
+
+def write(folder: Path, data: dict) -> Path:
+    path = folder / "rig.yaml"
+    path.write_text(yaml.safe_dump(data))
+    return path
+
+
+@pytest.mark.parametrize("name", rig_names())
+def test_every_rig_that_ships_can_be_loaded(name):
+    rig = Rig.load(name)
+    n = len(rig.robot.joints)
+    assert rig.drive_gain.shape == rig.position_matrix.shape == (n, n)
+
+
+def test_the_drive_gain_of_one_joint_is_the_product_of_equation_4():
+    rig = Rig.load("rx130l-joint3-simulated")
+    axis = rig.axes[0]
+    expected = axis.gear_ratio * axis.amplifier_gain * axis.torque_constant
+    np.testing.assert_allclose(rig.drive_gain, [[expected]])
+
+
+def test_joint_power_equals_motor_power_for_a_coupled_wrist(tmp_path):
+    data = simulated_rig_data()
+    data["robot"]["joints"] = [{"name": "j5"}, {"name": "j6"}]
+    data["axes"] = [
+        {**data["axes"][0], "joint": "j5", "node": 5},
+        {**data["axes"][0], "joint": "j6", "node": 6, "torque_constant": 0.2},
+    ]
+    data["gear_matrix"] = [[45.0, 0.0], [32.0, 32.0]]
+    rig = Rig.load(write(tmp_path, data))
+    current = np.array([2.0, -3.0])
+    joint_velocity = np.array([0.7, 0.4])
+    motor_torque = np.array([0.5, 0.2]) * current
+    motor_velocity = np.array([45 * 0.7, 32 * (0.7 + 0.4)])
+    assert (rig.drive_gain @ current) @ joint_velocity == pytest.approx(motor_torque @ motor_velocity)
+    motor_turns = motor_velocity / (2 * np.pi)
+    counts = motor_turns * 16384
+    np.testing.assert_allclose(rig.position_matrix @ counts, joint_velocity)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda rig: rig.update(cycle=0.2), "cycle"),
+        (lambda rig: rig.update(wheel=1), "wheel"),
+        (lambda rig: rig["axes"][0].update(node=128), "axes.0.node"),
+        (lambda rig: rig["axes"][0]["limits"].update(position=[1.0, -1.0]), "axes.0.limits"),
+        (lambda rig: rig["axes"][0].update(joint="j4"), "axes must name one drive for each joint"),
+        (lambda rig: rig["axes"][0].update(gear_ratio=0), "gear_ratio must not be 0"),
+        (lambda rig: rig.update(simulated=None), "pacing"),
+        (lambda rig: rig.update(gear_matrix=[[0.0]]), "gear_matrix"),
+        (lambda rig: rig["payloads"].append({"name": "none", "mass": 1.0}), "payloads"),
+    ],
+)
+def test_a_wrong_rig_is_refused_in_one_line_that_names_file_and_field(tmp_path, change, words):
+    data = simulated_rig_data()
+    change(data)
+    path = write(tmp_path, data)
+    with pytest.raises(InputError) as refusal:
+        Rig.load(path)
+    message = str(refusal.value)
+    assert message.startswith(str(path))
+    assert words in message
+    assert "\n" not in message
+
+
+def test_an_unknown_rig_names_those_that_are_known():
+    with pytest.raises(InputError, match="rx130l-joint3-simulated"):
+        Rig.load("no-such-rig")
+
+
+def test_a_file_that_is_no_yaml_is_refused_in_one_line(tmp_path):
+    path = tmp_path / "rig.yaml"
+    path.write_text("name: [")
+    with pytest.raises(InputError, match="not valid YAML") as refusal:
+        Rig.load(path)
+    assert "\n" not in str(refusal.value)
