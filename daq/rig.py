@@ -1,7 +1,7 @@
 """The rig file: bus, axes and their limits, robot, payloads; for a simulated rig the plant behind the drives.
 
-Raw counts are the truth (design, idea 2); this file holds what scales them. Units are SI in joint space unless
-a field says otherwise.
+Raw counts are the truth (design, idea 2); this file holds what scales them. Units are SI in joint space
+unless a field says otherwise.
 """
 
 from pathlib import Path
