@@ -1,0 +1,1 @@
+"""A rig that does not exist: CANopen drives of our own making with a mechanism behind them."""
