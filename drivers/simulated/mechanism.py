@@ -1,9 +1,9 @@
 """What stands behind the simulated drives: the agreement between a drive and the mechanism that it moves.
 
 The drive (`node.py`, `cia402_machine.py`) owns encoder, amplifier, servo loop and their errors: quantisation,
-current noise, current limit. The mechanism owns everything from the motor shaft outwards: the torque constant,
-inertia, gravity, friction, payload, hidden effects. Between them pass motor currents one way, and motor angles,
-velocities and temperatures the other way.
+current noise, current limit. The mechanism owns everything from the motor shaft outwards: the torque
+constant, inertia, gravity, friction, payload, hidden effects. Between them pass motor currents one way, and
+motor angles, velocities and temperatures the other way.
 """
 
 from typing import Protocol, runtime_checkable
@@ -45,5 +45,5 @@ class Mechanism(Protocol):
         ...
 
     def step(self, motor_current: NDArray[np.float64], duration: float) -> None:
-        """Let `duration` seconds pass with constant `motor_current` (n,) in A (quadrature current, signed)."""
+        """Let `duration` seconds pass with constant `motor_current`, (n,) A, quadrature current, signed."""
         ...
