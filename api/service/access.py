@@ -1,0 +1,125 @@
+"""Who asks, and what they may do: the dependencies that routes declare.
+
+Every route that is not public says its role by one of `Viewer`, `Operator`, `Administrator` (or `SignedIn`,
+which any role is); `create_application` refuses to start with a route that says nothing.
+"""
+
+import secrets
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, Any
+
+from fastapi import Depends
+from starlette.requests import HTTPConnection
+
+from api.service.accounts import Role, User
+from api.service.problems import Problem
+
+if TYPE_CHECKING:
+    from api.service.application import Service
+
+CSRF_HEADER = "X-CSRF-Token"
+SIGN_IN_KEY = "sign_in"
+CSRF_KEY = "csrf"
+
+
+def service_of(connection: HTTPConnection) -> "Service":
+    """The running service."""
+    return connection.app.state.service
+
+
+def client_address(connection: HTTPConnection) -> str:
+    """Network address of who asks, or an empty text where there is none."""
+    return connection.client.host if connection.client else ""
+
+
+def user_or_none(connection: HTTPConnection) -> User | None:
+    """Who asks, as the guard found out, or None."""
+    return connection.scope.get("user")
+
+
+def current_user(connection: HTTPConnection) -> User:
+    """Who asks. Raises the 401 problem if nobody is signed in."""
+    user = user_or_none(connection)
+    if user is None:
+        raise Problem(401, "Sign in, or send a bearer token.", {"WWW-Authenticate": "Bearer"})
+    return user
+
+
+def _at_least(role: Role) -> Callable[..., User]:
+    def needs(user: Annotated[User, Depends(current_user)]) -> User:
+        if not user.role.covers(role):
+            raise Problem(403, f"This needs the role {role}; {user.name} asks as {user.role}.")
+        return user
+
+    needs.minimum_role = role  # type: ignore[attr-defined]
+    return needs
+
+
+needs_viewer = _at_least(Role.VIEWER)
+needs_operator = _at_least(Role.OPERATOR)
+needs_administrator = _at_least(Role.ADMIN)
+
+
+def public() -> None:
+    """Declared by the few routes that answer without a sign-in."""
+
+
+public.minimum_role = None  # type: ignore[attr-defined]
+
+Public = Depends(public)
+Viewer = Annotated[User, Depends(needs_viewer)]
+SignedIn = Viewer
+Operator = Annotated[User, Depends(needs_operator)]
+Administrator = Annotated[User, Depends(needs_administrator)]
+
+
+def csrf_token(connection: HTTPConnection) -> str:
+    """The token that the page sends back in `X-CSRF-Token` with everything that changes something."""
+    session = connection.session
+    if CSRF_KEY not in session:
+        session[CSRF_KEY] = secrets.token_urlsafe(32)
+    return session[CSRF_KEY]
+
+
+def sign_in(connection: HTTPConnection, name: str, password: str) -> User:
+    """Check name and password, and let the response's cookie carry the sign-in.
+
+    Raises the problem 401 (wrong name or password) or 429 (too many attempts, with Retry-After).
+    """
+    service = service_of(connection)
+    address = client_address(connection)
+    wait = service.throttle.seconds_to_wait(name, address)
+    if wait:
+        raise Problem(429, f"Too many attempts. Try again in {wait} s.", {"Retry-After": str(wait)})
+    user = service.accounts.check_password(name, password)
+    if user is None:
+        service.throttle.failed(name, address)
+        raise Problem(401, "The name or the password is wrong.", {"WWW-Authenticate": "Bearer"})
+    service.throttle.succeeded(name, address)
+    # A cookie from before the sign-in gains no rights: everything in it is replaced.
+    connection.session.clear()
+    connection.session[SIGN_IN_KEY] = service.accounts.open_sign_in(user, service.settings.sign_in_lasts)
+    csrf_token(connection)
+    return user
+
+
+def sign_out(connection: HTTPConnection) -> None:
+    """End the browser's sign-in."""
+    if secret := connection.session.get(SIGN_IN_KEY):
+        service_of(connection).accounts.close_sign_in(secret)
+    connection.session.clear()
+
+
+def declared_role(route: Any) -> Role | str | None:
+    """The role that a route needs, None for a public route, `undeclared` for one that says nothing."""
+    found: Role | str | None = "undeclared"
+    pending = [route.dependant]
+    while pending:
+        dependant = pending.pop()
+        role = getattr(dependant.call, "minimum_role", "undeclared")
+        if role == "undeclared":
+            pass
+        elif found in ("undeclared", None) or (role is not None and Role(role).covers(Role(found))):
+            found = role
+        pending.extend(dependant.dependencies)
+    return found

@@ -1,0 +1,247 @@
+"""Users with roles, their browsers' sign-ins and their bearer tokens.
+
+Passwords are hashed with Argon2id (argon2-cffi's RFC 9106 profile); sign-ins and tokens are 256-bit random
+texts of which only the SHA-256 is stored, which is enough for a secret that nobody chose.
+"""
+
+import hashlib
+import re
+import secrets
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+
+from argon2 import PasswordHasher
+from argon2.exceptions import InvalidHashError, VerificationError
+from sqlalchemy import delete, func, select
+
+from api.service.database import Database, SignInRow, TokenRow, UserRow
+from identify.recording.errors import InputError
+
+NAME_PATTERN = r"^[a-z][a-z0-9._-]{0,63}$"
+SHORTEST_PASSWORD = 10
+"""Characters; below, guessing is quick even when throttled."""
+LONGEST_PASSWORD = 1000
+"""Characters; bounds the work of one sign-in attempt."""
+TOKEN_PREFIX = "coulomb_"
+"""Makes a leaked token recognisable to secret scanners."""
+LONGEST_TOKEN_LIFE = 366 * 86400.0
+
+
+class Role(StrEnum):
+    """What a person may do: look; run experiments and change models; manage people too."""
+
+    VIEWER = "viewer"
+    OPERATOR = "operator"
+    ADMIN = "admin"
+
+    def covers(self, needed: "Role") -> bool:
+        """True if whoever has this role may do what `needed` may."""
+        order = list(Role)
+        return order.index(self) >= order.index(needed)
+
+
+@dataclass(frozen=True)
+class User:
+    """Who asks: name, role (for a bearer token the token's scope, if smaller) and how it was shown.
+
+    via : `cookie`, `token`, or `local` for the operator at the machine itself before any account exists
+    """
+
+    name: str
+    role: Role
+    via: str
+
+
+LOCAL_OPERATOR = User("local operator", Role.OPERATOR, "local")
+
+
+@dataclass(frozen=True)
+class IssuedToken:
+    """A bearer token just made; `secret` is shown this once."""
+
+    id: str
+    user: str
+    label: str
+    scope: Role
+    created: float
+    expires: float
+    secret: str
+
+
+def _sha256(secret: str) -> str:
+    return hashlib.sha256(secret.encode()).hexdigest()
+
+
+class Accounts:
+    """Users, sign-ins and tokens in the database. Raises InputError for what a person typed wrongly."""
+
+    def __init__(self, database: Database, clock: Callable[[], float]) -> None:
+        self._database = database
+        self._clock = clock
+        self._hasher = PasswordHasher()
+        # Verified for unknown names, so that an attempt takes as long whether the name exists or not.
+        self._hash_of_nobody = self._hasher.hash(secrets.token_hex(16))
+        self._any_user = False
+
+    def exist(self) -> bool:
+        """True once there is a user; from then on everybody signs in."""
+        if not self._any_user:
+            with self._database.transaction() as session:
+                self._any_user = bool(session.scalar(select(func.count()).select_from(UserRow)))
+        return self._any_user
+
+    # --- users
+
+    def add_user(self, name: str, password: str, role: Role) -> User:
+        """Create a user."""
+        if not re.fullmatch(NAME_PATTERN, name):
+            raise InputError(
+                f"user name {name!r}: use 1 to 64 lower-case letters, digits, '.', '_' or '-', a letter first"
+            )
+        hashed = self._hash(password)
+        with self._database.transaction() as session:
+            if session.get(UserRow, name):
+                raise InputError(f"user {name} exists already")
+            session.add(UserRow(name=name, role=role, password_hash=hashed, created=self._clock()))
+        return User(name, role, "cookie")
+
+    def users(self) -> list[UserRow]:
+        """All users by name."""
+        with self._database.transaction() as session:
+            return list(session.scalars(select(UserRow).order_by(UserRow.name)))
+
+    def change_user(self, name: str, *, role: Role | None = None, password: str | None = None) -> UserRow:
+        """Change role or password; the user's browsers have to sign in again, and after a new password the
+        tokens are void too."""
+        hashed = None if password is None else self._hash(password)
+        with self._database.transaction() as session:
+            row = self._existing(session, name)
+            if role is not None and role != Role.ADMIN:
+                self._refuse_losing_last_admin(session, row)
+            row.role = role or row.role
+            row.password_hash = hashed or row.password_hash
+            session.execute(delete(SignInRow).where(SignInRow.user == name))
+            if hashed:
+                session.execute(delete(TokenRow).where(TokenRow.user == name))
+        return row
+
+    def remove_user(self, name: str) -> None:
+        """Remove a user with sign-ins and tokens; the last admin stays."""
+        with self._database.transaction() as session:
+            row = self._existing(session, name)
+            self._refuse_losing_last_admin(session, row)
+            session.execute(delete(SignInRow).where(SignInRow.user == name))
+            session.execute(delete(TokenRow).where(TokenRow.user == name))
+            session.delete(row)
+
+    def _existing(self, session, name: str) -> UserRow:
+        row = session.get(UserRow, name)
+        if row is None:
+            raise InputError(f"there is no user {name}")
+        return row
+
+    def _refuse_losing_last_admin(self, session, row: UserRow) -> None:
+        if row.role != Role.ADMIN:
+            return
+        admins = session.scalar(select(func.count()).select_from(UserRow).where(UserRow.role == Role.ADMIN))
+        if admins == 1:
+            raise InputError(f"{row.name} is the last admin; make another user admin first")
+
+    def _hash(self, password: str) -> str:
+        if not SHORTEST_PASSWORD <= len(password) <= LONGEST_PASSWORD:
+            raise InputError(f"password: use {SHORTEST_PASSWORD} to {LONGEST_PASSWORD} characters")
+        return self._hasher.hash(password)
+
+    # --- browsers
+
+    def check_password(self, name: str, password: str) -> User | None:
+        """The user if the password is right, else None; takes as long for an unknown name."""
+        with self._database.transaction() as session:
+            row = session.get(UserRow, name)
+        stored = row.password_hash if row else self._hash_of_nobody
+        try:
+            self._hasher.verify(stored, password[:LONGEST_PASSWORD])
+        except (VerificationError, InvalidHashError):
+            return None
+        return User(row.name, Role(row.role), "cookie") if row else None
+
+    def open_sign_in(self, user: User, lasts: float) -> str:
+        """A new sign-in; the text returned is what the browser's cookie carries."""
+        secret = secrets.token_urlsafe(32)
+        now = self._clock()
+        with self._database.transaction() as session:
+            session.execute(delete(SignInRow).where(SignInRow.expires < now))
+            session.add(SignInRow(id_hash=_sha256(secret), user=user.name, expires=now + lasts))
+        return secret
+
+    def user_of_sign_in(self, secret: str) -> User | None:
+        """Whose sign-in it is, or None if it is unknown, ended or expired."""
+        with self._database.transaction() as session:
+            row = session.get(SignInRow, _sha256(secret))
+            if row is None or row.expires < self._clock():
+                return None
+            user = session.get(UserRow, row.user)
+        return User(user.name, Role(user.role), "cookie") if user else None
+
+    def close_sign_in(self, secret: str) -> None:
+        """End a sign-in; nothing happens if it has ended already."""
+        with self._database.transaction() as session:
+            session.execute(delete(SignInRow).where(SignInRow.id_hash == _sha256(secret)))
+
+    # --- tokens
+
+    def issue_token(self, user_name: str, label: str, scope: Role, lasts: float) -> IssuedToken:
+        """A bearer token for `lasts` seconds; its scope cannot exceed the user's role."""
+        if not 0 < lasts <= LONGEST_TOKEN_LIFE:
+            raise InputError(f"token: it lasts between 0 and {LONGEST_TOKEN_LIFE / 86400:.0f} days")
+        secret = TOKEN_PREFIX + secrets.token_urlsafe(32)
+        now = self._clock()
+        with self._database.transaction() as session:
+            user = self._existing(session, user_name)
+            if not Role(user.role).covers(scope):
+                raise InputError(f"token: scope {scope} exceeds the role {user.role} of {user_name}")
+            row = TokenRow(
+                id=secrets.token_hex(8),
+                user=user_name,
+                label=label[:100],
+                token_hash=_sha256(secret),
+                scope=scope,
+                created=now,
+                expires=now + lasts,
+                last_used=None,
+            )
+            session.add(row)
+        return IssuedToken(row.id, user_name, row.label, scope, row.created, row.expires, secret)
+
+    def tokens(self, user_name: str) -> list[TokenRow]:
+        """The tokens of one user, oldest first."""
+        with self._database.transaction() as session:
+            return list(
+                session.scalars(select(TokenRow).where(TokenRow.user == user_name).order_by(TokenRow.created))
+            )
+
+    def revoke_token(self, user_name: str, identifier: str) -> bool:
+        """End a token of that user; False if there is none with that id."""
+        with self._database.transaction() as session:
+            row = session.get(TokenRow, identifier)
+            if row is None or row.user != user_name:
+                return False
+            session.delete(row)
+        return True
+
+    def user_of_token(self, secret: str) -> User | None:
+        """Whose token it is, with the smaller of scope and role, or None if unknown or expired."""
+        now = self._clock()
+        with self._database.transaction() as session:
+            row = session.scalar(select(TokenRow).where(TokenRow.token_hash == _sha256(secret)))
+            if row is None or row.expires < now:
+                return None
+            user = session.get(UserRow, row.user)
+            if user is None:
+                return None
+            # One write a minute at most: a notebook polls often.
+            if row.last_used is None or now - row.last_used > 60:
+                row.last_used = now
+        scope, role = Role(row.scope), Role(user.role)
+        return User(user.name, scope if role.covers(scope) else role, "token")

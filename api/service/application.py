@@ -1,0 +1,129 @@
+"""The FastAPI application: what one running service holds, and how its parts are put together."""
+
+import importlib.util
+import os
+import secrets
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from fastapi import FastAPI
+from fastapi.routing import APIRoute, APIWebSocketRoute, iter_route_contexts
+from starlette.middleware import Middleware
+from starlette.middleware.sessions import SessionMiddleware
+
+from api.service.access import declared_role
+from api.service.accounts import Accounts
+from api.service.audit import AuditLog
+from api.service.database import Database
+from api.service.guard import Guard
+from api.service.problems import install_problem_handlers
+from api.service.routes import accounts as account_routes
+from api.service.settings import ServiceSettings
+from api.service.sign_in_throttle import SignInThrottle
+from identify.recording.errors import InputError
+
+DESCRIPTION = (
+    "Measure a robot joint, identify its model, and learn which physical effect the model misses. "
+    "SI units, joint space."
+)
+
+
+@dataclass
+class Service:
+    """What one running service holds; routes reach it by `access.service_of`."""
+
+    settings: ServiceSettings
+    database: Database
+    accounts: Accounts
+    throttle: SignInThrottle
+    audit: AuditLog
+
+
+def create_application(settings: ServiceSettings) -> FastAPI:
+    """The application of `coulomb serve`.
+
+    Raises InputError if it would listen beyond this machine without accounts, or if the data folder or the
+    database cannot be used.
+    """
+    service = _create_service(settings)
+    if not settings.bound_to_loopback and not service.accounts.exist():
+        raise InputError(
+            f"--host {settings.host}: others would reach the service and nobody has an account yet; "
+            "create one first: coulomb users add NAME --role admin"
+        )
+
+    @asynccontextmanager
+    async def lifespan(_application: FastAPI) -> AsyncIterator[None]:
+        yield
+        service.database.close()
+
+    application = FastAPI(
+        title="coulomb",
+        description=DESCRIPTION,
+        version="0.1.0",
+        lifespan=lifespan,
+        docs_url=None,  # its scripts come from outside the host
+        redoc_url=None,
+        middleware=[
+            Middleware(
+                SessionMiddleware,
+                secret_key=_cookie_key(settings.data_folder),
+                session_cookie="coulomb",
+                max_age=int(settings.sign_in_lasts),
+                same_site="lax",
+                https_only=settings.secure_cookies,
+            ),
+            Middleware(Guard),
+        ],
+    )
+    application.state.service = service
+    install_problem_handlers(application)
+    application.include_router(account_routes.router)
+    if importlib.util.find_spec("api.pages") and importlib.util.find_spec("api.pages.router"):
+        import api.pages.router as pages
+
+        application.include_router(pages.router)
+        application.state.problem_page = getattr(pages, "problem_page", None)
+    _refuse_undeclared_routes(application)
+    return application
+
+
+def _create_service(settings: ServiceSettings) -> Service:
+    try:
+        settings.data_folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"data folder {settings.data_folder}: {error.strerror}") from error
+    database = Database(settings.database_url or f"sqlite:///{settings.data_folder / 'service.sqlite'}")
+    return Service(
+        settings=settings,
+        database=database,
+        accounts=Accounts(database, settings.clock),
+        throttle=SignInThrottle(settings.clock),
+        audit=AuditLog(database, settings.clock),
+    )
+
+
+def _cookie_key(data_folder: Path) -> str:
+    """The key that signs cookies: made once, readable by the service's own user alone."""
+    file = data_folder / "cookie.key"
+    try:
+        descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+    except FileExistsError:
+        return file.read_text()
+    key = secrets.token_hex(32)
+    with os.fdopen(descriptor, "w") as stream:
+        stream.write(key)
+    return key
+
+
+def _refuse_undeclared_routes(application: FastAPI) -> None:
+    """A route without a declared role would be open to everybody: a mistake found at the start, not by a
+    stranger."""
+    for route in iter_route_contexts(application.routes):
+        if (
+            isinstance(route.original_route, APIRoute | APIWebSocketRoute)
+            and declared_role(route) == "undeclared"
+        ):
+            raise RuntimeError(f"route {route.path} does not say which role it needs (api/service/access.py)")

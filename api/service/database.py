@@ -1,0 +1,182 @@
+"""The service's tables: accounts, the audit log, jobs and an index of the experiment folders.
+
+Experiment folders are the truth: the tables `experiments` and `sessions` can be dropped and rebuilt from them
+(`coulomb reindex`). Times are seconds since 1970 as floats.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from sqlalchemy import DDL, JSON, Engine, ForeignKey, String, create_engine, event
+from sqlalchemy.engine import make_url
+from sqlalchemy.orm import DeclarativeBase, Mapped, Session, mapped_column, sessionmaker
+
+from identify.recording.errors import InputError
+
+BUSY_TIMEOUT = 10_000
+"""ms that a SQLite writer waits for another: longer than any transaction here takes."""
+
+
+class Table(DeclarativeBase):
+    """Base of all tables."""
+
+    type_annotation_map = {dict[str, Any]: JSON, list[Any]: JSON}  # noqa: RUF012 - SQLAlchemy's own spelling
+
+
+class UserRow(Table):
+    """A person who may sign in."""
+
+    __tablename__ = "users"
+    name: Mapped[str] = mapped_column(String(64), primary_key=True)
+    role: Mapped[str] = mapped_column(String(16))
+    password_hash: Mapped[str] = mapped_column(String(255))
+    created: Mapped[float]
+
+
+class SignInRow(Table):
+    """A browser that is signed in; the id is stored as its SHA-256."""
+
+    __tablename__ = "sign_ins"
+    id_hash: Mapped[str] = mapped_column(String(64), primary_key=True)
+    user: Mapped[str] = mapped_column(ForeignKey("users.name", ondelete="CASCADE"), index=True)
+    expires: Mapped[float]
+
+
+class TokenRow(Table):
+    """A bearer token for REST; only its SHA-256 is stored."""
+
+    __tablename__ = "tokens"
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    user: Mapped[str] = mapped_column(ForeignKey("users.name", ondelete="CASCADE"), index=True)
+    label: Mapped[str] = mapped_column(String(100))
+    token_hash: Mapped[str] = mapped_column(String(64), unique=True)
+    scope: Mapped[str] = mapped_column(String(16))
+    created: Mapped[float]
+    expires: Mapped[float]
+    last_used: Mapped[float | None]
+
+
+class AuditRow(Table):
+    """One command that moved or changed something; rows are never changed or deleted."""
+
+    __tablename__ = "audit_log"
+    id: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
+    time: Mapped[float] = mapped_column(index=True)
+    user: Mapped[str] = mapped_column(String(64))
+    role: Mapped[str] = mapped_column(String(16))
+    client: Mapped[str] = mapped_column(String(64))
+    action: Mapped[str] = mapped_column(String(200))
+    target: Mapped[str] = mapped_column(String(300))
+    outcome: Mapped[str] = mapped_column(String(300))
+    details: Mapped[dict[str, Any]]
+
+
+class JobRow(Table):
+    """A long computation, as last known; kept so that its id stays good after a restart."""
+
+    __tablename__ = "jobs"
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    kind: Mapped[str] = mapped_column(String(32))
+    experiment: Mapped[str | None] = mapped_column(String(64), index=True)
+    user: Mapped[str] = mapped_column(String(64))
+    state: Mapped[str] = mapped_column(String(16))
+    fraction: Mapped[float]
+    words: Mapped[str] = mapped_column(String(500))
+    created: Mapped[float]
+    ended: Mapped[float | None]
+    result: Mapped[dict[str, Any]]
+
+
+class ExperimentRow(Table):
+    """Index of one experiment folder."""
+
+    __tablename__ = "experiments"
+    id: Mapped[str] = mapped_column(String(64), primary_key=True)
+    name: Mapped[str] = mapped_column(String(200), index=True)
+    folder: Mapped[str] = mapped_column(String(1000), unique=True)
+    joints: Mapped[list[Any]]
+    payloads: Mapped[list[Any]]
+    modified: Mapped[float]
+    problem: Mapped[str | None] = mapped_column(String(1000))
+
+
+class SessionRow(Table):
+    """Index of one payload session: measured (then the folder has its file) or still being prepared."""
+
+    __tablename__ = "sessions"
+    experiment: Mapped[str] = mapped_column(
+        ForeignKey("experiments.id", ondelete="CASCADE"), primary_key=True
+    )
+    id: Mapped[str] = mapped_column(String(100), primary_key=True)
+    file: Mapped[str | None] = mapped_column(String(200))
+    payload: Mapped[dict[str, Any]]
+    role: Mapped[str] = mapped_column(String(20))
+    rig: Mapped[str | None] = mapped_column(String(64))
+    plan: Mapped[str | None] = mapped_column(String(64))
+    state: Mapped[str] = mapped_column(String(20))
+    reason: Mapped[str | None] = mapped_column(String(1000))
+    created: Mapped[float]
+
+
+# Refusals by the database itself, so that no program that goes through it can rewrite the log.
+_APPEND_ONLY = {
+    "sqlite": [
+        f"CREATE TRIGGER IF NOT EXISTS audit_log_no_{verb.lower()} BEFORE {verb} ON audit_log "
+        "BEGIN SELECT RAISE(ABORT, 'the audit log is append-only'); END"
+        for verb in ("UPDATE", "DELETE")
+    ],
+    "postgresql": [
+        "CREATE OR REPLACE FUNCTION audit_log_append_only() RETURNS trigger AS "
+        "$$ BEGIN RAISE EXCEPTION 'the audit log is append-only'; END $$ LANGUAGE plpgsql",
+        "CREATE OR REPLACE TRIGGER audit_log_append_only BEFORE UPDATE OR DELETE OR TRUNCATE ON audit_log "
+        "FOR EACH STATEMENT EXECUTE FUNCTION audit_log_append_only()",
+    ],
+}
+
+
+class Database:
+    """The engine and its sessions.
+
+    url : SQLAlchemy address; SQLite and PostgreSQL can refuse changes of the audit log, others are turned
+    down.
+
+    Raises InputError if the address is not understood, its driver is missing or its kind is not supported.
+    """
+
+    def __init__(self, url: str) -> None:
+        try:
+            kind = make_url(url).get_backend_name()
+            if kind not in _APPEND_ONLY:
+                raise InputError(f"database address: {kind} is not supported; use sqlite or postgresql")
+            self.engine: Engine = create_engine(url)
+        except InputError:
+            raise
+        except Exception as error:
+            raise InputError(f"database address is not usable: {error}") from error
+        if kind == "sqlite":
+            event.listen(self.engine, "connect", _prepare_sqlite)
+        self._sessions = sessionmaker(self.engine, expire_on_commit=False)
+        Table.metadata.create_all(self.engine)
+        with self.engine.begin() as connection:
+            for statement in _APPEND_ONLY[kind]:
+                connection.execute(DDL(statement))
+
+    @contextmanager
+    def transaction(self) -> Iterator[Session]:
+        """A session that commits at the end and rolls back on an exception."""
+        with self._sessions.begin() as session:
+            yield session
+
+    def close(self) -> None:
+        """Give back all connections."""
+        self.engine.dispose()
+
+
+def _prepare_sqlite(connection: Any, _record: Any) -> None:
+    cursor = connection.cursor()
+    cursor.execute("PRAGMA journal_mode=WAL")
+    cursor.execute(f"PRAGMA busy_timeout={BUSY_TIMEOUT}")
+    cursor.execute("PRAGMA foreign_keys=ON")
+    cursor.execute("PRAGMA synchronous=FULL")
+    cursor.close()

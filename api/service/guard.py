@@ -1,0 +1,157 @@
+"""One ASGI guard in front of pages, REST and WebSocket alike.
+
+It finds out who asks, turns away foreign hosts and foreign origins, checks the page's CSRF token, bounds the
+body and writes everything that changes something into the audit log. What a role may do is said by the
+routes (access.py).
+"""
+
+import logging
+from urllib.parse import urlsplit
+
+from starlette.concurrency import run_in_threadpool
+from starlette.datastructures import MutableHeaders
+from starlette.requests import HTTPConnection
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from api.service.access import CSRF_HEADER, CSRF_KEY, SIGN_IN_KEY, client_address
+from api.service.accounts import LOCAL_OPERATOR, Role, User
+from api.service.problems import Problem, problem_response
+from api.service.settings import is_loopback
+
+SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
+POLICY_VIOLATION = 1008
+"""WebSocket close code for a refused connection (RFC 6455, 7.4.1)."""
+RESPONSE_HEADERS = {
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "same-origin",
+    "Content-Security-Policy": "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; "
+    "frame-ancestors 'none'; form-action 'self'; base-uri 'self'",
+}
+"""Sent with every response that does not say otherwise; nothing is loaded from another host."""
+NOBODY = User("nobody", Role.VIEWER, "none")
+_log = logging.getLogger(__name__)
+
+
+class Guard:
+    """ASGI middleware; needs the session middleware around it and `app.state.service`."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] not in ("http", "websocket"):
+            await self.app(scope, receive, send)
+            return
+        connection = HTTPConnection(scope)
+        service = connection.app.state.service
+        send = _with_headers(send)
+        try:
+            self._check_host(connection, service.settings)
+            user = await self._who(connection, service)
+            scope["user"] = user
+            changes = scope["type"] == "http" and scope["method"] not in SAFE_METHODS
+            if changes or scope["type"] == "websocket":
+                self._check_origin(connection)
+            if changes and user is not None and user.via != "token":
+                self._check_csrf(connection)
+            if scope["type"] == "websocket" and user is None:
+                raise Problem(401, "Sign in, or send a bearer token.", {"WWW-Authenticate": "Bearer"})
+        except Problem as problem:
+            await _refuse(problem, scope, receive, send)
+            return
+        if not changes:
+            await self.app(scope, receive, send)
+            return
+        await self._audited(connection, service, receive, send)
+
+    def _check_host(self, connection: HTTPConnection, settings) -> None:
+        """A name that is not ours means that a foreign page had its own name resolve to this machine
+        (DNS rebinding): refused."""
+        host = (urlsplit("//" + connection.headers.get("host", "")).hostname or "").lower()
+        if not settings.bound_to_loopback and not settings.allowed_hosts:
+            return
+        if is_loopback(host) or host == settings.host.strip("[]").lower() or host in settings.allowed_hosts:
+            return
+        raise Problem(
+            400, f"This service is not called {host!r}; start it with --allow-host {host} if it is."
+        )
+
+    def _check_origin(self, connection: HTTPConnection) -> None:
+        """Browsers say which site a request comes from; only this one may change something or listen."""
+        if connection.headers.get("sec-fetch-site", "same-origin") not in ("same-origin", "none"):
+            raise Problem(403, "The request comes from another site.")
+        origin = connection.headers.get("origin")
+        if origin is not None and urlsplit(origin).netloc != connection.headers.get("host"):
+            raise Problem(403, "The request comes from another site.")
+
+    def _check_csrf(self, connection: HTTPConnection) -> None:
+        expected = connection.session.get(CSRF_KEY)
+        # Without our cookie there is nothing that a browser attached by itself; the origin was checked.
+        if expected is not None and connection.headers.get(CSRF_HEADER) != expected:
+            raise Problem(403, f"The header {CSRF_HEADER} is missing or old; load the page again.")
+
+    async def _who(self, connection: HTTPConnection, service) -> User | None:
+        scheme, _, secret = connection.headers.get("authorization", "").partition(" ")
+        if scheme.lower() == "bearer":
+            user = await run_in_threadpool(service.accounts.user_of_token, secret.strip())
+            if user is None:
+                raise Problem(
+                    401, "The bearer token is unknown, expired or revoked.", {"WWW-Authenticate": "Bearer"}
+                )
+            return user
+        if secret := connection.session.get(SIGN_IN_KEY):
+            user = await run_in_threadpool(service.accounts.user_of_sign_in, secret)
+            if user is not None:
+                return user
+        if service.settings.bound_to_loopback and not await run_in_threadpool(service.accounts.exist):
+            return LOCAL_OPERATOR
+        return None
+
+    async def _audited(self, connection: HTTPConnection, service, receive: Receive, send: Send) -> None:
+        scope = connection.scope
+        status = 500
+
+        async def watching_send(message: Message) -> None:
+            nonlocal status
+            if message["type"] == "http.response.start":
+                status = message["status"]
+            await send(message)
+
+        try:
+            await self.app(scope, receive, watching_send)
+        finally:
+            route = scope.get("route")
+            action = f"{scope['method']} {getattr(route, 'path', scope['path'])}"
+            # Not even a full disk may keep the stop button from answering.
+            try:
+                await run_in_threadpool(
+                    service.audit.append,
+                    scope.get("user") or NOBODY,
+                    action,
+                    scope["path"],
+                    str(status),
+                    client=client_address(connection),
+                    details=scope.get("audit_details"),
+                )
+            except Exception:
+                _log.exception("the audit log could not be written: %s %s", action, scope["path"])
+
+
+def _with_headers(send: Send) -> Send:
+    async def sending(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            headers = MutableHeaders(scope=message)
+            for name, value in RESPONSE_HEADERS.items():
+                headers.setdefault(name, value)
+        await send(message)
+
+    return sending
+
+
+async def _refuse(problem: Problem, scope: Scope, receive: Receive, send: Send) -> None:
+    if scope["type"] == "websocket":
+        await send({"type": "websocket.close", "code": POLICY_VIOLATION, "reason": problem.detail[:120]})
+        return
+    response = problem_response(problem.status, problem.detail, scope["path"], problem.headers)
+    await response(scope, receive, send)

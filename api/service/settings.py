@@ -1,0 +1,62 @@
+"""What the service is started with."""
+
+import ipaddress
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from api.data_folder import default_data_folder
+
+MEBIBYTE = 1024 * 1024
+
+
+class ServiceSettings(BaseModel):
+    """Settings of one running service; every duration in seconds, every size in bytes."""
+
+    model_config = ConfigDict(frozen=True)
+
+    data_folder: Path = Field(default_factory=default_data_folder)
+    """Holds `experiments/`, `rigs/`, `plans/` and `service.sqlite`."""
+    database_url: str | None = None
+    """SQLAlchemy address of another database; None is SQLite in the data folder."""
+    host: str = "127.0.0.1"
+    port: int = 8000
+    allowed_hosts: tuple[str, ...] = ()
+    """Further names under which browsers reach this service (Host header), without port."""
+    secure_cookies: bool = False
+    """True where browsers come by https: the sign-in cookie then never travels in clear."""
+    sign_in_lasts: float = 12 * 3600.0
+    body_limit: int = 1 * MEBIBYTE
+    """Largest request body but for uploads."""
+    upload_limit: int = 256 * MEBIBYTE
+    """Largest uploaded file."""
+    unpacked_limit: int = 2048 * MEBIBYTE
+    """Largest sum of what an uploaded archive unpacks to."""
+    workers: int = 1
+    """Jobs that compute at the same time, each in a process of its own."""
+    live_rate: float = 20.0
+    """Blocks of live samples per second that viewers are sent, Hz."""
+    clock: Callable[[], float] = time.time
+    """Seconds since 1970; tests hand in their own."""
+
+    @property
+    def experiments_folder(self) -> Path:
+        """Folder whose sub-folders are the stored experiments."""
+        return self.data_folder / "experiments"
+
+    @property
+    def bound_to_loopback(self) -> bool:
+        """True if only programs on this machine reach the service."""
+        return is_loopback(self.host)
+
+
+def is_loopback(host: str) -> bool:
+    """True for `localhost` and every address that stands for this machine alone."""
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host.strip("[]")).is_loopback
+    except ValueError:
+        return False
