@@ -72,4 +72,4 @@ def _payload_rows(
     ]
     rows = np.zeros((n * width, np.shape(q)[0]))
     compute_columns(geometry, q, dq, ddq, requests, rows)
-    return rows.reshape(n, width, -1)
+    return rows.reshape(n, width, rows.shape[1])

@@ -177,7 +177,7 @@ def link_motions(
     angular_acceleration: Vector = (0.0, 0.0, 0.0)
     gx, gy, gz = geometry.gravity.tolist()
     acceleration: Vector = (-gx, -gy, -gz)
-    gyration: tuple[Vector, Vector, Vector] = ((0.0, 0.0, 0.0),) * 3
+    gyration: tuple[Vector, Vector, Vector] = (velocity, velocity, velocity)
     rotations: list[Vector | None] = []
     translations: list[Vector] = []
     for j in range(last_link + 1):
