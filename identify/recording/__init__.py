@@ -1,1 +1,32 @@
 """The experiment on disk."""
+
+from identify.recording.errors import InputError
+from identify.recording.experiment import Experiment, Session, SessionEntry, load_experiment
+from identify.recording.experiment_file import (
+    DeclaredSession,
+    ExperimentFile,
+    Joint,
+    JointLimits,
+    Payload,
+    Robot,
+    SignalCutoffs,
+    append_session,
+    write_experiment,
+)
+
+__all__ = [
+    "DeclaredSession",
+    "Experiment",
+    "ExperimentFile",
+    "InputError",
+    "Joint",
+    "JointLimits",
+    "Payload",
+    "Robot",
+    "Session",
+    "SessionEntry",
+    "SignalCutoffs",
+    "append_session",
+    "load_experiment",
+    "write_experiment",
+]

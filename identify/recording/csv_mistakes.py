@@ -1,0 +1,121 @@
+"""What is wrong with a CSV file, said with the line and column where it is wrong.
+
+The fast reader only knows that something is wrong; this slow one reads line by line until it can say what.
+"""
+
+from __future__ import annotations
+
+import csv
+import gzip
+import io
+import math
+import re
+import zlib
+from collections.abc import Collection, Iterator
+from pathlib import Path
+
+from identify.recording.errors import InputError
+
+_INDEXED = re.compile(r"^(q|v|ext|temp)([0-9]+)$")
+LONGEST_LINE = 1 << 20
+
+
+def _lines(path: Path) -> Iterator[list[str]]:
+    """The rows of a CSV file as lists of cells, with InputError for what stops the reading."""
+    try:
+        with path.open("rb") as stream:
+            packed = stream.read(2) == b"\x1f\x8b"
+            stream.seek(0)
+            raw = gzip.GzipFile(fileobj=stream, mode="rb") if packed else stream
+            yield from csv.reader(io.TextIOWrapper(raw, encoding="utf-8-sig", newline=""))  # type: ignore[arg-type]
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: not text in UTF-8; export it as CSV in UTF-8") from None
+    except (EOFError, zlib.error, gzip.BadGzipFile) as error:
+        raise InputError(f"{path}: the gzip file is damaged or cut short ({error}); copy it again") from None
+    except csv.Error as error:
+        raise InputError(f"{path}: not a CSV file ({error})") from None
+    except FileNotFoundError:
+        raise InputError(f"{path}: there is no such file") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+
+
+def check_header(path: Path, n: int) -> list[str]:
+    """The column names of a session of n joints, in the order of the file.
+
+    :raises InputError: the file cannot be read, is empty, or a column is missing, doubled or one too many.
+    """
+    header = next(_lines(path), None)
+    if header is None or not any(cell.strip() for cell in header):
+        raise InputError(f"{path}: is empty; the first line must name the columns: {', '.join(needed(n))}")
+    if len(header) == 1 and ";" in header[0]:
+        raise InputError(
+            f"{path} line 1: columns are separated by ';'; separate them by ',' and write decimals with '.'"
+        )
+    header = [cell.strip() for cell in header]
+    for index, name in enumerate(header):
+        if not name:
+            raise InputError(f"{path} line 1: column {index + 1} has no name")
+        if name in header[:index]:
+            raise InputError(f"{path} line 1: column '{name}' stands twice; keep one")
+    missing = [name for name in needed(n) if name not in header]
+    if missing:
+        raise InputError(
+            f"{path} line 1: column{'s' if len(missing) > 1 else ''} {', '.join(missing)} missing;"
+            f" a session of {n} joint{'s' if n > 1 else ''} needs {', '.join(needed(n))}"
+        )
+    for name in header:
+        indexed = _INDEXED.match(name)
+        if indexed and not 1 <= int(indexed[2]) <= n:
+            raise InputError(
+                f"{path} line 1: column '{name}', but the experiment declares {n} joint{'s' if n > 1 else ''}"
+            )
+    for kind in ("ext", "temp"):
+        found = [f"{kind}{joint}" in header for joint in range(1, n + 1)]
+        if any(found) and not all(found):
+            absent = f"{kind}{found.index(False) + 1}"
+            raise InputError(
+                f"{path} line 1: column '{absent}' missing; give {kind}1 ... {kind}{n}, or none of them"
+            )
+    return header
+
+
+def needed(n: int) -> list[str]:
+    """The columns that a session of n joints must have: t, q1 ... qn, v1 ... vn (contract, section 1)."""
+    return ["t", *(f"{kind}{joint}" for kind in "qv" for joint in range(1, n + 1))]
+
+
+def first_mistake(path: Path, header: list[str], numeric: Collection[str]) -> InputError | None:
+    """The first line that is wrong, in words; None if every line has its cells and every numeric cell is a
+    number."""
+    places = [(index, name) for index, name in enumerate(header) if name in numeric]
+    last = -math.inf
+    number = 0
+    try:
+        for number, cells in enumerate(_lines(path), start=1):
+            if number == 1 or not cells:
+                continue
+            where = f"{path} line {number}"
+            if len(cells) != len(header):
+                return InputError(f"{where}: {len(cells)} cells, but the header names {len(header)} columns")
+            for index, name in places:
+                value = _number(cells[index])
+                if value is None or not math.isfinite(value):
+                    shown = f"'{cells[index]}'" if cells[index].strip() else "an empty cell"
+                    return InputError(f"{where}: column '{name}': {shown} is not a finite number")
+            time = float(cells[header.index("t")])
+            if time <= last:
+                return InputError(
+                    f"{where}: column 't': {time:g} s does not come after {last:g} s; time must increase"
+                )
+            last = time
+    except InputError as error:
+        return error
+    return None
+
+
+def _number(cell: str) -> float | None:
+    try:
+        return float(cell)
+    except ValueError:
+        return None

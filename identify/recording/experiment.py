@@ -1,0 +1,166 @@
+"""An experiment: a robot, its payloads and its recorded sessions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.recording.errors import InputError
+from identify.recording.experiment_file import (
+    EXPERIMENT_FILE,
+    ExperimentFile,
+    Payload,
+    Robot,
+    SignalCutoffs,
+    read_experiment_file,
+)
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SessionEntry:
+    """A session that the experiment declares; cheap, nothing of its samples is read yet."""
+
+    file: str
+    """As it stands in the experiment file."""
+    path: Path
+    payload: Payload
+    role: str
+    """identification or validation"""
+
+
+@dataclass(frozen=True)
+class Session:
+    """The samples of one session, in SI units, uniform in time within each segment."""
+
+    entry: SessionEntry
+    time: Array
+    """(N,) s"""
+    position: Array
+    """(N, n) rad or m"""
+    command: Array
+    """(N, n) in the unit that the drive gain expects"""
+    segments: tuple[slice, ...]
+    """Rows of uniform sampling without a hole."""
+    sampling_period: float
+    """s"""
+    external: Array | None = None
+    """(N, n) N m or N, known external joint force"""
+    temperature: Array | None = None
+    """(N, n) degC"""
+    extra: dict[str, NDArray[Any]] = field(default_factory=dict)
+    """Other columns, name -> (N,)"""
+    remarks: tuple[str, ...] = ()
+    """What was resampled, bridged or left out, in words."""
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return self.position.shape[1]
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """An experiment on disk; sessions are read when asked for (`read`)."""
+
+    name: str
+    path: Path
+    """The experiment file."""
+    robot: Robot
+    sessions: tuple[SessionEntry, ...]
+    payloads: tuple[Payload, ...]
+    signals: SignalCutoffs
+    effects: tuple[Path, ...]
+    """Files of the user's own effects."""
+
+    @property
+    def folder(self) -> Path:
+        """The folder that holds the experiment file."""
+        return self.path.parent
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return len(self.robot.joints)
+
+    @cached_property
+    def drive_gain(self) -> Array:
+        """(n, n): joint torque = drive_gain @ v, eq. (7)."""
+        if self.robot.drive_gain_matrix is not None:
+            return np.array(self.robot.drive_gain_matrix, dtype=float)
+        return np.diag([float(joint.drive_gain or 0.0) for joint in self.robot.joints])
+
+    def read(self, entry: SessionEntry) -> Session:
+        """Read the samples of a session.
+
+        :raises InputError: the file is wrong; names file, line and column.
+        """
+        from identify.recording.sampling import uniform_session
+
+        if entry.path.suffix.lower() in (".h5", ".hdf5"):
+            from identify.recording.session_hdf5 import read_hdf5_session
+
+            raw = read_hdf5_session(entry.path, self.n)
+        else:
+            from identify.recording.session_csv import read_csv_session
+
+            raw = read_csv_session(entry.path, self.n)
+        return uniform_session(entry, raw)
+
+
+def load_experiment(path: str | Path, stored: Path | None = None) -> Experiment:
+    """Load an experiment: a folder, an `experiment.yaml`, or the name of one in the folder `stored`.
+
+    :raises InputError: with one line that names file, line or field and what would be right.
+    """
+    file = _experiment_file(Path(path), stored)
+    declared = read_experiment_file(file)
+    return experiment_from(declared, file)
+
+
+def experiment_from(declared: ExperimentFile, file: Path) -> Experiment:
+    """An experiment from its checked file: the files that it names must exist.
+
+    :raises InputError: a session's or an effect's file is not there.
+    """
+    payloads = {payload.name: payload for payload in declared.payloads}
+    for kind, names in (
+        ("sessions", [session.file for session in declared.sessions]),
+        ("effects", declared.effects),
+    ):
+        for index, name in enumerate(names):
+            if not (file.parent / name).is_file():
+                raise InputError(f"{file}: {kind}[{index}]: there is no file '{name}' in {file.parent}")
+    return Experiment(
+        name=declared.name,
+        path=file,
+        robot=declared.robot,
+        sessions=tuple(
+            SessionEntry(session.file, file.parent / session.file, payloads[session.payload], session.role)
+            for session in declared.sessions
+        ),
+        payloads=declared.payloads,
+        signals=declared.signals,
+        effects=tuple(file.parent / name for name in declared.effects),
+    )
+
+
+def _experiment_file(path: Path, stored: Path | None) -> Path:
+    candidates = [path]
+    if stored is not None and not path.is_absolute():
+        candidates.append(stored / path)
+    for candidate in candidates:
+        if candidate.is_file():
+            return candidate
+        if candidate.is_dir():
+            if (candidate / EXPERIMENT_FILE).is_file():
+                return candidate / EXPERIMENT_FILE
+            raise InputError(f"{candidate}: the folder holds no {EXPERIMENT_FILE}")
+    known = f", nor an experiment of that name in {stored}" if stored is not None else ""
+    raise InputError(f"{path}: there is no such folder or file{known}")

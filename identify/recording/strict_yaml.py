@@ -1,0 +1,126 @@
+"""YAML read strictly: no key twice, numbers as YAML 1.2 writes them, and the line of every field kept.
+
+PyYAML alone takes the last of two equal keys, reads `1e-3` as a text and `no` as false; each of them turns
+a slip of the pen into a wrong number without a word.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any, ClassVar
+
+import yaml
+
+from identify.recording.errors import InputError
+
+Lines = dict[tuple[str | int, ...], int]
+
+_Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+# An experiment, a rig or a plan is a page of text; a larger file is a mistake (a session given instead, say).
+LARGEST_FILE = 4_000_000
+
+
+class _StrictLoader(_Loader):  # type: ignore[misc, valid-type]
+    """The safe loader with the scalars of YAML 1.2 (core schema) instead of those of YAML 1.1."""
+
+    yaml_implicit_resolvers: ClassVar[dict[str, list[tuple[str, re.Pattern[str]]]]] = {}
+
+
+_StrictLoader.add_implicit_resolver(
+    "tag:yaml.org,2002:null", re.compile(r"^(?:~|null|Null|NULL|)$"), ["~", "n", "N", ""]
+)
+_StrictLoader.add_implicit_resolver(
+    "tag:yaml.org,2002:bool", re.compile(r"^(?:true|True|TRUE|false|False|FALSE)$"), list("tTfF")
+)
+_StrictLoader.add_implicit_resolver(
+    "tag:yaml.org,2002:int", re.compile(r"^[-+]?[0-9]+$"), list("-+0123456789")
+)
+_StrictLoader.add_implicit_resolver(
+    "tag:yaml.org,2002:float",
+    re.compile(
+        r"^(?:[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))$"
+    ),
+    list("-+.0123456789"),
+)
+
+_NULL, _BOOL = "tag:yaml.org,2002:null", "tag:yaml.org,2002:bool"
+_INT, _FLOAT, _STR = "tag:yaml.org,2002:int", "tag:yaml.org,2002:float", "tag:yaml.org,2002:str"
+
+
+def read_strict_yaml(path: Path) -> tuple[Any, Lines]:
+    """Read one YAML document from a file.
+
+    Returns the document (dicts, lists, texts, numbers, booleans, None) and the line (from 1) of each of its
+    fields, keyed by the path to the field.
+
+    :raises InputError: the file cannot be read, is not UTF-8 or not YAML, or holds a key twice.
+    """
+    try:
+        if path.stat().st_size > LARGEST_FILE:
+            raise InputError(
+                f"{path}: larger than {LARGEST_FILE // 1_000_000} MB, so not a file of settings in YAML"
+            )
+        text = path.read_bytes().decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = error.object[: error.start].count(b"\n") + 1
+        raise InputError(f"{path} line {line}: not UTF-8 text; save the file as UTF-8") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+    return parse_strict_yaml(text, path)
+
+
+def parse_strict_yaml(text: str, path: Path | str) -> tuple[Any, Lines]:
+    """Parse one YAML document from a text; `path` names it in messages (see `read_strict_yaml`)."""
+    loader = _StrictLoader(text)
+    lines: Lines = {}
+    try:
+        root = loader.get_single_node()
+        return (None if root is None else _value(root, (), lines, path)), lines
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        where = f" line {mark.line + 1}" if mark else ""
+        what = " ".join(part for part in (error.context, error.problem) if part)
+        raise InputError(f"{path}{where}: not valid YAML: {what}") from None
+    except (yaml.YAMLError, RecursionError) as error:
+        raise InputError(f"{path}: not valid YAML: {' '.join(str(error).split())}") from None
+    finally:
+        loader.dispose()
+
+
+def _value(node: yaml.Node, place: tuple[str | int, ...], lines: Lines, path: Path | str) -> Any:
+    line = node.start_mark.line + 1
+    lines.setdefault(place, line)
+    if isinstance(node, yaml.MappingNode):
+        found: dict[str, Any] = {}
+        for key_node, value_node in node.value:
+            key_line = key_node.start_mark.line + 1
+            if not isinstance(key_node, yaml.ScalarNode):
+                raise InputError(f"{path} line {key_line}: a key must be a plain word")
+            key = key_node.value
+            if key in found:
+                raise InputError(
+                    f"{path} line {key_line}: '{key}' stands twice (first in line {lines[(*place, key)]});"
+                    " keep one"
+                )
+            lines[(*place, key)] = key_line
+            found[key] = _value(value_node, (*place, key), lines, path)
+        return found
+    if isinstance(node, yaml.SequenceNode):
+        return [_value(item, (*place, index), lines, path) for index, item in enumerate(node.value)]
+    return _scalar(node, line, path)
+
+
+def _scalar(node: yaml.Node, line: int, path: Path | str) -> Any:
+    text = node.value
+    if node.tag == _NULL:
+        return None
+    if node.tag == _BOOL:
+        return text.lower() == "true"
+    if node.tag == _INT:
+        return int(text)
+    if node.tag == _FLOAT:
+        return float(text.lower().replace(".inf", "inf").replace(".nan", "nan"))
+    if node.tag == _STR:
+        return text
+    raise InputError(f"{path} line {line}: the tag {node.tag} is not used here; write a plain value")
