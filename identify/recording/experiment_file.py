@@ -90,7 +90,7 @@ class Robot(_Settings):
             for index, joint in enumerate(self.joints):
                 if joint.drive_gain is None:
                     raise ValueError(
-                        f"joints[{index}]: 'drive_gain' of '{joint.name}' is missing: joint torque per unit of"
+                        f"joints[{index}]: 'drive_gain' of '{joint.name}' is missing: torque per unit of"
                         " command; or give drive_gain_matrix"
                     )
                 if joint.drive_gain == 0:
