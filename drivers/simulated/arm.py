@@ -1,18 +1,19 @@
 """One joint with its arm under gravity: motor, rotor, gear with friction that sticks, link, payload.
 
     drive = N K_t i + motor-side torques − viscous − offset
-    load  = J q̈ + gravity − link-side torques,    drive = gear(load, q̇) + I_rotor q̈      (drivers.simulated.friction)
+    load  = J q̈ + gravity − link-side torques,    drive = gear(load, q̇) + I_rotor q̈
 
-Integration: the classical Runge-Kutta method of fourth order between events, with the direction of friction held
-through a stride. Within a stride the right-hand side is then smooth, which is what the method needs; a stride at whose
-end the velocity has changed its sign is cut where it was zero. At rest the stiction limits decide whether the joint
-sticks, exactly and without creep, or in which direction it breaks away. A friction law smoothed by a steep tanh would
-creep under gravity and would be stiff. Plain floats: for one joint arrays are ten times slower.
+Integration: the classical Runge-Kutta method of fourth order between events, with the direction of friction
+held through a stride. Within a stride the right-hand side is then smooth, which is what the method needs; a
+stride at whose end the velocity has changed its sign is cut where it was zero. At rest the stiction limits
+decide whether the joint sticks, exactly and without creep, or in which direction it breaks away. A friction
+law smoothed by a steep tanh would creep under gravity and would be stiff. Plain floats: for one joint
+arrays are ten times slower.
 """
 
 from collections import deque
 from collections.abc import Iterator
-from math import copysign, cos, exp, sin
+from math import copysign, cos, exp, sin, sqrt
 from random import Random
 
 import numpy as np
@@ -37,7 +38,10 @@ class Arm:
         spread = mass / payload.mass if payload.mass > 0.0 else 1.0
         link_inertia = settings.link.inertia + payload.inertia[5] * spread + mass * (x * x + y * y)
         rotor_inertia = motor_inertia_at_joint(motor)
-        self.first_moment = (settings.link.first_moment[0] + mass * x, settings.link.first_moment[1] + mass * y)
+        self.first_moment = (
+            settings.link.first_moment[0] + mass * x,
+            settings.link.first_moment[1] + mass * y,
+        )
         """kg m: MX, MY of arm and payload"""
         self.inertia = link_inertia + rotor_inertia
         """kg m²: all that turns with the joint"""
@@ -163,12 +167,13 @@ class Arm:
             q_end, v_end = self._stride(current, q, v, a, stride, direction)
             if v_end * direction <= 0.0:
                 if v != 0.0:
-                    # v(θ) ≈ v + a θ h + (v_end − v − a h) θ², zero at the θ in (0, 1] that does not cancel
-                    linear = a * stride
-                    root = linear * linear - 4.0 * (v_end - v - linear) * v
-                    share = min(1.0, max(0.0, -2.0 * v / (linear - direction * max(root, 0.0) ** 0.5)))
-                    stride *= share
-                    q_end, _ = self._stride(current, q, v, a, stride, direction)
+                    stride *= share_until_rest(v, a * stride, v_end)
+                    q_end, v_end = self._stride(current, q, v, a, stride, direction)
+                    a_end = self._acceleration(current, q_end, v_end, direction)
+                    if a_end * direction < 0.0:  # Newton: what is left of v is of third order
+                        correction = max(-stride, min(-v_end / a_end, remaining - stride))
+                        stride += correction
+                        q_end += 0.5 * v_end * correction
                 v_end = 0.0
             if self._effects.presliding is not None:
                 self._bend = self._bent(q_end, direction)
@@ -191,22 +196,27 @@ class Arm:
         sixth = h / 6.0
         return q + sixth * (v + 2.0 * (v2 + v3) + v4), v + sixth * (a + 2.0 * (a2 + a3) + a4)
 
-    def _torques(self, current: float, q: float) -> tuple[float, float]:
-        """(drive without viscous friction, load without inertia), N m at the joint."""
+    def _drive(self, current: float, q: float) -> float:
+        """N m at the joint on the motor's side, viscous friction apart."""
         effects = self._effects
-        if effects.current:
+        if effects.current or effects.motor_torque:
             motor_angle = q * self._ratio
             for effect in effects.current:
                 current = effect(current, motor_angle)
-        drive = self._torque_per_ampere * current - self._offset
-        for effect in effects.motor_torque:
-            drive += effect(q, q * self._ratio)
+            drive = self._torque_per_ampere * current - self._offset
+            for effect in effects.motor_torque:
+                drive += effect(q, motor_angle)
+            return drive
+        return self._torque_per_ampere * current - self._offset
+
+    def _static_load(self, q: float) -> float:
+        """N m of load without inertia: gravity less what pulls at the link."""
         c, s = cos(q), sin(q)
         mx, my = self.first_moment
         load = self._gx * (mx * s + my * c) - self._gy * (mx * c - my * s)
-        for effect in effects.link_torque:
+        for effect in self._effects.link_torque:
             load -= effect(q)
-        return drive, load
+        return load
 
     def _dry(self, q: float, speed: float) -> tuple[float, float]:
         """(factor on, N m added to) the gear's dry friction."""
@@ -219,8 +229,7 @@ class Arm:
 
     def _acceleration(self, current: float, q: float, v: float, direction: float) -> float:
         """rad/s² in sliding towards `direction`."""
-        drive, static_load = self._torques(current, q)
-        drive -= self._viscous_now * v
+        drive = self._drive(current, q) - self._viscous_now * v
         effects = self._effects
         for effect in effects.viscous_torque:
             drive -= effect(v)
@@ -233,13 +242,23 @@ class Arm:
             drive -= effects.presliding.damping * (1.0 - bend * bend) * v
             direction, share = copysign(1.0, bend), abs(bend)
         acceleration, load = self._gear.acceleration(
-            drive, static_load, self._load_inertia, self._rotor_inertia, speed, direction, share, factor, extra
+            drive,
+            self._static_load(q),
+            self._load_inertia,
+            self._rotor_inertia,
+            speed,
+            direction,
+            share,
+            factor,
+            extra,
         )
         self._heat_flow = (drive - self._rotor_inertia * acceleration - load + self._viscous_now * v) * v
         return acceleration
 
     def _bent(self, q: float, direction: float) -> float:
-        """How far the asperities are bent at q, -1..1: relaxes towards `direction` with the way since the last look."""
+        """How far the asperities are bent at q, -1..1: relaxes towards `direction` with the way since the
+        last look.
+        """
         assert self._effects.presliding is not None
         way = abs(q - self._reversed_at) / self._effects.presliding.displacement
         return direction - (direction - self._bend) * exp(-way)
@@ -250,7 +269,17 @@ class Arm:
             # asperities bend at any torque: the joint follows the balance, there is no stiction
             acceleration = self._acceleration(current, q, 0.0, copysign(1.0, self._bend))
             return 0.0 if abs(acceleration) < 1e-9 else copysign(1.0, acceleration)
-        drive, load = self._torques(current, q)
+        drive = self._drive(current, q)
         factor, extra = self._dry(q, 0.0)
-        lower, upper = self._gear.stiction_limits(load, factor, extra)
+        lower, upper = self._gear.stiction_limits(self._static_load(q), factor, extra)
         return 1.0 if drive > upper else -1.0 if drive < lower else 0.0
+
+
+def share_until_rest(v: float, linear: float, v_end: float) -> float:
+    """Share θ of a stride after which a velocity that starts at v and ends beyond zero at v_end is zero.
+
+    v(θ) ≈ v + linear θ + (v_end − v − linear) θ², where linear is the first acceleration times the stride;
+    of the two roots the one in (0, 1], in the form that does not cancel.
+    """
+    discriminant = max(linear * linear - 4.0 * (v_end - v - linear) * v, 0.0)
+    return min(1.0, max(0.0, -2.0 * v / (linear - copysign(sqrt(discriminant), v))))

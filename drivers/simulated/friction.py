@@ -1,4 +1,4 @@
-"""Dry friction of a gear that depends on load and speed and differs in driving and back-driving: eq. (20)-(25).
+"""Dry friction of a gear by load, speed and quadrant (driving or back-driving): eq. (20)-(25).
 
 The torque that the motor must bring for a load torque L while the joint moves in direction s (+1 or -1) is
 
@@ -16,7 +16,7 @@ from drivers.simulated.plant_settings import FrictionSettings
 class GearFriction:
     """Eq. (25) read in both directions: torque from load, and acceleration from torque."""
 
-    __slots__ = ("_driving", "_backdriving", "_inverse_stribeck")
+    __slots__ = ("_backdriving", "_driving", "_inverse_stribeck")
 
     def __init__(self, settings: FrictionSettings) -> None:
         self._driving = (
@@ -34,7 +34,13 @@ class GearFriction:
         self._inverse_stribeck = 1.0 / settings.stribeck_velocity
 
     def torque(
-        self, load: float, speed: float, direction: float, share: float = 1.0, factor: float = 1.0, extra: float = 0.0
+        self,
+        load: float,
+        speed: float,
+        direction: float,
+        share: float = 1.0,
+        factor: float = 1.0,
+        extra: float = 0.0,
     ) -> float:
         """Motor torque in joint space (N m) that balances `load` in sliding towards `direction`.
 
@@ -65,9 +71,10 @@ class GearFriction:
     ) -> tuple[float, float]:
         """Joint acceleration (rad/s²) and load (N m) under the motor torque `drive` in sliding.
 
-        The load is load_inertia · q̈ + static_load, and the torque that turns the rotor, rotor_inertia · q̈, passes
-        no gear. Load and acceleration depend on each other through the quadrant; each quadrant is tried, and where
-        neither answers the load is zero (teeth between flanks, friction somewhere between c_g and c_m).
+        The load is load_inertia · q̈ + static_load, and the torque that turns the rotor, rotor_inertia ·
+        q̈, passes no gear. Load and acceleration depend on each other through the quadrant; each quadrant
+        is tried, and where neither answers the load is zero (teeth between flanks, friction somewhere
+        between c_g and c_m).
         """
         e = exp(-speed * self._inverse_stribeck)
         weight = direction * share
@@ -90,7 +97,9 @@ class GearFriction:
         return -static_load / load_inertia, 0.0
 
     def stiction_limits(self, load: float, factor: float = 1.0, extra: float = 0.0) -> tuple[float, float]:
-        """Motor torques (N m) between which a gear at rest under `load` stays at rest: the limits of eq. (25) at rest."""
+        """Motor torques (N m) between which a gear at rest under `load` stays at rest: the limits of eq.
+        (25) at rest.
+        """
         a, b, c, d = self._driving
         driving = factor * ((a + b) * abs(load) + c + d) + extra
         a, b, c, d = self._backdriving

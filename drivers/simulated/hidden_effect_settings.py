@@ -1,4 +1,6 @@
-"""Which hidden effects a simulated axis can have, and their strengths, as an operator writes them in a rig file."""
+"""Which hidden effects a simulated axis can have, and their strengths, as an operator writes them in a rig
+file.
+"""
 
 from typing import Annotated, Literal
 
@@ -63,7 +65,9 @@ class Cogging(_Effect):
 
 
 class CurrentRipple(_Effect):
-    """Torque constant that varies with the motor's angle: K_t · (1 + amplitude · sin(order · motor angle + phase))."""
+    """Torque constant that varies with the motor's angle: K_t · (1 + amplitude · sin(order · motor angle +
+    phase)).
+    """
 
     effect: Literal["current-ripple"]
     amplitude: float = Field(ge=0, lt=1)
@@ -84,7 +88,9 @@ class Elasticity(_Effect):
 
 
 class Backlash(_Effect):
-    """Play in the transmission: no torque until the gap is crossed. Without `elasticity` the teeth are stiff."""
+    """Play in the transmission: no torque until the gap is crossed. Without `elasticity` the teeth are
+    stiff.
+    """
 
     effect: Literal["backlash"]
     gap: float = Field(gt=0)
@@ -126,7 +132,9 @@ class Delay(_Effect):
 
 
 class GravityTilt(_Effect):
-    """A base that does not stand level: gravity is turned by these angles about x, then y, then z of the base."""
+    """A base that does not stand level: gravity is turned by these angles about x, then y, then z of the
+    base.
+    """
 
     effect: Literal["gravity-tilt"]
     about_x: float = 0.0
@@ -176,7 +184,9 @@ class FrictionPosition(_Effect):
 
 
 class Stribeck(_Effect):
-    """Dry friction that rises as the speed goes to zero: + extra · exp(−|q̇| / velocity), whatever the load."""
+    """Dry friction that rises as the speed goes to zero: + extra · exp(−|q̇| / velocity), whatever the
+    load.
+    """
 
     effect: Literal["stribeck"]
     extra: float = Field(ge=0)
@@ -219,7 +229,9 @@ class ViscousPower(_Effect):
 
 
 class Presliding(_Effect):
-    """Dry friction that grows with displacement after a reversal, as asperities bend (Dahl's model, exponent 1)."""
+    """Dry friction that grows with displacement after a reversal, as asperities bend (Dahl's model,
+    exponent 1).
+    """
 
     effect: Literal["presliding"]
     displacement: float = Field(gt=0)
@@ -272,7 +284,9 @@ class LooseClamp(_Effect):
     play: float = Field(gt=0)
     """m from the middle to either stop, along y of the link"""
     friction: float = Field(default=0.15, ge=0)
-    """coefficient of the clamp's friction: it slides where the force across exceeds this share of the weight"""
+    """coefficient of the clamp's friction: it slides where the force across exceeds this share of the
+    weight
+    """
     time_constant: float = Field(default=0.02, gt=0)
     """s of sliding from stop to stop"""
 

@@ -1,8 +1,9 @@
-"""What a simulated axis does beside the textbook: each effect adds a small function to the place where it acts.
+"""What a simulated axis does beside the textbook: each effect adds a small function to the place where it
+acts.
 
-An axis asks its `AxisEffects` at seven places: the current, torque on the motor's side of the gear, torque on the
-link, dry friction added, dry friction multiplied, viscous friction by speed, and viscous friction by time and
-temperature. A place without effects is an empty tuple and costs nothing.
+An axis asks its `AxisEffects` at seven places: the current, torque on the motor's side of the gear, torque
+on the link, dry friction added, dry friction multiplied, viscous friction by speed, and viscous friction by
+time and temperature. A place without effects is an empty tuple and costs nothing.
 """
 
 from collections.abc import Callable, Iterable
@@ -84,8 +85,6 @@ class AxisEffects:
         viscous_factor: list[Callable[[float, float], float]] = []
         stateful: list[BrakeBursts | ShiftingMass] = []
         self.delay = 0.0
-        self.elasticity: settings.Elasticity | None = None
-        self.backlash: settings.Backlash | None = None
         self.presliding: settings.Presliding | None = None
         for effect in effects:
             match effect:
@@ -136,13 +135,11 @@ class AxisEffects:
                     viscous_factor.append(_warmup(effect))
                 case settings.FrictionTemperature():
                     viscous_factor.append(_temperature(effect))
-                case settings.Elasticity():
-                    self.elasticity = effect
-                case settings.Backlash():
-                    self.backlash = effect
                 case settings.Presliding():
                     self.presliding = effect
-                case _:  # gravity-tilt, payload-mass, payload-com act on the whole mechanism: `disturbed_*` below
+                case (
+                    _
+                ):  # the rest acts on the whole mechanism: tilt and payload below, elasticity in its own file
                     pass
         self.current = tuple(current)
         """(A, rad at the motor) -> A that gives torque"""
@@ -161,7 +158,9 @@ class AxisEffects:
         self.stateful = tuple(stateful)
 
 
-def disturbed_gravity(gravity: tuple[float, float, float], effects: Iterable[Effect]) -> tuple[float, float, float]:
+def disturbed_gravity(
+    gravity: tuple[float, float, float], effects: Iterable[Effect]
+) -> tuple[float, float, float]:
     """Gravity in the frame of a base that is tilted by `gravity-tilt`, m/s²."""
     x, y, z = gravity
     for effect in effects:
@@ -224,7 +223,9 @@ def _joint_spring(effect: settings.JointSpring) -> Callable[[float], float]:
 
 
 def _gravity_spring(effect: settings.GravitySpring) -> Callable[[float], float]:
-    """Spring force times lever; the lever is a b sin φ / length in the triangle of the two pins and the axis."""
+    """Spring force times lever; the lever is a b sin φ / length in the triangle of the two pins and the
+    axis.
+    """
     a, b = effect.base_radius, effect.link_radius
     squares, product = a * a + b * b, a * b
 

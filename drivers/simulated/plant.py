@@ -43,11 +43,13 @@ def build_mechanism(
     if isinstance(plant, Mapping):
         plant = read_plant_settings(plant)
     if isinstance(payload, Mapping):
-        payload = MountedPayload.model_validate({key: payload[key] for key in MountedPayload.model_fields if key in payload})
+        payload = MountedPayload.model_validate(
+            {key: payload[key] for key in MountedPayload.model_fields if key in payload}
+        )
     mechanism: Mechanism
     if isinstance(plant, RobotSettings):
-        raise PlantSettingsError("simulated.plant.kind: robot")
-    elif any(isinstance(effect, Elasticity | Backlash) for effect in plant.hidden_effects):
+        raise PlantSettingsError("simulated.plant.kind: 'arm' is the mechanism that there is")
+    if any(isinstance(effect, Elasticity | Backlash) for effect in plant.hidden_effects):
         mechanism = ElasticArm(plant, payload)
     else:
         mechanism = Arm(plant, payload)

@@ -1,7 +1,7 @@
 """Settings of the simulated mechanism: the section `simulated:` of a rig file.
 
-They are the truth behind the simulated drives. The rig's own section `robot:` is what the operator believes; nothing
-here is read from there, so that the two can disagree, as they do on a real machine.
+They are the truth behind the simulated drives. The rig's own section `robot:` is what the operator
+believes; nothing here is read from there, so that the two can disagree, as they do on a real machine.
 """
 
 import math
@@ -43,7 +43,9 @@ class MotorSettings(Settings):
 
 
 class FrictionSettings(Settings):
-    """Friction of one gear in joint space: eq. (25) with a_m = 1 + load_driving and a_g = 1 − load_backdriving."""
+    """Friction of one gear in joint space: eq. (25) with a_m = 1 + load_driving and a_g = 1 −
+    load_backdriving.
+    """
 
     viscous: float = Field(default=0.0, ge=0)
     """N m s/rad, F_V."""
@@ -84,8 +86,8 @@ class FrictionSettings(Settings):
             < self.dry_backdriving + self.dry_backdriving_stribeck
         ):
             raise ValueError(
-                "dry friction in driving must be at least that in back-driving (c_m >= c_g, c_m + d_m >= c_g + d_g): "
-                "otherwise two accelerations answer the same torque"
+                "dry friction in driving must be at least that in back-driving "
+                "(c_m >= c_g, c_m + d_m >= c_g + d_g): otherwise two accelerations answer the same torque"
             )
         return self
 
@@ -112,7 +114,9 @@ class AxisSettings(Settings):
 
 
 class MountedPayload(Settings):
-    """What hangs on the last link: mass, centre of mass in the link's frame, inertia about the centre of mass."""
+    """What hangs on the last link: mass, centre of mass in the link's frame, inertia about the centre of
+    mass.
+    """
 
     mass: float = Field(default=0.0, ge=0)
     """kg"""
@@ -142,6 +146,22 @@ class ArmSettings(Settings):
     hidden_effects: tuple[HiddenEffectSettings, ...] = ()
     longest_substep: float = Field(default=1e-3, gt=0, le=0.01)
     """s, the integrator never takes a longer stride."""
+
+    @model_validator(mode="after")
+    def _effects_fit(self) -> Self:
+        names = [effect.effect for effect in self.hidden_effects]
+        for name in ("elasticity", "backlash", "presliding", "delay"):
+            if names.count(name) > 1:
+                raise ValueError(f"hidden effect {name} can be there once")
+        if "presliding" in names and ("elasticity" in names or "backlash" in names):
+            raise ValueError("hidden effect presliding cannot be combined with elasticity or backlash")
+        if ("elasticity" in names or "backlash" in names) and self.axis.motor.rotor_inertia <= 0.0:
+            raise ValueError(
+                "elasticity and backlash need a rotor with inertia: axis.motor.rotor_inertia above 0"
+            )
+        if any(effect.joint != 1 for effect in self.hidden_effects):
+            raise ValueError("hidden effects of an arm have joint 1")
+        return self
 
 
 class LinkSettings(Settings):
