@@ -1,0 +1,39 @@
+"""`coulomb identify` and `coulomb effects`."""
+
+import json
+from typing import Annotated
+
+import typer
+
+
+def register(application: typer.Typer) -> None:
+    """Add the commands."""
+    application.command("identify")(identify_command)
+    application.command("effects")(effects_command)
+
+
+def identify_command(
+    experiment: Annotated[
+        str, typer.Argument(help="folder, experiment.yaml, or name of a stored experiment")
+    ],
+    model: Annotated[
+        str, typer.Option(help="rigid, usual, load-velocity, or rigid+effect,effect…")
+    ] = "usual",
+    add: Annotated[list[str] | None, typer.Option(help="EFFECT or EFFECT@JOINT; may be repeated")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="one JSON document on stdout")] = False,
+) -> None:
+    """Fit a model to all identification sessions at once and check it on the validation sessions."""
+    from identify.estimation.identification import identify
+    from identify.recording import load_experiment
+
+    result = identify(load_experiment(experiment), model, add or [])
+    print(json.dumps(result.to_json(), ensure_ascii=False, allow_nan=False))
+
+
+def effects_command(
+    as_json: Annotated[bool, typer.Option("--json", help="one JSON document on stdout")] = False,
+) -> None:
+    """The catalogue of effects: equation, explanation, what data each needs."""
+    from identify.effects.catalogue import catalogue
+
+    print(json.dumps(catalogue(), ensure_ascii=False))

@@ -1,0 +1,81 @@
+"""Effects between the recorded command and the torque: gain, saturation, timing."""
+
+import numpy as np
+
+from identify.effects.effect import Constants, Effect
+from identify.effects.motion import Array, JointMotion, JointSummary
+
+
+class GainSaturation(Effect):
+    name = "gain-saturation"
+    group = "actuation"
+    equation = "c sign(τ) max(0, |τ| − τ_0)^p,  τ: the model's own torque"
+    explanation = (
+        "The motor gives less torque per ampere at high current: the iron saturates, or the amplifier limits. "
+        "Check: motor data sheet (torque constant over current); keep peak currents lower."
+    )
+    regressors = ("sign(τ) max(0, |τ| − τ_0)^p",)
+    parameters = (("saturation", "N m/(N m)^p"),)
+    source = "torque-constant saturation of permanent-magnet motors, e.g. Hanselman 2006, ch. 4"
+    needs = ("torques up to the maximum",)
+    variable = "torque"
+    confusable = ("drive-gain",)
+    uses_load = True
+    uses_torque = True
+
+    def grid(self, summary: JointSummary) -> list[dict[str, float]]:
+        largest = max(abs(summary.load_range[0]), abs(summary.load_range[1]))
+        return [{"threshold": 0.0, "power": 3.0}] + [
+            {"threshold": part * largest, "power": 2.0} for part in (0.0, 0.25, 0.5, 0.7)
+        ]
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        torque = motion.model_torque
+        excess = np.maximum(0.0, np.abs(torque) - constants["threshold"])
+        return (np.sign(torque) * excess ** constants["power"])[:, None]
+
+
+class DriveGain(Effect):
+    name = "drive-gain"
+    group = "actuation"
+    equation = "(M_ae/M_aw) τ_known,  one ratio for all known loads"
+    explanation = (
+        "Every known load appears too heavy or too light by the same factor: the drive gain g_f (gear ratio, amplifier "
+        "gain or torque constant) is not what the settings say. Check: torque constant and amplifier gain in the rig file."
+    )
+    regressors = ("τ_known",)
+    parameters = (("gain_ratio", "1"),)
+    source = "paper, eq. (4) and (35)"
+    needs = ("a known payload or a known external force",)
+    variable = "known load"
+    confusable = ("payload-mass",)
+    uses_load = True
+
+    def obstacle(self, summary: JointSummary) -> str | None:
+        if summary.loaded_sessions or summary.has_external_force:
+            return None
+        return "no known load: without a weighed payload or a measured external force the gain cannot be told"
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        return motion.known_load[:, None]
+
+
+class Delay(Effect):
+    name = "delay"
+    group = "timing"
+    equation = "−δ dτ/dt,  τ: the model's own torque"
+    explanation = (
+        "The recorded command and the recorded position do not belong to the same instant (filters, fieldbus cycles, "
+        "wrong time stamps). Check: where each signal is sampled; the time stamps of the recording; it is not the mechanism."
+    )
+    regressors = ("−dτ/dt",)
+    parameters = (("delay", "s"),)
+    source = "Gautier, Poignet 2001; measured on EMPS"
+    needs = ("fast changes of torque",)
+    variable = "ddq"
+    confusable = ("elasticity",)
+    uses_load = True
+    uses_torque = True
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        return -np.gradient(motion.model_torque, motion.period)[:, None]

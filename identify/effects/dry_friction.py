@@ -1,0 +1,212 @@
+"""Dry friction: constant, load-dependent, and what it depends on besides."""
+
+import numpy as np
+
+from identify.effects.effect import Constants, Effect, finer, geometric_grid
+from identify.effects.motion import Array, JointMotion, JointSummary
+from identify.effects.viscous import stribeck_range, stribeck_step
+
+
+class Coulomb(Effect):
+    name = "coulomb"
+    group = "dry friction"
+    equation = "F_C sign(q̇)"
+    explanation = "Constant dry friction against the motion. Check: nothing; every drive has it."
+    regressors = ("sign(q̇)",)
+    parameters = (("FC", "N m"),)
+    source = "paper, eq. (5)"
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        return motion.direction[:, None]
+
+
+class Offset(Effect):
+    name = "offset"
+    group = "actuation"
+    equation = "τ_off"
+    explanation = (
+        "A constant torque: the amplifier's offset and dry friction that differs between the directions. "
+        "Check: offset calibration of the current amplifier."
+    )
+    regressors = ("1",)
+    parameters = (("offset", "N m"),)
+    source = "paper, eq. (6)"
+    confusable = ("viscous-asymmetric",)
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        return np.ones((len(motion.q), 1))
+
+
+def quadrants(motion: JointMotion) -> tuple[Array, Array]:
+    """P⁺ and P⁻ of eq. (27)-(28), with the power sign of the model's own load."""
+    power_sign = np.sign(motion.load * motion.dq)
+    return 0.5 * (1 + power_sign), 0.5 * (1 - power_sign)
+
+
+class LoadFriction(Effect):
+    name = "load-friction"
+    group = "load"
+    equation = "α |τ_out| sign(q̇)"
+    explanation = (
+        "Dry friction grows with the load that the gear carries, as Coulomb's law says. Worm gears, screws and "
+        "cycloidal reducers show it most. Check: compare friction with and without payload at the same speed."
+    )
+    regressors = ("|τ_out| sign(q̇)",)
+    parameters = (("alpha", "1"),)
+    source = "paper, eq. (18)"
+    needs = ("a payload change or strongly varying gravity load",)
+    variable = "load"
+    confusable = ("load-friction-asymmetric", "friction-position")
+    uses_load = True
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        return (np.abs(motion.load) * motion.direction)[:, None]
+
+
+class LoadFrictionAsymmetric(Effect):
+    name = "load-friction-asymmetric"
+    group = "load"
+    equation = "(P⁺ α_m + P⁻ α_g) |τ_out| sign(q̇) + ½(β_m − β_g) sign(τ_out)"
+    explanation = (
+        "Dry friction grows with the load, and differently when the motor drives the load and when the load drives the "
+        "motor (gear efficiency is not the same both ways). Check: reducer type and efficiency; lift and lower the same "
+        "payload at the same speed and compare the currents."
+    )
+    regressors = ("P⁺ |τ_out| sign(q̇)", "P⁻ |τ_out| sign(q̇)", "½ sign(τ_out)")
+    parameters = (("alpha_m", "1"), ("alpha_g", "1"), ("beta_difference", "N m"))
+    source = "paper, eq. (20)"
+    needs = ("a payload change or strongly varying gravity load", "all four quadrants of Fig. 2")
+    variable = "load"
+    confusable = ("load-friction", "drive-gain")
+    uses_load = True
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        driving, driven = quadrants(motion)
+        load_friction = np.abs(motion.load) * motion.direction
+        return np.column_stack([driving * load_friction, driven * load_friction, 0.5 * np.sign(motion.load)])
+
+
+class LoadStribeck(Effect):
+    name = "load-stribeck"
+    group = "load"
+    equation = "(P⁺ b_m + P⁻ b_g) |τ_out| exp(−|q̇|/q̇_s) sign(q̇)"
+    explanation = (
+        "The part of dry friction that grows with the load changes at low speed (the load squeezes the lubricant film "
+        "out). Check: lubrication under load; slow motion with the heaviest payload."
+    )
+    regressors = ("P⁺ |τ_out| exp(−|q̇|/q̇_s) sign(q̇)", "P⁻ |τ_out| exp(−|q̇|/q̇_s) sign(q̇)")
+    parameters = (("b_m", "1"), ("b_g", "1"))
+    source = "paper, eq. (24)-(25)"
+    needs = ("a payload change or strongly varying gravity load", "slow motion")
+    variable = "dq"
+    confusable = ("stribeck", "load-friction-asymmetric")
+    uses_load = True
+
+    def obstacle(self, summary: JointSummary) -> str | None:
+        if summary.speed_quantiles[2] > 0.35 * summary.maximum_speed:
+            return "no slow motion: hardly a sample is below a third of the top speed"
+        return None
+
+    def grid(self, summary: JointSummary) -> list[dict[str, float]]:
+        return geometric_grid("stribeck_velocity", *stribeck_range(summary), 7)
+
+    def refine(self, constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
+        return finer("stribeck_velocity", constants, stribeck_step(summary, 7))
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        driving, driven = quadrants(motion)
+        fading = np.abs(motion.load) * motion.direction
+        fading *= np.exp(-np.abs(motion.dq) / constants["stribeck_velocity"])
+        return np.column_stack([driving * fading, driven * fading])
+
+
+class FrictionPosition(Effect):
+    name = "friction-position"
+    group = "position"
+    equation = "(Σ_k F_k B_k(q)) sign(q̇),  B_k: hat functions over the range of motion"
+    explanation = (
+        "Dry friction is not the same everywhere: a tight spot, a bent shaft, a worn or dry stretch of the gear. "
+        "Check: turn the joint slowly by hand or at low speed and feel for tight spots; look at the bearing there."
+    )
+    regressors = ("B_k(q) sign(q̇)",)
+    parameters = (("FQ", "N m"),)
+    source = "Armstrong-Hélouvy 1991, ch. 3 (position-dependent friction)"
+    needs = ("motion over the same positions in both directions",)
+    variable = "q"
+    confusable = ("load-friction", "torque-ripple")
+
+    def grid(self, summary: JointSummary) -> list[dict[str, float]]:
+        low, high = summary.position_range
+        return [{"from": low, "to": high, "knots": knots} for knots in (3.0, 5.0, 8.0, 13.0)]
+
+    def parameters_of(self, summary: JointSummary) -> tuple[tuple[str, str], ...]:
+        return (("FQ", "N m"),)
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        return hat_functions(motion.q, constants)[:, 1:] * motion.direction[:, None]
+
+
+def hat_functions(position: Array, constants: Constants) -> Array:
+    """Piecewise linear hat functions over the range of motion, (samples, knots); they sum to one."""
+    knots = np.linspace(constants["from"], constants["to"], round(constants["knots"]))
+    width = knots[1] - knots[0]
+    clipped = np.clip(position, knots[0], knots[-1])
+    return np.maximum(0.0, 1.0 - np.abs(clipped[:, None] - knots) / width)
+
+
+class FrictionTemperature(Effect):
+    name = "friction-temperature"
+    group = "temperature"
+    equation = "(T − 20 °C) (F_VT q̇ + F_CT sign(q̇))"
+    explanation = (
+        "Friction changes with the temperature of the gearbox. Check: warm the machine up before measuring, or keep the "
+        "temperature column in every session."
+    )
+    regressors = ("(T − 20) q̇", "(T − 20) sign(q̇)")
+    parameters = (("FVT", "N m s/(rad K)"), ("FCT", "N m/K"))
+    source = "Bittencourt, Axelsson 2014, IEEE/ASME Trans. Mechatronics 19(1)"
+    needs = ("a temperature column that changes by some kelvin",)
+    variable = "temperature"
+    confusable = ("friction-warmup",)
+
+    def obstacle(self, summary: JointSummary) -> str | None:
+        return None if summary.has_temperature else "no temperature column that changes by more than 1 K"
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        assert motion.temperature is not None
+        warmer = motion.temperature - 20.0
+        return np.column_stack([warmer * motion.dq, warmer * motion.direction])
+
+
+class FrictionWarmup(Effect):
+    name = "friction-warmup"
+    group = "temperature"
+    equation = "exp(−t/T_w) (F_Vw q̇ + F_Cw sign(q̇)),  t: since the session (or the first session) began"
+    explanation = (
+        "Friction falls while the machine warms up. Check: warm up before measuring, measure longer, or record the "
+        "gearbox temperature."
+    )
+    regressors = ("exp(−t/T_w) q̇", "exp(−t/T_w) sign(q̇)")
+    parameters = (("FVw", "N m s/rad"), ("FCw", "N m"))
+    source = "Simoni, Beschi, Legnani, Visioli 2015 (friction with thermal state)"
+    needs = ("a session of a minute or more",)
+    variable = "time"
+    confusable = ("friction-temperature",)
+
+    def grid(self, summary: JointSummary) -> list[dict[str, float]]:
+        longest = max(summary.session_durations)
+        total = sum(summary.session_durations)
+        per_session = geometric_grid("time_constant", 0.1 * longest, 2.0 * longest, 4)
+        found = [{**value, "across_sessions": 0.0} for value in per_session]
+        if len(summary.session_durations) > 1:
+            across = geometric_grid("time_constant", 0.15 * total, 1.5 * total, 3)
+            found += [{**value, "across_sessions": 1.0} for value in across]
+        return found
+
+    def refine(self, constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
+        return finer("time_constant", constants, 2.0)
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        clock = motion.experiment_time if constants["across_sessions"] else motion.session_time
+        cold = np.exp(-clock / constants["time_constant"])
+        return np.column_stack([cold * motion.dq, cold * motion.direction])

@@ -1,0 +1,79 @@
+"""An effect is an object: a name, an equation, columns of the regressor, and what it needs to be seen."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import ClassVar, Literal
+
+from identify.effects.motion import Array, JointMotion, JointSummary
+
+Constants = Mapping[str, float]
+"""Nonlinear constants of an effect by name, e.g. {"stribeck_velocity": 0.03}."""
+
+
+class Effect(ABC):
+    """One physical effect of one joint, linear in its parameters once its nonlinear constants are chosen.
+
+    A subclass states the class attributes and gives `columns`. An effect with nonlinear constants also gives
+    `grid`; one that not every record can show gives `obstacle`.
+    """
+
+    name: ClassVar[str]
+    group: ClassVar[str]
+    equation: ClassVar[str]
+    explanation: ClassVar[str]
+    """in an operator's words, ending with what to check on the machine"""
+    regressors: ClassVar[tuple[str, ...]]
+    """what each column is, as a formula"""
+    parameters: ClassVar[tuple[tuple[str, str], ...]]
+    """name (joint number is appended) and unit of each column's parameter, N m read as N for a prismatic joint"""
+    source: ClassVar[str]
+    needs: ClassVar[tuple[str, ...]] = ()
+    variable: ClassVar[str] = "dq"
+    """the variable over which the effect is best seen in a residual"""
+    confusable: ClassVar[tuple[str, ...]] = ()
+    """names of effects that are the same physics, or that only special data tell apart"""
+    uses_load: ClassVar[bool] = False
+    """whether the columns need the load of a fitted rigid model"""
+    uses_torque: ClassVar[bool] = False
+    """whether the columns need the whole torque of a fitted model; such effects are no part of that torque"""
+    rows: ClassVar[Literal["joint", "motor", "robot"]] = "joint"
+    """whose rows carry the columns: the joint's own, those of every joint that its motor drives, or all"""
+
+    def obstacle(self, summary: JointSummary) -> str | None:
+        """Why this record cannot show the effect, in words; None where it can."""
+        return None
+
+    def grid(self, summary: JointSummary) -> list[dict[str, float]]:
+        """Values of the nonlinear constants worth trying, coarse, within their physical range."""
+        return [{}]
+
+    def refine(self, constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
+        """Finer values around a choice; the choice itself is among them."""
+        return [dict(constants)]
+
+    def searched(self, summary: JointSummary) -> int:
+        """How many independent values of the constants the search amounts to, for the correction of evidence."""
+        return max(1, min(len(self.grid(summary)), 4))
+
+    def parameters_of(self, summary: JointSummary) -> tuple[tuple[str, str], ...]:
+        """Name and unit of each column's parameter for this record; usually the class attribute."""
+        return self.parameters
+
+    @abstractmethod
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        """Columns on the rows of `motion.joint`, (samples, parameters), per unit of parameter."""
+
+
+def geometric_grid(name: str, lowest: float, highest: float, count: int) -> list[dict[str, float]]:
+    """`count` values of one constant in equal ratios from `lowest` to `highest`."""
+    if not (lowest > 0 and highest > lowest):
+        return [{name: max(lowest, highest)}]
+    ratio = (highest / lowest) ** (1 / max(1, count - 1))
+    return [{name: lowest * ratio**step} for step in range(count)]
+
+
+def finer(name: str, constants: Constants, ratio: float, steps: int = 4) -> list[dict[str, float]]:
+    """Values of one constant from 1/ratio to ratio times the present choice, the choice in the middle."""
+    return [
+        {**constants, name: constants[name] * ratio ** (step / steps)} for step in range(-steps, steps + 1)
+    ]

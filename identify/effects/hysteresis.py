@@ -1,0 +1,120 @@
+"""Effects that remember where the joint came from: presliding and backlash."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.effects.effect import Constants, Effect, finer, geometric_grid
+from identify.effects.motion import Array, JointMotion, JointSummary
+
+
+class Presliding(Effect):
+    name = "presliding"
+    group = "memory"
+    equation = "F_p (z − sign(q̇)),  dz/dq = (1 − z sign(q̇)) / δ"
+    explanation = (
+        "After each reversal friction builds up over a short way, like a stiff spring, before the joint really slides. "
+        "Check: nothing is broken; it is the elastic contact of bearings and seals. It matters for short and slow moves."
+    )
+    regressors = ("z − sign(q̇)",)
+    parameters = (("FP_", "N m"),)
+    source = "Dahl 1968; Canudas de Wit et al. 1995 (LuGre without the velocity term)"
+    needs = ("many reversals",)
+    variable = "travel since reversal"
+    confusable = ("stribeck", "backlash")
+
+    def grid(self, summary: JointSummary) -> list[dict[str, float]]:
+        lowest = max(3.0 * summary.position_resolution, 3e-4 * summary.span)
+        return geometric_grid("presliding_distance", lowest, 0.08 * summary.span, 7)
+
+    def refine(self, constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
+        return finer("presliding_distance", constants, 2.0)
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        state = dahl_state(motion, constants["presliding_distance"])
+        return (state - motion.direction)[:, None]
+
+
+class Backlash(Effect):
+    name = "backlash"
+    group = "memory"
+    equation = "a ∂τ_out/∂q (p − q) + ½ b ∂τ_out/∂q sign(τ_out),  p: play operator of width b on q"
+    explanation = (
+        "The motor turns a little way before the link follows: play in the gear. "
+        "Check: hold the motor with its brake and move the link by hand; look at gear wear and preload."
+    )
+    regressors = ("∂τ_out/∂q (p − q)", "½ ∂τ_out/∂q sign(τ_out)")
+    parameters = (("backlash_play", "1"), ("backlash_flank", "rad"))
+    source = "Nordin, Gutman 2002, Automatica 38 (mechanical systems with backlash)"
+    needs = ("reversals of motion and of load", "an encoder on the motor's side")
+    variable = "travel since reversal"
+    confusable = ("presliding", "elasticity")
+    uses_load = True
+
+    def grid(self, summary: JointSummary) -> list[dict[str, float]]:
+        lowest = max(4.0 * summary.position_resolution, 5e-4 * summary.span)
+        return geometric_grid("play", lowest, 0.05 * summary.span, 5)
+
+    def refine(self, constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
+        return finer("play", constants, 2.0)
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        lag = play_position(motion, constants["play"]) - motion.q
+        slope = motion.load_slope
+        return np.column_stack([slope * lag, 0.5 * slope * np.sign(motion.load)])
+
+
+def monotone_pieces(position: Array) -> tuple[NDArray[np.intp], Array, Array]:
+    """Cut a course of positions at its reversals.
+
+    Returns the piece of every sample (samples,), and the direction and first position of every piece.
+    """
+    step = np.diff(position, prepend=position[:1])
+    direction = np.sign(step)
+    moving = direction != 0
+    if not moving.any():
+        return np.zeros(len(position), np.intp), np.ones(1), position[:1]
+    latest = np.maximum.accumulate(np.where(moving, np.arange(len(position)), 0))
+    direction = direction[latest]
+    first = direction[np.argmax(moving)]
+    direction[direction == 0] = first
+    starts = np.flatnonzero(np.diff(direction)) + 1
+    piece = np.zeros(len(position), np.intp)
+    piece[starts] = 1
+    piece = np.cumsum(piece)
+    beginnings = np.concatenate([[0], starts - 1])
+    return piece, direction[np.concatenate([[0], starts])], position[beginnings]
+
+
+def dahl_state(motion: JointMotion, distance: float) -> Array:
+    """State z of Dahl's model, -1..1, exact between reversals: z = s + (z0 - s) exp(-|q - q0|/distance)."""
+    piece, direction, origin = monotone_pieces(motion.q)
+    key = ("dahl", motion.joint, distance)
+    state = motion.memory.recall(key, float(motion.time[0]))
+    value = direction[0] if state is None else state
+    travelled = np.exp(-np.abs(np.diff(np.append(origin, motion.q[-1]))) / distance)
+    at_start = np.empty(len(direction))
+    for index, (heading, fraction) in enumerate(zip(direction, travelled, strict=True)):
+        at_start[index] = value
+        value = heading + (value - heading) * fraction
+    heading = direction[piece]
+    state = heading + (at_start[piece] - heading) * np.exp(-np.abs(motion.q - origin[piece]) / distance)
+    motion.memory.keep(key, motion.time, state)
+    return state
+
+
+def play_position(motion: JointMotion, width: float) -> Array:
+    """Position of the link behind a gap of `width` (rad), pushed by the motor at either flank."""
+    piece, direction, origin = monotone_pieces(motion.q)
+    key = ("play", motion.joint, width)
+    kept = motion.memory.recall(key, float(motion.time[0]))
+    value = motion.q[0] - 0.5 * width * direction[0] if kept is None else kept
+    ends = np.append(origin[1:], motion.q[-1])
+    at_start = np.empty(len(direction))
+    for index, (heading, end) in enumerate(zip(direction, ends, strict=True)):
+        at_start[index] = value
+        value = max(value, end - 0.5 * width) if heading > 0 else min(value, end + 0.5 * width)
+    forwards = np.maximum(at_start[piece], motion.q - 0.5 * width)
+    backwards = np.minimum(at_start[piece], motion.q + 0.5 * width)
+    position = np.where(direction[piece] > 0, forwards, backwards)
+    motion.memory.keep(key, motion.time, position)
+    return position

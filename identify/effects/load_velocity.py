@@ -1,0 +1,63 @@
+"""The paper's model in its linear form, eq. (30): base parameters and dry friction split by the power sign."""
+
+import numpy as np
+
+from identify.effects.dry_friction import quadrants
+from identify.effects.effect import Constants, Effect, finer, geometric_grid
+from identify.effects.motion import Array, JointMotion, JointSummary
+from identify.effects.viscous import stribeck_range, stribeck_step
+
+SPLIT = (("a_m", 1.0), ("b_m", 1.0), ("a_g", 1.0), ("b_g", 1.0))
+DRY = (("c_m", "N m"), ("d_m", "N m"), ("c_g", "N m"), ("d_g", "N m"))
+
+
+class LoadVelocity(Effect):
+    """Columns of eq. (30) and (42) for one joint; they replace the base parameters' own columns.
+
+    It is not in the catalogue: what it adds to the usual model are the catalogue's `load-friction-asymmetric`,
+    `stribeck` and `load-stribeck`. Its products a_m·J, b_m·MX … have one value for each quadrant pair.
+    """
+
+    name = "load-velocity"
+    group = "load"
+    equation = "P⁺(a_m + b_m E)τ_out + P⁻(a_g − b_g E)τ_out + P⁺(c_m + d_m E)sign(q̇) + P⁻(c_g + d_g E)sign(q̇)"
+    explanation = "Dry friction that depends on load and velocity, one set of parameters for each power sign."
+    regressors = (
+        "P⁺ D",
+        "P⁺ E D",
+        "P⁻ D",
+        "−P⁻ E D",
+        "P⁺ sign(q̇)",
+        "P⁺ E sign(q̇)",
+        "P⁻ sign(q̇)",
+        "P⁻ E sign(q̇)",
+    )
+    parameters = DRY
+    source = "paper, eq. (30), (42), (43)"
+    uses_load = True
+
+    def grid(self, summary: JointSummary) -> list[dict[str, float]]:
+        return geometric_grid("stribeck_velocity", *stribeck_range(summary), 9)
+
+    def refine(self, constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
+        return finer("stribeck_velocity", constants, stribeck_step(summary, 9))
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        driving, driven = quadrants(motion)
+        fading = np.exp(-np.abs(motion.dq) / constants["stribeck_velocity"])
+        # one known load beside the base parameters: its a_m and a_g are the paper's M_ae/M_aw split by quadrant
+        loads = np.column_stack([motion.inertial, motion.known_load])
+        signs = motion.direction
+        split = [loads * factor[:, None] for factor in (driving, driving * fading, driven, -driven * fading)]
+        dry = [driving * signs, driving * fading * signs, driven * signs, driven * fading * signs]
+        return np.hstack([*split, np.column_stack(dry)])
+
+
+def linear_names(base_names: list[str], base_units: list[str]) -> list[tuple[str, str]]:
+    """Names and units of the columns, in their order: a_m·J …, a_m, b_m·J …, c_m, d_m, c_g, d_g."""
+    named = [
+        (f"{symbol}·{name}", unit)
+        for symbol, _ in SPLIT
+        for name, unit in [*zip(base_names, base_units, strict=True), ("1", "1")]
+    ]
+    return [(name.removesuffix("·1"), unit) for name, unit in named] + list(DRY)

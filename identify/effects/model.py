@@ -1,0 +1,145 @@
+"""A model is the rigid robot and a list of effects, each of one joint."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from identify.effects.effect import Effect
+from identify.effects.motion import Array
+from identify.recording.errors import InputError
+
+USUAL = ("viscous", "coulomb", "offset")
+"""eq. (8)"""
+
+NAMED_MODELS: dict[str, tuple[str, ...]] = {
+    "rigid": ("offset",),
+    "usual": USUAL,
+    "load-velocity": (*USUAL, "load-friction-asymmetric", "stribeck", "load-stribeck"),
+}
+
+
+@dataclass(frozen=True)
+class Term:
+    """An effect of one joint, the nonlinear constants chosen or (None) still to be searched."""
+
+    effect: Effect
+    joint: int
+    constants: tuple[tuple[str, float], ...] | None = None
+
+    @property
+    def key(self) -> tuple[str, int]:
+        """What makes two terms the same: effect and joint."""
+        return (self.effect.name, self.joint)
+
+    def chosen(self, constants: dict[str, float]) -> "Term":
+        """The same term with these constants."""
+        return replace(self, constants=tuple(sorted(constants.items())))
+
+
+@dataclass(frozen=True)
+class Model:
+    """The rigid robot and its effects.
+
+    name : as the user wrote it
+    terms : effects by joint, without repetition, in the order of the joints and of adding
+    """
+
+    name: str
+    terms: tuple[Term, ...]
+
+    def with_terms(self, terms: Iterable[Term]) -> "Model":
+        """This model and further terms; a term that it already has is not added twice."""
+        present = {term.key for term in self.terms}
+        added = []
+        for term in terms:
+            if term.key not in present:
+                present.add(term.key)
+                added.append(term)
+        return replace(self, terms=(*self.terms, *added))
+
+    def without(self, key: tuple[str, int]) -> "Model":
+        """This model less one term."""
+        return replace(self, terms=tuple(term for term in self.terms if term.key != key))
+
+    def with_constants(self, terms: Sequence[Term]) -> "Model":
+        """The same terms with their constants chosen."""
+        return replace(self, terms=tuple(terms))
+
+    def has(self, name: str, joint: int) -> bool:
+        """Whether the effect acts on the joint in this model."""
+        return (name, joint) in {term.key for term in self.terms}
+
+
+def motor_shares(drive_gain: Array) -> Array:
+    """c[j, m]: torque on joint j per unit of torque that motor m gives its own joint, (n, n).
+
+    The columns of the drive gain matrix (eq. 4) in units of their diagonal; the velocity of motor m, in units
+    of its own joint, is c[:, m] · dq (the transpose: no power is lost in a coupling).
+    """
+    diagonal = np.diag(drive_gain)
+    return drive_gain / np.where(diagonal == 0, 1.0, diagonal)
+
+
+def parse_model(text: str, joint_names: Sequence[str], known: dict[str, Effect], drive_gain: Array) -> Model:
+    """The model that the user named: `rigid`, `usual`, `load-velocity`, or `rigid+effect,effect…`.
+
+    :raises InputError: a name that is no model and no effect.
+    """
+    base, plus, listed = text.partition("+")
+    if plus and base != "rigid":
+        raise InputError(f"model '{text}': a list of effects follows 'rigid+', e.g. 'rigid+viscous,coulomb'")
+    if base not in NAMED_MODELS:
+        raise InputError(
+            f"model '{text}': not a model; models are {', '.join(NAMED_MODELS)}, or 'rigid+' and a list of effects"
+        )
+    names = list(NAMED_MODELS[base])
+    if plus:
+        names += [name.strip() for name in listed.split(",") if name.strip()]
+        if not listed.strip():
+            raise InputError(f"model '{text}': after 'rigid+' a comma-separated list of effects is missing")
+    model = Model(text, ())
+    for name in names:
+        model = model.with_terms(parse_addition(name, joint_names, known, drive_gain, f"model '{text}'"))
+    return model
+
+
+def parse_addition(
+    text: str,
+    joint_names: Sequence[str],
+    known: dict[str, Effect],
+    drive_gain: Array,
+    where: str = "",
+) -> list[Term]:
+    """Terms of `EFFECT` (every joint) or `EFFECT@JOINT`.
+
+    An effect of a shared motor belongs to the motor's own joint; one of the whole robot stands once.
+
+    :raises InputError: an effect or joint of that name does not exist.
+    """
+    name, at, joint_name = text.partition("@")
+    where = where or f"--add {text}"
+    if name not in known:
+        raise InputError(f"{where}: there is no effect '{name}'; effects are {', '.join(known)}")
+    if at and joint_name not in joint_names:
+        raise InputError(f"{where}: there is no joint '{joint_name}'; joints are {', '.join(joint_names)}")
+    joints = [list(joint_names).index(joint_name)] if at else list(range(len(joint_names)))
+    return terms_of(known[name], joints, drive_gain)
+
+
+def terms_of(effect: Effect, joints: Iterable[int], drive_gain: Array) -> list[Term]:
+    """The terms that an effect makes on these joints, each once."""
+    if effect.rows == "robot":
+        return [Term(effect, 0)]
+    if effect.rows == "joint":
+        return [Term(effect, joint) for joint in joints]
+    owners: list[int] = []
+    for joint in joints:
+        owners += [motor for motor in coupled_motors(drive_gain, joint) if motor not in owners]
+    return [Term(effect, owner) for owner in owners]
+
+
+def coupled_motors(drive_gain: Array, joint: int) -> list[int]:
+    """Motors that act on this joint and on another one as well."""
+    acting = np.abs(drive_gain) > 0
+    return [motor for motor in np.flatnonzero(acting[joint]) if acting[:, motor].sum() > 1]

@@ -1,0 +1,110 @@
+"""Loads that are not what was declared: payload mass, payload centre, direction of gravity."""
+
+import numpy as np
+
+from identify.effects.effect import Constants, Effect
+from identify.effects.motion import Array, JointMotion, JointSummary
+
+
+class PayloadMass(Effect):
+    name = "payload-mass"
+    group = "payload"
+    equation = "(M_ae/M_aw)_p τ_payload,  one ratio for each payload p"
+    explanation = (
+        "A payload is heavier or lighter than declared. Check: weigh it again, with its flange and screws."
+    )
+    regressors = ("τ_payload of payload p",)
+    parameters = (("mass_ratio", "1"),)
+    source = "paper, eq. (35)"
+    needs = ("a session with a known payload",)
+    variable = "known load"
+    confusable = ("drive-gain", "payload-com")
+    uses_load = True
+    rows = "robot"
+
+    def obstacle(self, summary: JointSummary) -> str | None:
+        return None if summary.loaded_sessions else "no session with a payload"
+
+    def parameters_of(self, summary: JointSummary) -> tuple[tuple[str, str], ...]:
+        return tuple((f"mass_ratio[{summary.payloads[p]}]", "1") for p in loaded_payloads(summary))
+
+    def grid(self, summary: JointSummary) -> list[dict[str, float]]:
+        return [payload_slots(summary)]
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        return spread(motion.known_load[:, None], motion, constants)
+
+
+class PayloadCentre(Effect):
+    name = "payload-com"
+    group = "payload"
+    equation = "∂τ_payload/∂c · δc_p,  the displacement of the centre of mass of each payload p"
+    explanation = (
+        "The centre of mass of a payload is not where it was declared. Check: how the payload is mounted; measure the "
+        "distance from the flange to its centre."
+    )
+    regressors = ("∂τ_payload/∂c_x", "∂τ_payload/∂c_y", "∂τ_payload/∂c_z")
+    parameters = (("com_x", "m"), ("com_y", "m"), ("com_z", "m"))
+    source = "paper, eq. (32)-(34)"
+    needs = ("a session with a known payload",)
+    variable = "q"
+    confusable = ("payload-mass", "gravity-tilt")
+    uses_load = True
+    rows = "robot"
+
+    def obstacle(self, summary: JointSummary) -> str | None:
+        return None if summary.loaded_sessions else "no session with a payload"
+
+    def parameters_of(self, summary: JointSummary) -> tuple[tuple[str, str], ...]:
+        return tuple(
+            (f"com_{axis}[{summary.payloads[p]}]", "m") for p in loaded_payloads(summary) for axis in "xyz"
+        )
+
+    def grid(self, summary: JointSummary) -> list[dict[str, float]]:
+        return [payload_slots(summary)]
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        return spread(motion.payload_gradient, motion, constants)
+
+
+class GravityTilt(Effect):
+    name = "gravity-tilt"
+    group = "payload"
+    equation = "∂τ_out/∂g · δg"
+    explanation = (
+        "Gravity does not point where the model says: the base stands tilted. "
+        "Check: a spirit level on the base; the gravity vector in the rig file."
+    )
+    regressors = ("∂τ_out/∂g_1", "∂τ_out/∂g_2")
+    parameters = (("tilt_1", "m/s²"), ("tilt_2", "m/s²"))
+    source = "gravity term Q(q) of eq. (2), first order in the tilt"
+    needs = ("for a single joint: a payload change",)
+    variable = "q"
+    confusable = ("payload-com", "joint-spring")
+    uses_load = True
+    rows = "robot"
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        return motion.gravity_gradient
+
+
+def loaded_payloads(summary: JointSummary) -> list[int]:
+    """Indices of the payloads that have a mass and were carried in some session."""
+    carried = set(summary.payload_of_session)
+    return [p for p, mass in enumerate(summary.payload_masses) if mass > 0 and p in carried]
+
+
+def payload_slots(summary: JointSummary) -> dict[str, float]:
+    """Which group of columns belongs to which payload, as constants of the effect."""
+    return {f"payload_{p}": float(slot) for slot, p in enumerate(loaded_payloads(summary))}
+
+
+def spread(columns: Array, motion: JointMotion, constants: Constants) -> Array:
+    """Put a payload's columns into its own slot; the others' slots are zero in this session."""
+    width = columns.shape[1]
+    out = np.zeros((len(columns), width * len(constants)))
+    slot = constants.get(f"payload_{motion.payload}")
+    if slot is not None:
+        start = round(slot) * width
+        out[:, start : start + width] = columns
+    return out

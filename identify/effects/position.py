@@ -1,0 +1,97 @@
+"""Torques that depend on where the joint stands: springs and ripple."""
+
+import numpy as np
+
+from identify.effects.effect import Constants, Effect
+from identify.effects.motion import Array, JointMotion, JointSummary
+
+
+class JointSpring(Effect):
+    name = "joint-spring"
+    group = "position"
+    equation = "k_s q"
+    explanation = (
+        "A torque that grows with the joint's angle: a balancing spring, a gas strut, a stiff cable or hose that was not "
+        "in the model. Check: look for a spring or strut on this joint; push hoses and cables aside and repeat."
+    )
+    regressors = ("q",)
+    parameters = (("KS", "N m/rad"),)
+    source = "Khalil, Dombre 2002, ch. 9 (balancing springs)"
+    needs = ("motion over a wide range of positions",)
+    variable = "q"
+    confusable = ("gravity-tilt",)
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        return motion.q[:, None]
+
+
+class TorqueRipple(Effect):
+    name = "torque-ripple"
+    group = "position"
+    equation = "A cos(k q) + B sin(k q)"
+    explanation = (
+        "A torque that repeats with position at a fixed number of cycles per turn: cogging of the motor, meshing teeth, "
+        "the wave generator of a harmonic drive. Check: compare the cycles per turn with motor poles, teeth and gear ratio."
+    )
+    regressors = ("cos(k q)", "sin(k q)")
+    parameters = (("ripple_cos", "N m"), ("ripple_sin", "N m"))
+    source = "Gandhi, Ghorbel, Dabney 2002 (harmonic drives); motor cogging"
+    needs = ("slow motion over several cycles",)
+    variable = "q"
+    confusable = ("current-ripple", "friction-position")
+
+    def obstacle(self, summary: JointSummary) -> str | None:
+        return None if summary.position_lines else "no line stands out in the residual over position"
+
+    def grid(self, summary: JointSummary) -> list[dict[str, float]]:
+        return [{"wave_number": line} for line in summary.position_lines]
+
+    def refine(self, constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
+        return finer_line(constants, summary)
+
+    def searched(self, summary: JointSummary) -> int:
+        return summary.lines_searched
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        phase = constants["wave_number"] * motion.q
+        return np.column_stack([np.cos(phase), np.sin(phase)])
+
+
+class CurrentRipple(Effect):
+    name = "current-ripple"
+    group = "actuation"
+    equation = "τ (A cos(k q) + B sin(k q)),  τ: the model's own torque"
+    explanation = (
+        "The torque per ampere varies with the motor's angle: a wrong commutation offset, an unbalanced current sensor, "
+        "torque-constant ripple. Check: commutation calibration; offsets and gains of the phase-current sensors."
+    )
+    regressors = ("τ cos(k q)", "τ sin(k q)")
+    parameters = (("ripple_gain_cos", "1"), ("ripple_gain_sin", "1"))
+    source = "Armstrong, Khatib, Burdick 1986 (torque ripple of geared motors)"
+    needs = ("slow motion over several cycles, at different loads",)
+    variable = "q"
+    confusable = ("torque-ripple",)
+    uses_load = True
+    uses_torque = True
+
+    def obstacle(self, summary: JointSummary) -> str | None:
+        return None if summary.load_lines else "no line stands out in the residual over position"
+
+    def grid(self, summary: JointSummary) -> list[dict[str, float]]:
+        return [{"wave_number": line} for line in summary.load_lines]
+
+    def refine(self, constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
+        return finer_line(constants, summary)
+
+    def searched(self, summary: JointSummary) -> int:
+        return summary.lines_searched
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        phase = constants["wave_number"] * motion.q
+        return np.column_stack([motion.model_torque * np.cos(phase), motion.model_torque * np.sin(phase)])
+
+
+def finer_line(constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
+    """Wave numbers within one resolution cell (2π over the range of motion) around a choice."""
+    cell = 2 * np.pi / max(summary.span, 1e-12)
+    return [{"wave_number": constants["wave_number"] + cell * step / 8} for step in range(-4, 5)]

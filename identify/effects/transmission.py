@@ -1,0 +1,77 @@
+"""Effects of the drive chain: elasticity, rotor inertia, friction on shared motors."""
+
+import numpy as np
+
+from identify.effects.effect import Constants, Effect
+from identify.effects.motion import Array, JointMotion, JointSummary
+
+
+class Elasticity(Effect):
+    name = "elasticity"
+    group = "memory"
+    equation = "−(J/k) d²τ_out/dt² − (1/k) τ_out ∂τ_out/∂q"
+    explanation = (
+        "The gear or belt twists under load, so that the link lags behind the motor. "
+        "Check: joint stiffness in the gear's data sheet; a loose coupling or belt; compare with a link-side encoder."
+    )
+    regressors = ("−d²τ_out/dt²", "−τ_out ∂τ_out/∂q")
+    parameters = (("inertia_over_stiffness", "s²"), ("compliance", "rad/(N m)"))
+    source = "Spong 1987 (flexible joints), first order in 1/k"
+    needs = ("fast changes of load", "an encoder on the motor's side")
+    variable = "ddq"
+    confusable = ("delay", "backlash")
+    uses_load = True
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        rate = np.gradient(motion.load, motion.period)
+        return np.column_stack([-np.gradient(rate, motion.period), -motion.load * motion.load_slope])
+
+
+class MotorInertia(Effect):
+    name = "motor-inertia"
+    group = "transmission"
+    equation = "I_am ẇ_m,  w_m: velocity of a motor that several joints share"
+    explanation = (
+        "The rotor of a motor that several joints share turns with all of them; its inertia couples these joints. "
+        "Check: nothing; it belongs to a wrist with coupled drives."
+    )
+    regressors = ("c_jm ẇ_m",)
+    parameters = (("IaM", "kg m^2"),)
+    source = "Khalil, Dombre 2002, ch. 9 (coupled drives)"
+    needs = ("a drive gain matrix with off-diagonal terms",)
+    rows = "motor"
+    variable = "ddq"
+
+    def obstacle(self, summary: JointSummary) -> str | None:
+        if summary.coupled_motors:
+            return None
+        return "the motor acts on this joint alone: its inertia is already part of the base parameters"
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        return motion.motor_share * motion.motor_acceleration[:, None]
+
+
+class CoupledFriction(Effect):
+    name = "coupled-friction"
+    group = "transmission"
+    equation = "F_VM w_m + F_CM sign(w_m) + I_aM ẇ_m,  w_m: velocity of a motor that several joints share"
+    explanation = (
+        "Friction and rotor inertia of a motor that several joints share act in that motor's velocity, not in the "
+        "joint's. Check: nothing; it belongs to a wrist with coupled drives (off-diagonal drive gains)."
+    )
+    regressors = ("c_jm w_m", "c_jm sign(w_m)", "c_jm ẇ_m")
+    parameters = (("FVM", "N m s/rad"), ("FCM", "N m"), ("IaM", "kg m^2"))
+    source = "Stäubli TX40 wrist: Gautier, Janot, Vandanjon 2013, IEEE TCST 21(2)"
+    needs = ("a drive gain matrix with off-diagonal terms",)
+    rows = "motor"
+    variable = "motor velocity"
+    confusable = ("viscous", "coulomb", "motor-inertia")
+
+    def obstacle(self, summary: JointSummary) -> str | None:
+        if summary.coupled_motors:
+            return None
+        return "the drive gain matrix couples no motor with this joint"
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        velocity = motion.motor_velocity
+        return motion.motor_share * np.column_stack([velocity, np.sign(velocity), motion.motor_acceleration])

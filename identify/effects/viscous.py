@@ -1,0 +1,148 @@
+"""Friction that depends on speed alone: eq. (5) and what real machines add to it."""
+
+import numpy as np
+
+from identify.effects.effect import Constants, Effect, finer, geometric_grid
+from identify.effects.motion import Array, JointMotion, JointSummary
+
+
+class Viscous(Effect):
+    name = "viscous"
+    group = "friction over speed"
+    equation = "F_V q̇"
+    explanation = (
+        "Friction that grows in proportion to speed, as oil and grease in a gearbox give. "
+        "Check: nothing; every drive has it."
+    )
+    regressors = ("q̇",)
+    parameters = (("FV", "N m s/rad"),)
+    source = "paper, eq. (5)"
+    confusable = ("viscous-power", "viscous-quadratic")
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        return motion.dq[:, None]
+
+
+class ViscousAsymmetric(Effect):
+    name = "viscous-asymmetric"
+    group = "friction over speed"
+    equation = "F_Va |q̇|   (F_V+ = F_V + F_Va forwards, F_V− = F_V − F_Va backwards)"
+    explanation = (
+        "Viscous friction is larger in one direction than in the other, as with a preloaded screw, a lip seal or a "
+        "one-sided bearing load. Check: seal and bearing preload; run at the same speed both ways and compare the current."
+    )
+    regressors = ("|q̇|",)
+    parameters = (("FVa", "N m s/rad"),)
+    source = "Janot, Gautier, Brunot 2019 (EMPS: the friction is asymmetric)"
+    needs = ("motion in both directions",)
+    confusable = ("offset",)
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        return np.abs(motion.dq)[:, None]
+
+
+class ViscousQuadratic(Effect):
+    name = "viscous-quadratic"
+    group = "friction over speed"
+    equation = "F_V2 |q̇| q̇"
+    explanation = (
+        "Friction that grows with the square of speed (churning oil, a fan, turbulent flow) or, with a negative sign, "
+        "levels off. Check: oil level and fill of the gearbox; drag of hoses and covers at speed."
+    )
+    regressors = ("|q̇| q̇",)
+    parameters = (("FV2_", "N m s²/rad²"),)
+    source = "Armstrong-Hélouvy 1991, ch. 2"
+    needs = ("fast motion",)
+    confusable = ("viscous-cubic", "viscous-power")
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        return (np.abs(motion.dq) * motion.dq)[:, None]
+
+
+class ViscousCubic(Effect):
+    name = "viscous-cubic"
+    group = "friction over speed"
+    equation = "F_V3 q̇³"
+    explanation = (
+        "Friction that departs from a straight line with the third power of speed. "
+        "Check: lubricant (shear-thinning grease) and temperature; look at the friction curve over speed."
+    )
+    regressors = ("q̇³",)
+    parameters = (("FV3_", "N m s³/rad³"),)
+    source = "Hao, Pagani, Beschi, Legnani 2021, Robotics 10(1), 49 (polynomial friction)"
+    needs = ("fast motion",)
+    confusable = ("viscous-quadratic", "viscous-power")
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        return (motion.dq**3)[:, None]
+
+
+class ViscousPower(Effect):
+    name = "viscous-power"
+    group = "friction over speed"
+    equation = "F_p |q̇|^p sign(q̇),  0 < p < 1"
+    explanation = (
+        "Friction rises less than in proportion to speed: much at first, less later, as shear-thinning grease in "
+        "harmonic drives and cycloidal gears does. Check: grease type and temperature; nothing is broken."
+    )
+    regressors = ("|q̇|^p sign(q̇)",)
+    parameters = (("FP", "N m (s/rad)^p"),)
+    source = "Wahrburg et al. 2018, Mechatronics (speed-power friction of robot gears); measured on the TX40"
+    needs = ("slow and fast motion",)
+    confusable = ("viscous-quadratic", "viscous-cubic", "stribeck")
+
+    def grid(self, summary: JointSummary) -> list[dict[str, float]]:
+        return [{"exponent": exponent} for exponent in (0.2, 0.35, 0.5, 0.65, 0.8)]
+
+    def refine(self, constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
+        present = constants["exponent"]
+        return [
+            {"exponent": value}
+            for value in np.round(np.linspace(present - 0.1, present + 0.1, 9), 4)
+            if value > 0
+        ]
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        return (motion.direction * np.abs(motion.dq) ** constants["exponent"])[:, None]
+
+
+class Stribeck(Effect):
+    name = "stribeck"
+    group = "dry friction"
+    equation = "F_s exp(−|q̇|/q̇_s) sign(q̇)"
+    explanation = (
+        "Dry friction is larger at very low speed and falls as the lubricant film builds up. It makes slow motion jerk. "
+        "Check: lubrication; run slow ramps and look for stick-slip."
+    )
+    regressors = ("exp(−|q̇|/q̇_s) sign(q̇)",)
+    parameters = (("FS", "N m"),)
+    source = "paper, eq. (22)"
+    needs = ("slow motion",)
+    confusable = ("presliding", "viscous-power")
+
+    def obstacle(self, summary: JointSummary) -> str | None:
+        if summary.speed_quantiles[2] > 0.35 * summary.maximum_speed:
+            return "no slow motion: hardly a sample is below a third of the top speed"
+        return None
+
+    def grid(self, summary: JointSummary) -> list[dict[str, float]]:
+        lowest, highest = stribeck_range(summary)
+        return geometric_grid("stribeck_velocity", lowest, highest, 9)
+
+    def refine(self, constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
+        return finer("stribeck_velocity", constants, stribeck_step(summary, 9))
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        return (motion.direction * np.exp(-np.abs(motion.dq) / constants["stribeck_velocity"]))[:, None]
+
+
+def stribeck_range(summary: JointSummary) -> tuple[float, float]:
+    """Range of q̇_s worth searching: from what the encoder resolves to a fifth of the top speed, rad/s."""
+    highest = 0.2 * summary.maximum_speed
+    return min(max(2.0 * summary.speed_resolution, 0.003 * summary.maximum_speed), 0.5 * highest), highest
+
+
+def stribeck_step(summary: JointSummary, count: int) -> float:
+    """Ratio between neighbours of the coarse grid of q̇_s."""
+    lowest, highest = stribeck_range(summary)
+    return (highest / lowest) ** (1 / (count - 1))

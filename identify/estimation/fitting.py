@@ -1,0 +1,191 @@
+"""Fitting a model: choosing nonlinear constants, and letting the load of load-dependent effects follow the fit."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.effects.catalogue import effects
+from identify.effects.model import Model, Term
+from identify.estimation.least_squares import LeastSquares, least_squares
+from identify.estimation.observation import FittedTorque, Observation, Slot, observe
+from identify.estimation.record import Record
+from identify.recording import SessionEntry
+
+Array = NDArray[np.float64]
+Progress = Callable[[float, str], None]
+
+LOAD_ROUNDS = 3
+"""Passes in which the load of load-dependent effects is taken from the last fit; chi moves by less than a tenth of its
+deviation in the third."""
+
+
+@dataclass(frozen=True)
+class FittedModel:
+    """A model fitted to the identification sessions of a record.
+
+    model : its terms with their constants chosen
+    slots : the terms' columns, and behind them those of the payload ratio where it is estimated beside the model
+    """
+
+    record: Record
+    model: Model
+    slots: tuple[Slot, ...]
+    entries: tuple[SessionEntry, ...]
+    observation: Observation
+    fit: LeastSquares
+    load_from: FittedTorque | None
+    estimates_payload_ratio: bool
+
+    @property
+    def torque(self) -> FittedTorque:
+        """The fitted model as other effects' columns need it."""
+        values = [
+            (slot, self.fit.chi[columns])
+            for slot, columns in zip(self.slots, self.observation.slot_columns, strict=True)
+        ]
+        return FittedTorque(self.fit.chi[: self.observation.base], tuple(values))
+
+    def observe(self, entries: Sequence[SessionEntry]) -> Observation:
+        """The same columns on other sessions."""
+        return observe(self.record, entries, self.slots, self.load_from)
+
+
+def payload_ratio_term(record: Record, model: Model, entries: Sequence[SessionEntry]) -> Term | None:
+    """The payload ratio M_ae/M_aw of eq. (35), estimated beside every model that does not treat it itself."""
+    own = {"payload-mass", "drive-gain", "load-velocity"}
+    if any(term.effect.name in own for term in model.terms):
+        return None
+    if not any(entry.payload.mass > 0 for entry in entries):
+        return None
+    return Term(effects()["payload-mass"], 0)
+
+
+def fit_model(
+    record: Record,
+    model: Model,
+    entries: Sequence[SessionEntry] | None = None,
+    payload_ratio: bool = True,
+    load_from: FittedTorque | None = None,
+    inertial: bool = True,
+    progress: Progress | None = None,
+) -> FittedModel:
+    """Fit a model to sessions (the identification sessions if not said).
+
+    payload_ratio : estimate M_ae/M_aw of every payload beside the model (eq. 35); otherwise take it as declared
+    load_from     : a fitted model whose load is used throughout, instead of one that follows the fit
+    inertial      : whether the base parameters' own columns take part; eq. (30) replaces them
+    """
+    chosen = list(record.entries() if entries is None else entries)
+    ratio = payload_ratio_term(record, model, chosen) if payload_ratio else None
+    terms = [*model.terms, *([ratio] if ratio else [])]
+    loaded = any(term.effect.uses_load for term in model.terms)
+    open_constants = any(
+        len(term.effect.grid(record.summaries[term.joint])) > 1 for term in terms if not term.constants
+    )
+    rounds = 1 + (LOAD_ROUNDS if loaded else int(open_constants))
+    fitted = load_from
+    settled: dict[tuple[str, int], dict[str, float]] = {
+        t.key: dict(t.constants) for t in terms if t.constants
+    }
+    fixed = set(settled)
+    for index in range(rounds):
+        if progress:
+            progress(index / rounds, f"pass {index + 1} of {rounds} over the samples")
+        active = [term for term in terms if fitted is not None or not loaded or _without_load(term, ratio)]
+        variants = [_variants(term, settled, fixed, record, fitted) for term in active]
+        slots = [
+            Slot.of(t, constants) for t, found in zip(active, variants, strict=True) for constants in found
+        ]
+        observation = observe(record, chosen, slots, fitted)
+        picked = choose_constants(observation, variants, inertial)
+        for term, found, pick in zip(active, variants, picked, strict=True):
+            settled[term.key] = found[pick]
+        if any(len(found) > 1 for found in variants):
+            starts = np.concatenate([[0], np.cumsum([len(found) for found in variants])])[:-1]
+            observation = only_slots(observation, [int(s) + p for s, p in zip(starts, picked, strict=True)])
+        fit = least_squares(observation, None if inertial else np.arange(observation.base, observation.width))
+        result = FittedModel(
+            record,
+            model.with_constants([t.chosen(settled[t.key]) for t in model.terms if t.key in settled]),
+            tuple(observation.slots),
+            tuple(chosen),
+            observation,
+            fit,
+            fitted,
+            ratio is not None,
+        )
+        fitted = load_from or result.torque
+    return result
+
+
+def _without_load(term: Term, ratio: Term | None) -> bool:
+    return not term.effect.uses_load or term is ratio or term.effect.name in ("payload-mass", "drive-gain")
+
+
+def _variants(
+    term: Term,
+    settled: dict[tuple[str, int], dict[str, float]],
+    fixed: set[tuple[str, int]],
+    record: Record,
+    fitted: FittedTorque | None,
+) -> list[dict[str, float]]:
+    """Constants to try for a term in this pass: coarse at first, then around the choice."""
+    summary = record.summaries[term.joint]
+    if term.key in fixed:
+        return [settled[term.key]]
+    if term.key in settled:
+        return term.effect.refine(settled[term.key], summary)
+    return term.effect.grid(summary)
+
+
+def choose_constants(
+    observation: Observation, variants: Sequence[Sequence[dict[str, float]]], inertial: bool = True
+) -> list[int]:
+    """For every term the variant of its constants with the least residual, one term after the other, twice."""
+    starts = np.concatenate([[0], np.cumsum([len(found) for found in variants])]).astype(int)
+    picked = [len(found) // 2 for found in variants]
+    several = [index for index, found in enumerate(variants) if len(found) > 1]
+    if not several:
+        return picked
+    base = np.arange(observation.base if inertial else 0)
+    weights: Array | None = None
+    for _ in range(2 if len(several) > 1 else 1):
+        for index in several:
+            errors = []
+            for option in range(len(variants[index])):
+                slots = [starts[i] + (option if i == index else picked[i]) for i in range(len(variants))]
+                columns = np.concatenate([base, *(observation.slot_columns[slot] for slot in slots)])
+                fit = least_squares(observation, columns, weights=weights)
+                if weights is None:
+                    weights = fit.weights
+                errors.append(float(np.sum((weights * fit.residual) ** 2)))
+            picked[index] = int(np.argmin(errors))
+    return picked
+
+
+def only_slots(observation: Observation, slots: Sequence[int]) -> Observation:
+    """The observation with some of its slots, columns renumbered."""
+    kept = [observation.slot_columns[slot] for slot in slots]
+    old = np.concatenate([np.arange(observation.base), *kept]).astype(np.intp)
+    new = np.full(observation.width, -1, np.intp)
+    new[old] = np.arange(len(old))
+    joint_columns, factors = [], [[] for _ in observation.blocks]
+    for joint, columns in enumerate(observation.joint_columns):
+        present = np.flatnonzero(new[columns] >= 0)
+        joint_columns.append(new[columns[present]])
+        pick = np.concatenate([present, [len(columns), len(columns) + 1]])
+        for block, own in enumerate(observation.factors):
+            factors[block].append(own[joint].select(pick))
+    starts = np.concatenate(
+        [[observation.base], observation.base + np.cumsum([len(k) for k in kept])]
+    ).astype(int)
+    return replace(
+        observation,
+        slots=[observation.slots[slot] for slot in slots],
+        slot_columns=[np.arange(starts[i], starts[i + 1]) for i in range(len(kept))],
+        joint_columns=joint_columns,
+        factors=factors,
+        _whole={},
+    )

@@ -1,0 +1,86 @@
+"""What the fitted model predicts beside what was measured, filtered and decimated alike."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.estimation.fitting import FittedModel
+from identify.estimation.observation import contexts, slot_rows
+from identify.recording import SessionEntry
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """One joint in one session: decimated samples, SI units, all (samples,).
+
+    load   : tau_out of eq. (6) as fitted
+    moving : whether the sample takes part in the fit (a joint at rest does not)
+    """
+
+    file: str
+    joint: str
+    time: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+    load: Array
+    measured: Array
+    predicted: Array
+    moving: NDArray[np.bool_]
+    temperature: Array | None
+
+    @property
+    def residual(self) -> Array:
+        """measured − predicted"""
+        return self.measured - self.predicted
+
+    @property
+    def relative_error(self) -> float:
+        """‖Y − Wχ‖ / ‖Y‖ over the moving samples."""
+        return relative_error(self.residual[self.moving], self.measured[self.moving])
+
+
+def relative_error(residual: Array, measured: Array) -> float:
+    """‖residual‖ / ‖measured‖; NaN where nothing was measured."""
+    norm = float(np.linalg.norm(measured))
+    return float(np.linalg.norm(residual)) / norm if norm > 0 else float("nan")
+
+
+def predict(fitted: FittedModel, entry: SessionEntry) -> list[Prediction]:
+    """Every joint of a session: the columns of the fit times its parameters, through the same filter."""
+    record, fit = fitted.record, fitted.fit
+    base = fitted.observation.base
+    chi = fit.chi[:base]
+    used = np.zeros(base, bool)
+    used[fit.fitted[fit.fitted < base]] = True
+    parts: list[tuple[Array, Array]] = []
+    for context in contexts(record, entry, fitted.load_from):
+        torque = context.known.copy()
+        for joint, columns in enumerate(context.inertial):
+            torque[:, joint] += columns @ chi[record.body.base.acts[joint]]
+        load = torque.copy() if used.any() else context.load
+        for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True):
+            for joint, values in slot_rows(context, slot):
+                torque[:, joint] += values @ fit.chi[columns]
+        parts.append((context.block.decimate(torque), context.block.at_decimated(load)))
+    predicted, load = (np.concatenate(list(part)) for part in zip(*parts, strict=True))
+    samples = record.samples[entry.file]
+    return [
+        Prediction(
+            file=entry.file,
+            joint=name,
+            time=samples.time,
+            position=samples.q[:, joint],
+            velocity=samples.dq[:, joint],
+            acceleration=samples.ddq[:, joint],
+            load=load[:, joint],
+            measured=samples.measured[:, joint],
+            predicted=predicted[:, joint],
+            moving=samples.moving[:, joint],
+            temperature=None if samples.temperature is None else samples.temperature[:, joint],
+        )
+        for joint, name in enumerate(record.joint_names)
+    ]

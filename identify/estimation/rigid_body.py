@@ -1,0 +1,129 @@
+"""The rigid robot as the estimator uses it: base parameter columns, known loads, and their derivatives."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.dynamics.base_parameters import BaseParameters, base_parameters
+from identify.dynamics.geometry import Geometry
+from identify.dynamics.payload import payload_torque
+from identify.effects.model import motor_shares
+from identify.recording import Experiment
+from identify.recording.experiment_file import Payload
+
+Array = NDArray[np.float64]
+
+POSITION_STEP = 1e-5
+"""rad or m, of the central differences of the load over position; rounding and curvature both stay below 1e-8."""
+CENTRE_STEP = 1e-4
+"""m, of the central differences of a payload's torque over its centre; the torque is quadratic in it, so exact."""
+
+
+@dataclass(frozen=True)
+class RigidBody:
+    """Geometry, base parameters and payloads of an experiment."""
+
+    base: BaseParameters
+    payloads: tuple[Payload, ...]
+    drive_gain: Array
+
+    @classmethod
+    def of(cls, experiment: Experiment) -> "RigidBody":
+        """The rigid robot of an experiment."""
+        geometry = Geometry.from_robot(experiment.robot)
+        return cls(base_parameters(geometry), tuple(experiment.payloads), experiment.drive_gain)
+
+    @property
+    def joints(self) -> int:
+        """Number of joints."""
+        return len(self.base.acts)
+
+    @cached_property
+    def shares(self) -> Array:
+        """c[j, m] of `motor_shares`."""
+        return motor_shares(self.drive_gain)
+
+    def payload_index(self, payload: Payload) -> int:
+        """Position of a payload among those of the experiment."""
+        return [own.name for own in self.payloads].index(payload.name)
+
+    def inertial_columns(self, q: Array, dq: Array, ddq: Array) -> list[Array]:
+        """For each joint the columns of the base parameters that act on it, eq. (10)."""
+        return self.base.columns_of_joints(q, dq, ddq)
+
+    def known_load(self, payload: Payload, q: Array, dq: Array, ddq: Array, external: Array | None) -> Array:
+        """(N, n): torque of the declared payload less the known external force, the known part of tau_out."""
+        if payload.mass > 0 or any(payload.inertia):
+            load = payload_torque(self.base.geometry, payload, q, dq, ddq)
+        else:
+            load = np.zeros(q.shape)
+        return load if external is None else load - external
+
+    def load(self, columns: Sequence[Array], chi: Array, known: Array) -> Array:
+        """(N, n): tau_out of eq. (6) for base parameters chi, the known part included."""
+        load = np.array(known, copy=True)
+        for joint, own in enumerate(columns):
+            load[:, joint] += own @ chi[self.base.acts[joint]]
+        return load
+
+    def load_slope(self, joint: int, chi: Array, payload: Payload, q: Array, dq: Array, ddq: Array) -> Array:
+        """(N,): derivative of the load of a joint over its own position."""
+        found = []
+        for step in (POSITION_STEP, -POSITION_STEP):
+            moved = q.copy()
+            moved[:, joint] += step
+            load = self.base.joint_columns(joint, moved, dq, ddq) @ chi[self.base.acts[joint]]
+            found.append(load + self.known_load(payload, moved, dq, ddq, None)[:, joint])
+        return (found[0] - found[1]) / (2 * POSITION_STEP)
+
+    def axis_along_gravity(self, joint: int) -> bool:
+        """Whether gravity, as declared, makes no torque on the joint (a vertical axis at the base, a level slide)."""
+        still = np.zeros((7, self.joints))
+        q = np.linspace(-2.0, 2.0, 7)[:, None] + np.arange(self.joints)
+        return not np.any(np.abs(self.base.joint_columns(joint, q, still, still)) > 1e-9)
+
+    def gravity_gradient(self, joint: int, chi: Array, payload: Payload, q: Array) -> Array:
+        """(N, 2): torque per m/s² of gravity along two directions across the declared one.
+
+        Where gravity makes no torque on the joint its first moments are not among the base parameters; then a
+        tilt shows as an unknown multiple of cos q and sin q.
+        """
+        if self.axis_along_gravity(joint):
+            return np.column_stack([np.cos(q[:, joint]), np.sin(q[:, joint])])
+        still = np.zeros(q.shape)
+        found = []
+        for direction in across(self.base.geometry.gravity):
+            tilted = replace(self.base.geometry, gravity=direction)
+            base = replace(self.base, geometry=tilted, acts=np.ones_like(self.base.acts))
+            torque = base.joint_columns(joint, q, still, still) @ chi
+            if payload.mass > 0:
+                torque = torque + payload_torque(tilted, payload, q, still, still)[:, joint]
+            found.append(torque)
+        return np.column_stack(found)
+
+    def payload_gradient(self, joint: int, payload: Payload, q: Array, dq: Array, ddq: Array) -> Array:
+        """(N, 3): derivative of a payload's torque over its centre of mass, N m per m."""
+        found = []
+        for axis in range(3):
+            ends = []
+            for step in (CENTRE_STEP, -CENTRE_STEP):
+                com = list(payload.com)
+                com[axis] += step
+                moved = payload.model_copy(update={"com": tuple(com)})
+                ends.append(payload_torque(self.base.geometry, moved, q, dq, ddq)[:, joint])
+            found.append((ends[0] - ends[1]) / (2 * CENTRE_STEP))
+        return np.column_stack(found)
+
+
+def across(gravity: Array) -> tuple[Array, Array]:
+    """Two unit vectors across a vector; for no gravity the first two axes."""
+    length = np.linalg.norm(gravity)
+    if length == 0:
+        return np.array([1.0, 0, 0]), np.array([0, 1.0, 0])
+    down = gravity / length
+    first = np.cross(down, np.eye(3)[np.argmin(np.abs(down))])
+    first /= np.linalg.norm(first)
+    return first, np.cross(down, first)
