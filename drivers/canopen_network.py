@@ -1,0 +1,147 @@
+"""The canopen library's view of the bus: SDO, NMT, EMCY and heartbeat, and never a process-data frame.
+
+canopen gets a bus of its own whose filters leave SYNC and the PDOs out, so that no Python callback runs in
+the rhythm of the samples; those go through `drivers/frames.py`.
+"""
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from types import TracebackType
+
+import can
+import canopen
+
+from drivers.bus import BusSettings, Filters, open_bus, reason_in_words
+from drivers.emergency import Emergency, parse_emergency
+from drivers.errors import BusError
+
+_NOTIFIER_CYCLE = 0.05  # s; closing the network waits for one of them
+_NMT_STATES = {
+    0: "INITIALISING",
+    4: "STOPPED",
+    5: "OPERATIONAL",
+    127: "PRE-OPERATIONAL",
+}
+EMERGENCIES_KEPT = 100  # per node
+
+
+def service_filters() -> Filters:
+    """Filters that pass SDO answers, EMCY, and boot-up and heartbeat of all nodes.
+
+    EMCY is 0x081 to 0x0FF and SYNC is 0x080, so the range is covered without its first id.
+    """
+    emergency = [(0x080 | 1 << bit, 0x7FF & ~((1 << bit) - 1)) for bit in range(7)]
+    return [
+        {"can_id": can_id, "can_mask": mask, "extended": False}
+        for can_id, mask in [(0x580, 0x780), (0x700, 0x780), *emergency]
+    ]
+
+
+def nmt_state_in_words(state: int) -> str:
+    """The NMT state of a heartbeat (CiA 301, section 7.2.8.3.2)."""
+    return _NMT_STATES.get(state, f"state {state}, which CiA 301 does not define")
+
+
+class NodeWatch:
+    """What a node says about itself without being asked: heartbeat, boot-up, EMCY."""
+
+    def __init__(self, node: int):
+        self.node = node
+        self.nmt_state: int | None = None
+        self.last_heard: float | None = None  # s, time.monotonic()
+        self.boot_ups = 0
+        self.emergencies: deque[Emergency] = deque(maxlen=EMERGENCIES_KEPT)
+        self.on_emergency: Callable[[Emergency], None] | None = None
+        self._changed = threading.Condition()
+
+    def on_heartbeat(self, can_id: int, data: bytearray, timestamp: float) -> None:
+        """Take a heartbeat or boot-up frame (0x700 + node)."""
+        with self._changed:
+            state = data[0] & 0x7F if data else None
+            self.last_heard = time.monotonic()
+            self.nmt_state = 127 if state == 0 else state
+            if state == 0:
+                self.boot_ups += 1
+            self._changed.notify_all()
+
+    def on_emcy(self, can_id: int, data: bytearray, timestamp: float) -> None:
+        """Take an EMCY frame (0x080 + node)."""
+        emergency = parse_emergency(self.node, bytes(data), timestamp)
+        with self._changed:
+            self.emergencies.append(emergency)
+            self._changed.notify_all()
+        if self.on_emergency is not None:
+            self.on_emergency(emergency)
+
+    def wait_for(self, condition: Callable[[], bool], timeout: float) -> bool:
+        """Wait until `condition()` holds, asked anew after every frame; False after `timeout` s."""
+        with self._changed:
+            return self._changed.wait_for(condition, timeout)
+
+    @property
+    def silence(self) -> float | None:
+        """s since the last heartbeat, None when there was none yet."""
+        return None if self.last_heard is None else time.monotonic() - self.last_heard
+
+
+class CanopenNetwork:
+    """A connection to the services of the nodes on a bus; a context manager.
+
+    settings : the bus
+
+    Raises BusError when the bus cannot be opened.
+    """
+
+    def __init__(self, settings: BusSettings):
+        self.settings = settings
+        self._network = canopen.Network()
+        self._network.NOTIFIER_CYCLE = _NOTIFIER_CYCLE
+        self._network.bus = open_bus(settings, filters=service_filters())
+        self._network.connect()
+
+    def __enter__(self) -> "CanopenNetwork":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Leave the bus; harmless when repeated."""
+        if self._network.bus is not None:
+            self._network.disconnect()
+
+    def add_node(self, node: int, dictionary: canopen.ObjectDictionary) -> canopen.RemoteNode:
+        """A node of the network as canopen sees it, without canopen's EMCY consumer.
+
+        canopen's consumer fails on short EMCY frames and then hides them from everybody; `watch` has ours.
+        """
+        remote = self._network.add_node(node, dictionary)
+        self._network.unsubscribe(0x80 + node, remote.emcy.on_emcy)
+        return remote
+
+    def watch(self, node: int) -> NodeWatch:
+        """Start to listen to a node's heartbeat and EMCY."""
+        watch = NodeWatch(node)
+        self._network.subscribe(0x700 + node, watch.on_heartbeat)
+        self._network.subscribe(0x80 + node, watch.on_emcy)
+        return watch
+
+    def unwatch(self, watch: NodeWatch) -> None:
+        """Stop to listen."""
+        self._network.unsubscribe(0x700 + watch.node, watch.on_heartbeat)
+        self._network.unsubscribe(0x80 + watch.node, watch.on_emcy)
+
+    def subscribe(self, can_id: int, callback: Callable[[int, bytearray, float], None]) -> None:
+        """Call back for frames with this id, on the network's thread; callbacks must not raise or wait."""
+        self._network.subscribe(can_id, callback)
+
+    def send(self, can_id: int, data: bytes) -> None:
+        """Send one frame; BusError when the interface refuses."""
+        try:
+            self._network.send_message(can_id, data)
+        except (can.CanError, OSError) as error:
+            raise BusError(f"bus {self.settings}: {reason_in_words(error)}") from error

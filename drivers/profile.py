@@ -1,0 +1,153 @@
+"""Drive profiles: which object of a drive is its position and its current reference, and in which unit.
+
+CiA 402 names an object for everything, but drives differ in which of them they really update, in which scale,
+and with which sign. A profile is a YAML file in `config/drives/` that says so, with the manual's name and
+section for each object. Without one, `GENERIC` applies: position 0x6064 in counts, torque demand 0x6074 in
+per mille of the rated torque 0x6076.
+"""
+
+from importlib.resources import as_file, files
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+
+from drivers.errors import DriverError
+
+ObjectType = Literal["int8", "int16", "int32", "uint8", "uint16", "uint32", "float32"]
+Unit = Literal["count", "A", "N m", "rated current", "rated torque", "°C"]
+
+_KINDS = {
+    "int8": "<i1",
+    "int16": "<i2",
+    "int32": "<i4",
+    "uint8": "<u1",
+    "uint16": "<u2",
+    "uint32": "<u4",
+    "float32": "<f4",
+}
+
+
+class ObjectReference(BaseModel):
+    """One object of the dictionary and what its raw value means: value = sign · scale · raw [· rated
+    value].
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    index: int = Field(ge=0x1000, le=0xFFFF, description="index, e.g. 0x6064")
+    subindex: int = Field(0, ge=0, le=0xFF)
+    type: ObjectType = Field(description="type of the raw value")
+    scale: float = Field(1.0, gt=0, description="unit per raw count")
+    sign: Literal[-1, 1] = Field(1, description="-1 where the drive counts the other way")
+    unit: Unit = Field(description="unit of scale · raw")
+    source: str = Field("", description="manual's name and section, or how else it is known")
+
+    @property
+    def kind(self) -> str:
+        """NumPy's name of the type, little-endian."""
+        return _KINDS[self.type]
+
+    @property
+    def bits(self) -> int:
+        """Length of the raw value in bits, as in a PDO mapping entry."""
+        return np.dtype(self.kind).itemsize * 8
+
+    def __str__(self) -> str:
+        return f"0x{self.index:04X}:{self.subindex:02X}"
+
+
+class DriveProfile(BaseModel):
+    """What is particular to a family of drives."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    name: str
+    vendor_id: int | None = Field(None, description="0x1018:01 of these drives; checked when given")
+    object_dictionary: str = Field("generic-cia402.eds", description="EDS or DCF file")
+    manuals: tuple[str, ...] = Field((), description="the documents that the sources below name")
+    remarks: tuple[str, ...] = Field((), description="what could not be checked, and on what it was assumed")
+    position: ObjectReference = Field(description="actual position")
+    current_reference: ObjectReference = Field(description="what the paper calls v: the current reference")
+    rated: ObjectReference | None = Field(
+        None, description="rated torque or current that a current reference in fractions refers to"
+    )
+    temperature: ObjectReference | None = Field(None, description="drive's or motor's temperature, if any")
+    transmit_pdos: int = Field(4, ge=1, le=512, description="number of TPDOs of the drive")
+
+    @field_validator("position")
+    @classmethod
+    def _position_in_counts(cls, position: ObjectReference) -> ObjectReference:
+        if position.unit != "count":
+            raise ValueError("position must be in counts: raw is what is recorded")
+        return position
+
+    def model_post_init(self, context: object) -> None:
+        """A reference in fractions is worth nothing without what it is a fraction of."""
+        relative = self.current_reference.unit in ("rated current", "rated torque")
+        if relative != (self.rated is not None):
+            raise ValueError(
+                "rated must be given exactly when current_reference is in rated current or rated torque"
+            )
+
+
+GENERIC = DriveProfile(
+    name="generic-cia402",
+    manuals=("CiA 402-2 (IEC 61800-7-201): power drive systems, profile specification",),
+    position=ObjectReference(
+        index=0x6064, type="int32", unit="count", source="CiA 402-2, position actual value"
+    ),
+    current_reference=ObjectReference(
+        index=0x6074, type="int16", scale=1e-3, unit="rated torque", source="CiA 402-2, torque demand"
+    ),
+    rated=ObjectReference(
+        index=0x6076, type="uint32", scale=1e-3, unit="N m", source="CiA 402-2, motor rated torque, mN m"
+    ),
+)
+
+
+class ProfileError(DriverError):
+    """A profile file is wrong; one line that names file and field."""
+
+
+def load_profile(name_or_path: str | Path) -> DriveProfile:
+    """A profile by its name (a file of `config/drives/` without `.yaml`) or by its path.
+
+    Raises ProfileError, in one line, when there is no such profile or a field of it is wrong.
+    """
+    given = str(name_or_path)
+    if given == GENERIC.name:
+        return GENERIC
+    if given.endswith((".yaml", ".yml")) or "/" in given:
+        return _parse(Path(given))
+    resource = files("config") / "drives" / f"{given}.yaml"
+    if not resource.is_file():
+        raise ProfileError(f"drive profile {given!r} is not known; there are {', '.join(profile_names())}")
+    with as_file(resource) as path:
+        return _parse(path)
+
+
+def profile_names() -> list[str]:
+    """Names of the profiles that come with the software."""
+    folder = files("config") / "drives"
+    found = [entry.name[:-5] for entry in folder.iterdir() if entry.name.endswith(".yaml")]
+    return sorted({GENERIC.name, *found})
+
+
+def _parse(path: Path) -> DriveProfile:
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ProfileError(f"{path}: {error.strerror}") from error
+    except yaml.YAMLError as error:
+        raise ProfileError(f"{path}: not YAML: {' '.join(str(error).split())}") from error
+    if not isinstance(content, dict):
+        raise ProfileError(f"{path}: a drive profile is a mapping of fields")
+    try:
+        return DriveProfile.model_validate(content)
+    except ValidationError as error:
+        first = error.errors()[0]
+        field = ".".join(str(part) for part in first["loc"]) or "profile"
+        raise ProfileError(f"{path}: {field}: {first['msg']}") from error

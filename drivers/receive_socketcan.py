@@ -1,0 +1,240 @@
+"""Frames from SocketCAN as blocks: our own raw socket, read with recvmmsg, stamped by the kernel.
+
+Measured on a full 1 Mbit/s bus (9009 frames/s), waking up costs more than frames do: python-can with
+callbacks takes half of a core, a sleep of 1 ms followed by one `recvmmsg` of everything that waits takes a
+tenth (`benchmarks/receive_path.py`). Hence no thread here and no callback: the caller sleeps, then calls
+`read`.
+
+What the kernel offers and python-can leaves: SO_RCVBUFFORCE (the default buffer holds 278 frames, 31 ms of a
+full bus, and then loses silently), SO_RXQ_OVFL (how many were lost), SO_TIMESTAMPNS (when a frame arrived).
+"""
+
+import ctypes
+import errno
+import os
+import socket
+import struct
+
+import numpy as np
+
+from drivers import frames
+from drivers.bus import Filters, check_network_interface, reason_in_words
+from drivers.errors import BusError
+from drivers.frames import FD_FRAME, FRAME, FrameBlock
+
+BLOCK = 512  # frames per recvmmsg; 57 ms of a full bus
+RECEIVE_BUFFER = 8 * 1024 * 1024  # bytes; a frame takes about 770 of them, so 1.2 s of a full bus
+
+# Linux numbers that Python's socket module does not name (asm-generic/socket.h, 64-bit time).
+_SO_RCVBUFFORCE = 33
+_SO_TIMESTAMPNS = 35
+_SO_RXQ_OVFL = 40
+_MSG_DONTWAIT = 0x40
+_MSG_CONFIRM = 0x800  # set on frames that this socket sent
+_CANFD_BRS, _CANFD_ESI = 0x01, 0x02
+
+_CLASSIC_BYTES, _FD_BYTES = 16, 72  # struct can_frame, struct canfd_frame
+_CAN_FRAME = struct.Struct("<IB3x8s")
+_STAMP_CONTROL = 32  # cmsghdr of 16 bytes and a timespec
+_CONTROL_BYTES = 64  # that, and a cmsghdr with the drop count
+
+# struct mmsghdr on 64-bit Linux
+_MESSAGE_HEADER = np.dtype(
+    {
+        "names": ["iov", "iovlen", "control", "controllen", "flags", "length"],
+        "formats": ["<u8", "<u8", "<u8", "<u8", "<i4", "<u4"],
+        "offsets": [16, 24, 32, 40, 48, 56],
+        "itemsize": 64,
+    }
+)
+_VECTOR = np.dtype([("base", "<u8"), ("length", "<u8")])
+
+_libc = ctypes.CDLL(None, use_errno=True)
+
+
+class SocketCanReceiver:
+    """A `FrameReceiver` over a raw SocketCAN socket.
+
+    channel        : network interface, e.g. can0
+    filters        : python-can's filters (see `drivers.bus.pass_ids`), applied by the kernel; None passes all
+    fd             : receive CAN FD frames too; blocks then have dtype FD_FRAME
+    receive_buffer : bytes asked of the kernel; without CAP_NET_ADMIN it grants at most net.core.rmem_max
+    """
+
+    clock_source = "kernel, CLOCK_REALTIME at reception (SO_TIMESTAMPNS)"
+
+    def __init__(
+        self,
+        channel: str,
+        filters: Filters | None = None,
+        *,
+        fd: bool = False,
+        receive_buffer: int = RECEIVE_BUFFER,
+    ):
+        self.channel = channel
+        self.filters = filters
+        self.fd = fd
+        self.receive_buffer = receive_buffer
+        self.dtype = FD_FRAME if fd else FRAME
+        self.dropped = 0
+        self._socket: socket.socket | None = None
+        self._allocate()
+
+    def _allocate(self) -> None:
+        size = _FD_BYTES if self.fd else _CLASSIC_BYTES
+        self._data = np.zeros((BLOCK, size), np.uint8)
+        self._control = np.zeros((BLOCK, _CONTROL_BYTES), np.uint8)
+        self._vectors = np.zeros(BLOCK, _VECTOR)
+        self._headers = np.zeros(BLOCK, _MESSAGE_HEADER)
+        rows = np.arange(BLOCK, dtype=np.uint64)
+        self._vectors["base"] = self._data.ctypes.data + rows * size
+        self._vectors["length"] = size
+        self._headers["iov"] = self._vectors.ctypes.data + rows * _VECTOR.itemsize
+        self._headers["iovlen"] = 1
+        self._headers["control"] = self._control.ctypes.data + rows * _CONTROL_BYTES
+        # Views of the buffers, made once.
+        self._can_id = np.ndarray(BLOCK, "<u4", self._data, 0, (size,))
+        self._length = self._data[:, 4]
+        self._fd_flags = self._data[:, 5]
+        self._payload = self._data[:, 8:]
+        self._seconds = np.ndarray(BLOCK, "<i8", self._control, 16, (_CONTROL_BYTES,))
+        self._nanoseconds = np.ndarray(BLOCK, "<i8", self._control, 24, (_CONTROL_BYTES,))
+        self._drop_count = np.ndarray(BLOCK, "<u4", self._control, _STAMP_CONTROL + 16, (_CONTROL_BYTES,))
+
+    def open(self) -> None:
+        """Open the socket and start receiving.
+
+        Raises BusError when the interface is not there, is down or is not permitted.
+        """
+        if self._socket is not None:
+            return
+        if struct.calcsize("P") != 8 or not hasattr(socket, "AF_CAN"):
+            raise BusError("SocketCAN is received on 64-bit Linux only")
+        check_network_interface(self.channel)
+        try:
+            raw = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
+        except OSError as error:
+            raise BusError(f"CAN interface {self.channel!r}: {reason_in_words(error)}") from error
+        try:
+            self._configure(raw)
+            raw.bind((self.channel,))
+        except OSError as error:
+            raw.close()
+            raise BusError(f"CAN interface {self.channel!r}: {reason_in_words(error)}") from error
+        self._socket = raw
+
+    def _configure(self, raw: socket.socket) -> None:
+        raw.setblocking(False)
+        if self.filters is not None:
+            entries = [
+                struct.pack(
+                    "=II",
+                    entry["can_id"] | (socket.CAN_EFF_FLAG if entry.get("extended") else 0),
+                    entry["can_mask"] | socket.CAN_EFF_FLAG,
+                )
+                for entry in self.filters
+            ]
+            raw.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_FILTER, b"".join(entries))
+        raw.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_RECV_OWN_MSGS, 1)
+        if self.fd:
+            raw.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_FD_FRAMES, 1)
+        try:
+            raw.setsockopt(socket.SOL_SOCKET, _SO_RCVBUFFORCE, self.receive_buffer)
+        except PermissionError:
+            raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, self.receive_buffer)
+        raw.setsockopt(socket.SOL_SOCKET, _SO_TIMESTAMPNS, 1)
+        raw.setsockopt(socket.SOL_SOCKET, _SO_RXQ_OVFL, 1)
+
+    @property
+    def granted_buffer(self) -> int:
+        """Bytes of receive buffer that the kernel granted."""
+        return self._open_socket().getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF)
+
+    def fileno(self) -> int:
+        """File descriptor, for `select`."""
+        return self._open_socket().fileno()
+
+    def _open_socket(self) -> socket.socket:
+        if self._socket is None:
+            raise BusError(f"CAN interface {self.channel!r} is not open")
+        return self._socket
+
+    def read(self) -> FrameBlock:
+        """(N,) frames since the last call, never blocking.
+
+        Raises BusError when the interface went down or away.
+        """
+        descriptor = self._open_socket().fileno()
+        blocks = []
+        while True:
+            count = self._receive(descriptor)
+            if count:
+                blocks.append(self._block(count))
+            if count < BLOCK:
+                break
+        if len(blocks) == 1:
+            return blocks[0]
+        return np.concatenate(blocks) if blocks else np.empty(0, self.dtype)
+
+    def _receive(self, descriptor: int) -> int:
+        self._headers["controllen"] = _CONTROL_BYTES  # the kernel overwrites it
+        count = _libc.recvmmsg(
+            descriptor, ctypes.c_void_p(self._headers.ctypes.data), BLOCK, _MSG_DONTWAIT, None
+        )
+        if count >= 0:
+            return count
+        number = ctypes.get_errno()
+        if number in (errno.EAGAIN, errno.EINTR):
+            return 0
+        error = OSError(number, os.strerror(number))
+        raise BusError(f"CAN interface {self.channel!r}: {reason_in_words(error)}") from error
+
+    def _block(self, count: int) -> FrameBlock:
+        """The first `count` received messages as frames."""
+        block = np.zeros(count, self.dtype)
+        kernel_id = self._can_id[:count]
+        extended = (kernel_id & socket.CAN_EFF_FLAG) != 0
+        block["stamp"] = self._seconds[:count] * 1_000_000_000 + self._nanoseconds[:count]
+        block["can_id"] = kernel_id & np.where(extended, socket.CAN_EFF_MASK, socket.CAN_SFF_MASK)
+        block["length"] = self._length[:count]
+        block["data"] = self._payload[:count]
+        headers = self._headers[:count]
+        flags = (
+            frames.EXTENDED * extended
+            + frames.REMOTE * ((kernel_id & socket.CAN_RTR_FLAG) != 0)
+            + frames.ERROR * ((kernel_id & socket.CAN_ERR_FLAG) != 0)
+            + frames.OWN * ((headers["flags"] & _MSG_CONFIRM) != 0)
+        )
+        if self.fd:
+            is_fd = headers["length"] == _FD_BYTES
+            flags += frames.FD * is_fd
+            flags += frames.BITRATE_SWITCH * (is_fd & ((self._fd_flags[:count] & _CANFD_BRS) != 0))
+            flags += frames.ERROR_STATE * (is_fd & ((self._fd_flags[:count] & _CANFD_ESI) != 0))
+            # A classic frame leaves what the buffer's last FD frame wrote behind it.
+            block["data"][~is_fd, 8:] = 0
+        block["flags"] = flags
+        counted = headers["controllen"] > _STAMP_CONTROL  # only once something was lost
+        if counted.any():
+            self.dropped = int(self._drop_count[:count][counted][-1])
+        return block
+
+    def send(self, can_id: int, data: bytes) -> None:
+        """Send one classic data frame with an 11-bit id.
+
+        Raises BusError when the interface refuses it, for example because nobody acknowledges on the bus.
+        """
+        try:
+            self._open_socket().send(_CAN_FRAME.pack(can_id, len(data), data))
+        except OSError as error:
+            if error.errno in (errno.ENOBUFS, errno.EAGAIN):
+                raise BusError(
+                    f"CAN interface {self.channel!r}: the transmit queue is full; is anyone else on the bus, "
+                    f"and does the bit rate fit?"
+                ) from error
+            raise BusError(f"CAN interface {self.channel!r}: {reason_in_words(error)}") from error
+
+    def close(self) -> None:
+        """Stop receiving."""
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None

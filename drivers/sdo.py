@@ -1,0 +1,115 @@
+"""Reading and writing objects of a node by SDO, with stated time-outs, retries and reasons in words."""
+
+import struct
+import threading
+from typing import Any
+
+import can
+import canopen
+from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
+
+from drivers.bus import reason_in_words
+from drivers.errors import BusError, DriveError
+
+_FORMATS = {
+    "int8": "<b",
+    "int16": "<h",
+    "int32": "<i",
+    "uint8": "<B",
+    "uint16": "<H",
+    "uint32": "<I",
+    "float32": "<f",
+}
+
+
+class SdoAccess:
+    """SDO of one node; safe to use from several threads.
+
+    remote  : the node of a CanopenNetwork
+    timeout : s to wait for each answer
+    retries : how often a request without answer is sent again
+    """
+
+    def __init__(self, remote: canopen.RemoteNode, timeout: float = 0.3, retries: int = 2):
+        self.node = remote.id
+        self.timeout = timeout
+        self.retries = retries
+        self._client = remote.sdo
+        self._client.RESPONSE_TIMEOUT = timeout
+        self._client.MAX_RETRIES = 1 + retries  # canopen counts attempts
+        self._lock = threading.RLock()
+
+    def read(self, index: int, subindex: int, kind: str, what: str = "") -> Any:
+        """The value of an object; kind is int8 … uint32, float32.
+
+        Raises DriveError when the node does not answer, refuses, or answers with another length.
+        """
+        data = self.read_bytes(index, subindex, what)
+        form = _FORMATS[kind]
+        if len(data) < struct.calcsize(form):
+            raise DriveError(
+                self.node,
+                what or "reading an object",
+                index=index,
+                subindex=subindex,
+                expected=f"{struct.calcsize(form)} bytes ({kind})",
+                received=f"{len(data)} came",
+            )
+        return struct.unpack_from(form, data)[0]
+
+    def read_bytes(self, index: int, subindex: int, what: str = "") -> bytes:
+        """The bytes of an object.
+
+        Raises DriveError when the node does not answer or refuses.
+        """
+        with self._lock:
+            try:
+                return self._client.upload(index, subindex)
+            except (SdoAbortedError, SdoCommunicationError, can.CanError, OSError) as error:
+                raise self._in_words(error, what or "reading an object", index, subindex) from error
+
+    def write(self, index: int, subindex: int, kind: str, value: float, what: str = "") -> None:
+        """Write an object; kind is int8 … uint32, float32.
+
+        Raises DriveError when the node does not answer or refuses, ValueError when the value does not fit.
+        """
+        try:
+            data = struct.pack(_FORMATS[kind], value)
+        except struct.error as error:
+            raise ValueError(f"{value} does not fit object 0x{index:04X}:{subindex:02X} ({kind})") from error
+        with self._lock:
+            try:
+                self._client.download(index, subindex, data)
+            except (SdoAbortedError, SdoCommunicationError, can.CanError, OSError) as error:
+                doing = what or f"writing {value}"
+                raise self._in_words(error, doing, index, subindex) from error
+
+    def write_verified(self, index: int, subindex: int, kind: str, value: float, what: str = "") -> None:
+        """Write an object and read it back.
+
+        Raises DriveError also when something else is read back.
+        """
+        self.write(index, subindex, kind, value, what)
+        stored = self.read(index, subindex, kind, what)
+        if stored != value:
+            as_text = "0x{:X}".format if kind.startswith("uint") else str
+            raise DriveError(
+                self.node,
+                what or "writing an object",
+                index=index,
+                subindex=subindex,
+                expected=f"{as_text(value)} to be read back",
+                received=f"{as_text(stored)} came",
+            )
+
+    def _in_words(self, error: Exception, doing: str, index: int, subindex: int) -> Exception:
+        if isinstance(error, SdoAbortedError):
+            words = SdoAbortedError.CODES.get(error.code, "a code that CiA 301 does not define")
+            received = f"the drive refused: {words} (abort code 0x{error.code:08X})"
+        elif isinstance(error, SdoCommunicationError):
+            received = f"no answer within {self.timeout:g} s, asked {1 + self.retries} times"
+            if "No SDO response" not in str(error):
+                received = f"the SDO transfer broke: {error}"
+        else:
+            return BusError(f"node {self.node}: {doing}: {reason_in_words(error)}")
+        return DriveError(self.node, doing, index=index, subindex=subindex, received=received)

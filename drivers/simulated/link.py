@@ -1,0 +1,149 @@
+"""How simulated nodes reach a bus: served inside this process, or over any real interface.
+
+The nodes know one small interface, `Link`; the same nodes run unchanged on the in-process virtual bus,
+where the sender's own thread serves them, and over SocketCAN or any python-can interface, where a thread
+receives.
+"""
+
+import contextlib
+import socket
+import struct
+import threading
+from collections.abc import Callable
+from typing import Protocol
+
+import can
+
+from drivers.bus import BusSettings, check_network_interface, open_bus, reason_in_words
+from drivers.errors import BusError
+from drivers.virtual_bus import InProcessBus
+
+Handler = Callable[[int, bytes], None]
+_CAN_FRAME = struct.Struct("<IB3x8s")
+_RECEIVE_CYCLE = 0.1  # s; closing waits for one of them
+
+
+class Link(Protocol):
+    """One connection to a bus."""
+
+    def start(self, handler: Handler) -> None:
+        """Call `handler(can_id, data)` for every frame from others, one at a time."""
+        ...
+
+    def send(self, can_id: int, data: bytes) -> None:
+        """Send a frame."""
+        ...
+
+    def close(self) -> None:
+        """Leave the bus."""
+        ...
+
+
+def open_link(settings: BusSettings) -> Link:
+    """The best link that a bus allows.
+
+    Raises BusError when the bus cannot be opened.
+    """
+    if settings.interface == "socketcan":
+        return SocketCanLink(settings.channel)
+    bus = open_bus(settings)
+    return InProcessLink(bus) if isinstance(bus, InProcessBus) else PythonCanLink(bus)
+
+
+class InProcessLink:
+    """On the virtual bus of this process: frames are handled by whoever sends them."""
+
+    def __init__(self, bus: InProcessBus):
+        self.bus = bus
+        self.send = bus.send_frame
+
+    def start(self, handler: Handler) -> None:
+        """Be served from now on."""
+        self.bus.serve(handler)
+
+    def close(self) -> None:
+        """Leave the bus."""
+        self.bus.shutdown()
+
+
+class _ThreadedLink:
+    """What links with a receiving thread share."""
+
+    def __init__(self) -> None:
+        self._closing = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    def start(self, handler: Handler) -> None:
+        """Receive in a thread from now on."""
+        self._thread = threading.Thread(
+            target=self._receive, args=(handler,), name="simulated-nodes", daemon=True
+        )
+        self._thread.start()
+
+    def _receive(self, handler: Handler) -> None:
+        raise AssertionError("a link says how it receives")
+
+    def _join(self) -> None:
+        self._closing.set()
+        if self._thread is not None and self._thread is not threading.current_thread():
+            self._thread.join(2.0)
+
+
+class SocketCanLink(_ThreadedLink):
+    """Over SocketCAN by a raw socket: no object per frame, an answer in tens of microseconds."""
+
+    def __init__(self, channel: str):
+        super().__init__()
+        check_network_interface(channel)
+        try:
+            self._socket = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
+            self._socket.bind((channel,))
+        except OSError as error:
+            raise BusError(f"CAN interface {channel!r}: {reason_in_words(error)}") from error
+        self._socket.settimeout(_RECEIVE_CYCLE)
+
+    def send(self, can_id: int, data: bytes) -> None:
+        """Send a frame; a full transmit queue loses it, as on a real node."""
+        with contextlib.suppress(BlockingIOError, OSError):
+            self._socket.send(_CAN_FRAME.pack(can_id, len(data), data))
+
+    def _receive(self, handler: Handler) -> None:
+        receive, unpack = self._socket.recv, _CAN_FRAME.unpack
+        while not self._closing.is_set():
+            try:
+                can_id, length, data = unpack(receive(16))
+            except TimeoutError:
+                continue
+            except OSError:
+                return
+            if can_id <= 0x7FF:  # neither extended, nor remote, nor an error frame
+                handler(can_id, data[:length])
+
+    def close(self) -> None:
+        """Leave the bus."""
+        self._join()
+        self._socket.close()
+
+
+class PythonCanLink(_ThreadedLink):
+    """Over any python-can interface."""
+
+    def __init__(self, bus: can.BusABC):
+        super().__init__()
+        self._bus = bus
+
+    def send(self, can_id: int, data: bytes) -> None:
+        """Send a frame."""
+        self._bus.send(can.Message(arbitration_id=can_id, is_extended_id=False, data=data))
+
+    def _receive(self, handler: Handler) -> None:
+        while not self._closing.is_set():
+            message = self._bus.recv(_RECEIVE_CYCLE)
+            if message is None or message.is_extended_id or message.is_remote_frame or message.is_error_frame:
+                continue
+            handler(message.arbitration_id, bytes(message.data))
+
+    def close(self) -> None:
+        """Leave the bus."""
+        self._join()
+        self._bus.shutdown()

@@ -1,0 +1,386 @@
+"""A CANopen slave: canopen's LocalNode and what that one lacks.
+
+canopen gives the object dictionary from an EDS and the SDO server. Added here: SYNC, synchronous and
+event-driven TPDOs, RPDOs that reach the object dictionary, mappings that can be changed over SDO, NMT that
+gates SDO and PDOs, boot-up after a reset, heartbeat with the state as it is, EMCY, the heartbeat consumer.
+"""
+
+import struct
+from collections.abc import Callable
+
+import canopen
+from canopen.sdo.exceptions import SdoAbortedError
+
+from drivers.object_dictionary import load_object_dictionary
+from drivers.simulated import process_image as slot
+from drivers.simulated.faults import Faults
+from drivers.simulated.process_image import SLOT_OF_OBJECT, MappedSlots, bits_of
+from drivers.simulated.settings import SimulatedAxis
+from drivers.simulated.simulated_drive import SUPPORTED_MODES, SimulatedDrive
+
+DICTIONARY = "simulated.eds"
+PDOS = 4
+_INITIALISING, _STOPPED, _OPERATIONAL, _PRE_OPERATIONAL = 0, 4, 5, 127
+_NMT_STATE_OF_COMMAND = {1: _OPERATIONAL, 2: _STOPPED, 128: _PRE_OPERATIONAL}
+_PDO_OFF = 1 << 31
+_FAULT_COMMAND = 0x2010
+
+# SDO abort codes, CiA 301 section 7.2.4.3.17.
+_VALUE_RANGE = 0x06090030
+_CANNOT_BE_MAPPED = 0x06040041
+_PDO_TOO_LONG = 0x06040042
+_NOT_IN_THIS_STATE = 0x08000022
+
+
+class _Pdo:
+    """One PDO as its communication and mapping objects stand."""
+
+    def __init__(self) -> None:
+        self.can_id = 0
+        self.valid = False
+        self.transmission_type = 255
+        self.slots: MappedSlots | None = None
+        self.received: bytes | None = None  # RPDO waiting for SYNC
+        self.last_sent: bytes | None = None  # event-driven TPDO
+        self.syncs = 0
+
+    @property
+    def synchronous(self) -> bool:
+        return self.transmission_type <= 240
+
+
+class SimulatedNode(canopen.LocalNode):
+    """One drive as it appears on the bus.
+
+    axis : settings of the drive
+    seed : of its random sequences
+    send : puts a frame on the bus
+    """
+
+    def __init__(self, axis: SimulatedAxis, seed: int, send: Callable[[int, bytes], None]):
+        super().__init__(axis.node, load_object_dictionary(DICTIONARY, axis.node))
+        # canopen's own heartbeat needs a bus that sends periodically by itself.
+        self._write_callbacks.clear()
+        self.axis = axis
+        self.send = send
+        self.faults = Faults(axis.faults, seed)
+        self.drive = SimulatedDrive(axis, self.faults, seed)
+        self.nmt_state = _INITIALISING
+        self.cycle = -1
+        self.heartbeat_period = 0.0  # s
+        self.master_heartbeat: tuple[int, float] | None = None  # node, s
+        self.communication_cycle = 0.0  # s, 0x1006
+        self._interpolation = [1, -3]
+        self._tpdos = [_Pdo() for _ in range(PDOS)]
+        self._rpdos = [_Pdo() for _ in range(PDOS)]
+        self._rpdo_of_id: dict[int, _Pdo] = {}
+        self._late: list[tuple[int, bytes]] = []
+        self._emergency_shown = 0
+        self._load_drive_objects()
+        self._load_pdos()
+
+    # ---- network management ----
+
+    def boot(self) -> None:
+        """Power on, or NMT reset: boot-up, then PRE-OPERATIONAL."""
+        self.data_store.clear()
+        self._load_drive_objects()
+        self.drive.start()
+        self.restart_communication()
+
+    def restart_communication(self) -> None:
+        """NMT reset communication: the communication objects are as in the EDS again."""
+        for index in [index for index in self.data_store if index < 0x2000]:
+            del self.data_store[index]
+        self.heartbeat_period = 0.0
+        self.master_heartbeat = None
+        self.communication_cycle = 0.0
+        self._load_pdos()
+        self._late.clear()
+        self._emergency_shown = 0
+        self.nmt_state = _PRE_OPERATIONAL
+        self.cycle = -1
+        self.send(0x700 + self.id, b"\x00")
+
+    def take_nmt(self, command: int, node: int) -> None:
+        """An NMT command from the bus."""
+        if self.faults.frozen or node not in (0, self.id):
+            return
+        if command == 129:
+            self.boot()
+        elif command == 130:
+            self.restart_communication()
+        elif command in _NMT_STATE_OF_COMMAND:
+            self.nmt_state = _NMT_STATE_OF_COMMAND[command]
+            if self.nmt_state == _OPERATIONAL:
+                self.cycle = -1
+                for pdo in self._tpdos:
+                    pdo.last_sent = None
+                self.send_events()
+
+    def send_heartbeat(self) -> None:
+        """One heartbeat frame, unless a fault forbids it."""
+        if not (self.faults.frozen or self.faults.heartbeat_stopped):
+            self.send(0x700 + self.id, bytes((self.nmt_state,)))
+
+    @property
+    def period(self) -> float:
+        """s between two SYNCs: 0x1006 if written, otherwise 0x60C2."""
+        if self.communication_cycle:
+            return self.communication_cycle
+        value, exponent = self._interpolation
+        return value * 10.0**exponent
+
+    # ---- frames ----
+
+    def take_sdo(self, data: bytes) -> None:
+        """An SDO request."""
+        if not self.faults.frozen and self.nmt_state != _STOPPED:
+            self.sdo.on_request(0x600 + self.id, data, 0.0)
+            self.send_events()
+
+    @property
+    def receive_ids(self) -> tuple[int, ...]:
+        """CAN ids of the valid RPDOs."""
+        return tuple(self._rpdo_of_id)
+
+    def take_rpdo(self, can_id: int, data: bytes) -> None:
+        """An RPDO; synchronous ones wait for the next SYNC."""
+        pdo = self._rpdo_of_id.get(can_id)
+        if pdo is None or self.nmt_state != _OPERATIONAL or self.faults.frozen or pdo.slots is None:
+            return
+        if len(data) < pdo.slots.struct.size:
+            self.send_emergency(0x8210)
+            return
+        if pdo.synchronous:
+            pdo.received = data
+        else:
+            pdo.slots.unpack(data, self.drive.image)
+            self._act_on_image(pdo.slots)
+            self.send_events()
+
+    def answer_sync(self, angle: float, temperature: float) -> None:
+        """SYNC, first half: sample, and transmit the synchronous TPDOs."""
+        faults = self.faults
+        drive = self.drive
+        drive.sample(angle, temperature)
+        if self.nmt_state != _OPERATIONAL or faults.frozen:
+            return
+        self.cycle = cycle = self.cycle + 1
+        faults.enter_cycle(cycle)
+        if faults.frozen:
+            return
+        if faults.emergency is not None:
+            code, faults.emergency = faults.emergency, None
+            drive.fail(code)
+        drive.update_statusword()
+        if self._late:
+            for can_id, data in self._late:
+                self.send(can_id, data)
+            self._late.clear()
+        lost = faults.loses(cycle)
+        late = faults.delays(cycle)
+        for pdo in self._tpdos:
+            if not pdo.valid or pdo.transmission_type > 240 or pdo.slots is None:
+                continue
+            if pdo.transmission_type > 1:
+                pdo.syncs += 1
+                if pdo.syncs < pdo.transmission_type:
+                    continue
+                pdo.syncs = 0
+            data = pdo.slots.pack(drive.image)
+            if lost:
+                continue
+            if late:
+                self._late.append((pdo.can_id, data))
+            else:
+                self.send(pdo.can_id, data)
+        if drive.image[slot.ERROR_CODE] != self._emergency_shown:
+            self.show_error()
+
+    def activate_setpoints(self, period: float) -> None:
+        """SYNC, second half: what synchronous RPDOs brought becomes effective."""
+        if self.faults.frozen:
+            return
+        for pdo in self._rpdos:
+            if pdo.received is not None and pdo.slots is not None:
+                data, pdo.received = pdo.received, None
+                pdo.slots.unpack(data, self.drive.image)
+                self._act_on_image(pdo.slots)
+        self.drive.activate_setpoints(period)
+
+    def send_events(self) -> None:
+        """Transmit event-driven TPDOs whose data changed, and EMCY when an error came or went."""
+        if self.faults.frozen:
+            return
+        if self.drive.image[slot.ERROR_CODE] != self._emergency_shown:
+            self.show_error()
+        if self.nmt_state != _OPERATIONAL:
+            return
+        for pdo in self._tpdos:
+            if pdo.valid and not pdo.synchronous and pdo.slots is not None:
+                data = pdo.slots.pack(self.drive.image)
+                if data != pdo.last_sent:
+                    pdo.last_sent = data
+                    self.send(pdo.can_id, data)
+
+    def show_error(self) -> None:
+        """EMCY with the drive's present error code; code 0 says that it has gone."""
+        code = self.drive.image[slot.ERROR_CODE]
+        self._emergency_shown = code
+        self.send_emergency(code)
+
+    def send_emergency(self, code: int) -> None:
+        """One EMCY frame."""
+        if self.nmt_state in (_OPERATIONAL, _PRE_OPERATIONAL):
+            register = self.drive.image[slot.ERROR_REGISTER]
+            self.send(0x80 + self.id, struct.pack("<HB5x", code, register))
+
+    def _act_on_image(self, slots: MappedSlots) -> None:
+        if slot.MODE in slots.slots:
+            self.drive.take_mode()
+        if slot.CONTROLWORD in slots.slots:
+            self.drive.take_controlword()
+
+    # ---- the object dictionary over SDO ----
+
+    def get_data(self, index: int, subindex: int, check_readable: bool = False) -> bytes:
+        """Bytes of an object; those of the process image come from there."""
+        found = SLOT_OF_OBJECT.get((index, subindex))
+        if found is None:
+            return super().get_data(index, subindex, check_readable)
+        variable = self._find_object(index, subindex)
+        if check_readable and not variable.readable:
+            raise SdoAbortedError(0x06010001)
+        self.drive.update_statusword()
+        return struct.pack("<" + found[1], self.drive.image[found[0]])
+
+    def set_data(self, index: int, subindex: int, data: bytes, check_writable: bool = False) -> None:
+        """Write an object and act on it, once it is stored."""
+        if check_writable:
+            self._refuse(index, subindex, bytes(data))
+        super().set_data(index, subindex, data, check_writable)
+        found = SLOT_OF_OBJECT.get((index, subindex))
+        if found is not None:
+            self.drive.image[found[0]] = struct.unpack("<" + found[1], data)[0]
+            if index == 0x6060:
+                self.drive.take_mode()
+            elif index == 0x6040:
+                self.drive.take_controlword()
+        elif check_writable:
+            self._written(index, subindex)
+
+    def _refuse(self, index: int, subindex: int, data: bytes) -> None:
+        """Raise SdoAbortedError for values that the drive does not take."""
+        if index == 0x6060 and data and struct.unpack("<b", data[:1])[0] not in (0, *SUPPORTED_MODES):
+            raise SdoAbortedError(_VALUE_RANGE)
+        is_mapping = 0x1600 <= index < 0x1600 + PDOS or 0x1A00 <= index < 0x1A00 + PDOS
+        if not is_mapping:
+            return
+        if self._number(index - 0x200, 1) & _PDO_OFF == 0 and self.nmt_state == _OPERATIONAL:
+            raise SdoAbortedError(_NOT_IN_THIS_STATE)
+        value = int.from_bytes(data, "little")
+        if subindex and value:
+            self._slot_of_mapping(value)
+        elif not subindex:
+            entries = [self._number(index, position) for position in range(1, value + 1)]
+            if sum(entry & 0xFF for entry in entries) > 64:
+                raise SdoAbortedError(_PDO_TOO_LONG)
+
+    def _slot_of_mapping(self, entry: int) -> tuple[int, str]:
+        found = SLOT_OF_OBJECT.get((entry >> 16, entry >> 8 & 0xFF))
+        if found is None or bits_of(found[1]) != entry & 0xFF:
+            raise SdoAbortedError(_CANNOT_BE_MAPPED)
+        return found
+
+    def _number(self, index: int, subindex: int) -> int:
+        return int.from_bytes(super().get_data(index, subindex), "little")
+
+    def _signed(self, index: int, subindex: int) -> int:
+        return int.from_bytes(super().get_data(index, subindex), "little", signed=True)
+
+    def _written(self, index: int, subindex: int) -> None:
+        """Act on what was stored outside the process image."""
+        drive = self.drive
+        if index == 0x1017:
+            self.heartbeat_period = self._number(index, 0) * 1e-3
+        elif index == 0x1016:
+            entry = self._number(index, 1)
+            period = (entry & 0xFFFF) * 1e-3
+            self.master_heartbeat = (entry >> 16 & 0x7F, period) if period else None
+        elif index == 0x1006:
+            self.communication_cycle = self._number(index, 0) * 1e-6
+        elif index == 0x60C2:
+            self._interpolation = [self._number(index, 1), self._signed(index, 2)]
+        elif 0x1400 <= index < 0x1400 + PDOS or 0x1600 <= index < 0x1600 + PDOS or 0x1800 <= index < 0x1B00:
+            self._load_pdos()
+        elif index == _FAULT_COMMAND:
+            self.faults.command(subindex, self._signed(index, subindex))
+            if self.faults.emergency is not None:
+                code, self.faults.emergency = self.faults.emergency, None
+                drive.fail(code)
+        elif index == 0x605A:
+            drive.machine.quick_stop_option = self._signed(index, 0)
+        elif index == 0x605E:
+            drive.machine.fault_reaction_option = self._signed(index, 0)
+        elif index in (0x6072, 0x6073):
+            drive.max_torque = min(self._number(0x6072, 0), self._number(0x6073, 0))
+        elif index == 0x6065:
+            drive.following_window = self._number(index, 0)
+        elif index == 0x6066:
+            drive.following_time = self._number(index, 0) * 1e-3
+        elif index == 0x6085:
+            drive.quick_stop_deceleration = float(self._number(index, 0))
+        elif index == 0x607D:
+            low, high = self._signed(index, 1), self._signed(index, 2)
+            drive.software_limits = (low, high) if low < high else None
+        elif index == 0x607C:
+            drive.home_offset = self._signed(index, 0)
+        elif index == 0x6098:
+            drive.homing_method = self._signed(index, 0)
+        elif index == 0x6099:
+            drive.homing_speed = float(self._number(0x6099, 1))
+
+    def _load_drive_objects(self) -> None:
+        """The drive's ratings into the object dictionary."""
+        axis = self.axis
+        limit = round(axis.current_limit * 1000)
+        for index, subindex, value in (
+            (0x6072, 0, limit),
+            (0x6073, 0, limit),
+            (0x6075, 0, round(axis.rated_current * 1e3)),
+            (0x6076, 0, round(axis.rated_torque * 1e3)),
+            (0x6065, 0, round(axis.following_error * axis.counts_per_turn)),
+            (0x6066, 0, round(axis.following_error_time * 1e3)),
+            (0x6080, 0, round(axis.max_speed * 60 / 6.283185307179586)),
+            (0x6085, 0, round(axis.quick_stop_deceleration * axis.counts_per_radian)),
+            (0x6099, 1, round(0.2 * axis.counts_per_turn)),
+            (0x608F, 1, axis.counts_per_turn),
+            (0x608F, 2, 1),
+        ):
+            variable = self._find_object(index, subindex)
+            super().set_data(index, subindex, variable.encode_raw(value))
+
+    def _load_pdos(self) -> None:
+        """Compile mappings and communication parameters as they stand in the object dictionary."""
+        self._rpdo_of_id = {}
+        for number in range(PDOS):
+            self._load_pdo(self._tpdos[number], 0x1800 + number, 0x1A00 + number)
+            self._load_pdo(self._rpdos[number], 0x1400 + number, 0x1600 + number)
+            if self._rpdos[number].valid:
+                self._rpdo_of_id[self._rpdos[number].can_id] = self._rpdos[number]
+        self.on_pdos_changed()
+
+    def on_pdos_changed(self) -> None:
+        """Told when CAN ids of RPDOs may have changed; the rig replaces it."""
+
+    def _load_pdo(self, pdo: _Pdo, communication: int, mapping: int) -> None:
+        cob_id = self._number(communication, 1)
+        pdo.can_id = cob_id & 0x7FF
+        pdo.transmission_type = self._number(communication, 2)
+        pdo.received = None
+        pdo.last_sent = None
+        pdo.syncs = 0
+        entries = [self._number(mapping, position + 1) for position in range(self._number(mapping, 0))]
+        pdo.slots = MappedSlots([self._slot_of_mapping(entry) for entry in entries]) if entries else None
+        pdo.valid = not cob_id & _PDO_OFF and pdo.slots is not None

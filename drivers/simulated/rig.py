@@ -1,0 +1,223 @@
+"""The simulated rig: one node per axis on one bus, and the mechanism behind all of them.
+
+Time passes with SYNC. At SYNC k every drive samples and answers; then the setpoints received since SYNC k-1
+become effective, and servo loops and mechanism run until the instant of SYNC k+1. The servo acts in the
+middle of its periods, so that the current which a drive reports at SYNC has acted as long before it as it
+will after: sampling adds no delay of its own to what is identified.
+
+Without SYNC the mechanism stands still, unless a drive has to bring it to rest by itself (lost SYNC, lost
+master, fault, quick stop) or homes: then the wall clock drives it.
+"""
+
+import logging
+import threading
+import time
+
+import canopen
+import numpy as np
+
+from drivers.bus import BusSettings
+from drivers.cia402 import Mode
+from drivers.simulated import process_image as slot
+from drivers.simulated.link import Link, open_link
+from drivers.simulated.mechanism import Mechanism
+from drivers.simulated.node import SimulatedNode
+from drivers.simulated.settings import SimulatedDrivesSettings
+
+logger = logging.getLogger(__name__)
+
+_SYNC_ID = 0x80
+_SYNC_LOST = 0x8700
+_MASTER_LOST = 0x8130
+_HOUSEKEEPING = 0.005  # s between two looks at heartbeats and time-outs
+_FREE_RUN_LIMIT = 0.02  # s of mechanism per look, when the wall clock has run away
+
+
+class _Wire(canopen.Network):
+    """canopen's network object without a bus: its frames go out by the rig's link."""
+
+    def __init__(self, link: Link):
+        super().__init__()
+        self._link = link
+
+    def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
+        self._link.send(can_id, bytes(data))
+
+
+class SimulatedRig:
+    """Simulated drives on a bus; a context manager.
+
+    settings  : the drives, in the order of the mechanism's motors
+    bus       : where they are to be found
+    mechanism : what they move
+
+    Raises BusError when the bus cannot be opened, ValueError when drives and motors do not match.
+    """
+
+    def __init__(self, settings: SimulatedDrivesSettings, bus: BusSettings, mechanism: Mechanism):
+        if mechanism.axes != len(settings.axes):
+            raise ValueError(
+                f"{len(settings.axes)} drives cannot move a mechanism with {mechanism.axes} motors"
+            )
+        self.settings = settings
+        self.mechanism = mechanism
+        self.time = 0.0  # s of the mechanism
+        self._link = open_link(bus)
+        self._wire = _Wire(self._link)
+        self._lock = threading.RLock()
+        self._closing = threading.Event()
+        self._thread: threading.Thread | None = None
+        self._last_sync: float | None = None  # s, wall clock
+        self._heartbeat_due: dict[int, float] = {}
+        self._masters_heard: dict[int, float] = {}
+        self._current = np.zeros(mechanism.axes)
+        self.nodes = tuple(
+            SimulatedNode(axis, settings.seed * 1000 + axis.node, self._link.send) for axis in settings.axes
+        )
+        self._node_of_rpdo: dict[int, SimulatedNode] = {}
+        self._node_of_sdo = {0x600 + node.id: node for node in self.nodes}
+        for node in self.nodes:
+            node.associate_network(self._wire)
+            node.on_pdos_changed = self._map_rpdos
+        mechanism.reset(settings.seed)
+
+    def start(self) -> None:
+        """Power on: every node boots and serves from now on."""
+        self._sample()
+        self._map_rpdos()
+        for node in self.nodes:
+            node.boot()
+        self._link.start(self._on_frame)
+        self._thread = threading.Thread(target=self._keep_house, name="simulated-rig", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Power off; harmless when repeated."""
+        self._closing.set()
+        if self._thread is not None:
+            self._thread.join(2.0)
+            self._thread = None
+        self._link.close()
+
+    def __enter__(self) -> "SimulatedRig":
+        self.start()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.close()
+
+    # ---- frames ----
+
+    def _map_rpdos(self) -> None:
+        self._node_of_rpdo = {can_id: node for node in self.nodes for can_id in node.receive_ids}
+
+    def _on_frame(self, can_id: int, data: bytes) -> None:
+        if can_id == _SYNC_ID:
+            with self._lock:
+                self._on_sync()
+            return
+        node = self._node_of_rpdo.get(can_id)
+        if node is not None:
+            with self._lock:
+                node.take_rpdo(can_id, data)
+            return
+        node = self._node_of_sdo.get(can_id)
+        if node is not None:
+            with self._lock:
+                node.take_sdo(data)
+        elif can_id == 0 and len(data) >= 2:
+            with self._lock:
+                for each in self.nodes:
+                    each.take_nmt(data[0], data[1])
+        elif can_id >> 7 == 0xE:  # 0x700 + node: somebody's heartbeat
+            self._masters_heard[can_id & 0x7F] = time.monotonic()
+
+    def _sample(self) -> None:
+        angles = self.mechanism.motor_angle
+        temperatures = self.mechanism.temperature
+        for position, node in enumerate(self.nodes):
+            node.drive.sample(float(angles[position]), float(temperatures[position]))
+
+    def _on_sync(self) -> None:
+        self._last_sync = time.monotonic()
+        nodes = self.nodes
+        angles = self.mechanism.motor_angle.tolist()
+        temperatures = self.mechanism.temperature.tolist()
+        for node, angle, temperature in zip(nodes, angles, temperatures, strict=True):
+            node.answer_sync(angle, temperature)
+        period = nodes[0].period
+        for node in nodes:
+            node.activate_setpoints(period)
+        self._pass_time(period)
+
+    # ---- time ----
+
+    def _pass_time(self, duration: float) -> None:
+        """Let servos and mechanism run for `duration` s; nothing moves while no axis has power."""
+        nodes = self.nodes
+        if not any(node.drive.machine.powered for node in nodes):
+            return
+        mechanism, current = self.mechanism, self._current
+        steps = max(1, round(duration / self.settings.servo_period))
+        step = duration / steps
+        half = 0.5 * step
+        for number in range(steps):
+            mechanism.step(current, half)
+            since_sync = (number + 0.5) * step
+            angles = mechanism.motor_angle
+            for position, node in enumerate(nodes):
+                current[position] = node.drive.servo_step(float(angles[position]), since_sync, step)
+            mechanism.step(current, half)
+        self.time += duration
+
+    def _keep_house(self) -> None:
+        """Heartbeats, and what the drives do on their own when SYNC or master fall silent."""
+        last = time.monotonic()
+        while not self._closing.wait(_HOUSEKEEPING):
+            now = time.monotonic()
+            with self._lock:
+                try:
+                    self._heartbeats(now)
+                    self._watch_master(now)
+                    self._watch_sync(now, min(now - last, _FREE_RUN_LIMIT))
+                except Exception:
+                    logger.exception("the simulated rig stumbled")
+                    raise
+            last = now
+
+    def _heartbeats(self, now: float) -> None:
+        for node in self.nodes:
+            if not node.heartbeat_period:
+                self._heartbeat_due.pop(node.id, None)
+                continue
+            due = self._heartbeat_due.get(node.id)
+            if due is None or now >= due:
+                node.send_heartbeat()
+                self._heartbeat_due[node.id] = max(now, due or now) + node.heartbeat_period
+
+    def _watch_master(self, now: float) -> None:
+        for node in self.nodes:
+            if node.master_heartbeat is None or not node.drive.machine.powered:
+                continue
+            master, timeout = node.master_heartbeat
+            heard = self._masters_heard.get(master)
+            if heard is not None and now - heard > timeout:
+                node.drive.fail(_MASTER_LOST)
+                node.send_events()
+
+    def _watch_sync(self, now: float, passed: float) -> None:
+        """Free run on the wall clock where drives have to act without SYNC."""
+        if self._last_sync is not None and now - self._last_sync <= self.settings.sync_timeout:
+            return
+        if self._last_sync is not None:
+            for node in self.nodes:
+                if node.drive.machine.enabled and node.drive.image[slot.MODE_DISPLAY] != Mode.HOMING:
+                    node.drive.fail(_SYNC_LOST)
+                    node.send_events()
+            if not any(node.drive.machine.powered for node in self.nodes):
+                self._last_sync = None
+        if any(node.drive.machine.stopping or node.drive.homing for node in self.nodes):
+            self._pass_time(passed)
+            self._sample()
+            for node in self.nodes:
+                node.send_events()

@@ -1,0 +1,80 @@
+"""The servo loop of a simulated drive: cascade of position (P) and velocity (PI), feed-forward, current
+limit.
+
+All in counts of the encoder and seconds; currents in A. A real drive sees its shaft only through the encoder,
+and so does this one: the velocity is the difference of quantised positions behind a low-pass.
+"""
+
+import math
+
+from drivers.simulated.settings import SimulatedAxis
+
+
+class Servo:
+    """Loops of one axis; `axis` holds the gains."""
+
+    def __init__(self, axis: SimulatedAxis):
+        per_count = 1.0 / axis.counts_per_radian
+        gains = axis.servo
+        self._position_gain = gains.position_gain  # 1/s
+        self._velocity_gain = gains.velocity_gain * per_count  # A s/count
+        self._velocity_integral = gains.velocity_integral * per_count  # A/count
+        self._filter_time = gains.velocity_filter
+        self.max_speed = axis.max_speed * axis.counts_per_radian  # counts/s
+        self.velocity = 0.0  # counts/s, as the drive believes
+        self.limited = False
+        self._integral = 0.0  # A
+        self._last_position: int | None = None
+
+    def reset(self, current: float = 0.0) -> None:
+        """Forget the past; `current` (A) is where the integrator starts."""
+        self._integral = current
+        self.limited = False
+
+    def shift(self, counts: int) -> None:
+        """The zero of the position has moved by `counts`."""
+        if self._last_position is not None:
+            self._last_position += counts
+
+    def observe(self, position: int, duration: float) -> None:
+        """Take the encoder's position (counts), `duration` s after the last."""
+        last = self._last_position
+        self._last_position = position
+        if last is None:
+            return
+        difference = (position - last) / duration
+        time = self._filter_time
+        weight = 1.0 if time <= 0.0 else 1.0 - math.exp(-duration / time)
+        self.velocity += weight * (difference - self.velocity)
+
+    def follow_position(
+        self, demand: float, feed_forward: float, position: int, limit: float, duration: float
+    ) -> float:
+        """Current (A) that follows a position demand (counts) moving with feed_forward (counts/s)."""
+        reference = self._position_gain * (demand - position) + feed_forward
+        return self.follow_velocity(reference, limit, duration)
+
+    def follow_velocity(self, reference: float, limit: float, duration: float) -> float:
+        """Current (A) that follows a velocity reference (counts/s), within ±limit."""
+        top = self.max_speed
+        if reference > top:
+            reference = top
+        elif reference < -top:
+            reference = -top
+        error = reference - self.velocity
+        integral = self._integral + self._velocity_integral * error * duration
+        current = self._velocity_gain * error + integral
+        if current > limit:
+            self.limited = True
+            # The integrator waits while the limit is in force, unless the error lets it come back.
+            if error < 0.0:
+                self._integral = integral
+            return limit
+        if current < -limit:
+            self.limited = True
+            if error > 0.0:
+                self._integral = integral
+            return -limit
+        self.limited = False
+        self._integral = integral
+        return current

@@ -1,0 +1,348 @@
+"""The inside of a simulated drive: encoder, modes of operation, servo, amplifier, supervision.
+
+Nothing here knows of CAN. Values come and go through the process image; `node.py` moves them to and from PDOs
+and SDOs, `rig.py` lets time pass.
+"""
+
+import math
+import random
+
+from drivers import cia402
+from drivers.cia402 import Mode, State
+from drivers.simulated import process_image as slot
+from drivers.simulated.cia402_machine import Cia402Machine
+from drivers.simulated.faults import Faults
+from drivers.simulated.servo import Servo
+from drivers.simulated.settings import SimulatedAxis
+
+SUPPORTED_MODES = (
+    Mode.HOMING,
+    Mode.INTERPOLATED_POSITION,
+    Mode.CYCLIC_SYNCHRONOUS_POSITION,
+    Mode.CYCLIC_SYNCHRONOUS_VELOCITY,
+    Mode.CYCLIC_SYNCHRONOUS_TORQUE,
+)
+_POSITION_MODES = (Mode.INTERPOLATED_POSITION, Mode.CYCLIC_SYNCHRONOUS_POSITION)
+_FOLLOWING_ERROR_CODE = 0x8611
+_AT_REST = 0.05  # rad/s of the motor: slower than that, a stopping axis counts as stopped
+
+# Error register bits of the error codes' classes, CiA 301.
+_REGISTER_OF_CLASS = {0x2: 0x02, 0x3: 0x04, 0x4: 0x08, 0x8: 0x10}
+
+
+class SimulatedDrive:
+    """One axis.
+
+    axis   : its settings
+    faults : what goes wrong on purpose
+    seed   : of current noise
+    """
+
+    def __init__(self, axis: SimulatedAxis, faults: Faults, seed: int):
+        self.axis = axis
+        self.faults = faults
+        self.random = random.Random(seed)
+        self.image = [0] * slot.SLOTS
+        self.machine = Cia402Machine()
+        self.servo = Servo(axis)
+        self.counts_per_radian = axis.counts_per_radian
+        self.position_offset = axis.position_offset
+        self.rated_current = axis.rated_current
+        self.max_torque = round(axis.current_limit * 1000)  # per mille, 0x6072
+        self.following_window = round(axis.following_error * axis.counts_per_turn)
+        self.following_time = axis.following_error_time
+        self.quick_stop_deceleration = axis.quick_stop_deceleration * axis.counts_per_radian
+        self.software_limits: tuple[int, int] | None = None
+        self.homing_method = 35
+        self.homing_speed = 0.2 * axis.counts_per_turn  # counts/s
+        self.home_offset = 0
+        self.current = 0.0  # A, reference of the amplifier
+        self._angle = 0.0
+        self._demand = 0.0  # counts
+        self._demand_velocity = 0.0  # counts/s
+        self._from = 0.0
+        self._to = 0.0
+        self._slope = 0.0  # counts/s² or counts/s, of the interpolated target
+        self._following_for = 0.0  # s
+        self._following_error_shown = False
+        self._homing_active = False
+        self._homed = False
+        self._index_pulse = 0
+        self._hold: float | None = None
+
+    # ---- between the bus and the axis ----
+
+    def start(self) -> None:
+        """Power on: the state machine starts, everything commanded is forgotten."""
+        self.machine = Cia402Machine()
+        self.machine.start()
+        for position in range(slot.SLOTS):
+            if position not in (slot.POSITION, slot.TEMPERATURE):
+                self.image[position] = 0
+        self._homed = False
+        self._homing_active = False
+        self._hold = None
+        self.update_statusword()
+
+    def take_controlword(self) -> None:
+        """Act on the controlword in the image."""
+        controlword = self.image[slot.CONTROLWORD]
+        before = self.machine.state
+        self.machine.take_controlword(controlword)
+        after = self.machine.state
+        if after is not before:
+            self._entered(before, after)
+        if self.image[slot.MODE_DISPLAY] == Mode.HOMING and after is State.OPERATION_ENABLED:
+            if controlword & cia402.START_HOMING:
+                if not self._homing_active and not self._homed:
+                    self._begin_homing()
+            else:
+                self._homing_active = False
+                self._homed = False
+        self.update_statusword()
+
+    def take_mode(self) -> None:
+        """Act on the mode in the image: taken over at once when it is supported."""
+        mode = self.image[slot.MODE]
+        if self.faults.keep_mode or mode == self.image[slot.MODE_DISPLAY]:
+            return
+        if mode in SUPPORTED_MODES or mode == 0:
+            self.image[slot.MODE_DISPLAY] = mode
+            self._homing_active = False
+            self._homed = False
+            if self.machine.enabled:
+                self._start_following()
+        self.update_statusword()
+
+    def fail(self, code: int) -> None:
+        """A fault: error code and register are set, the fault reaction begins."""
+        if self.machine.state in (State.FAULT, State.FAULT_REACTION_ACTIVE):
+            return
+        self.image[slot.ERROR_CODE] = code
+        self.image[slot.ERROR_REGISTER] = 0x01 | _REGISTER_OF_CLASS.get(code >> 12, 0)
+        before = self.machine.state
+        self.machine.fail()
+        self._entered(before, self.machine.state)
+        self.update_statusword()
+
+    def _entered(self, before: State, after: State) -> None:
+        if after is State.OPERATION_ENABLED:
+            if before is not State.QUICK_STOP_ACTIVE:
+                self.servo.reset(self.current if self._hold is not None else 0.0)
+            self._hold = None
+            self._start_following()
+        elif after in (State.QUICK_STOP_ACTIVE, State.FAULT_REACTION_ACTIVE):
+            self._demand_velocity = self.servo.velocity
+        elif not self.machine.powered:
+            self._engage_brake()
+        if before is State.FAULT and after is State.SWITCH_ON_DISABLED:
+            self.image[slot.ERROR_CODE] = 0
+            self.image[slot.ERROR_REGISTER] = 0
+            self._following_error_shown = False
+
+    def _start_following(self) -> None:
+        """Start from where the axis is: no jump until a setpoint asks for one."""
+        image = self.image
+        position = image[slot.POSITION]
+        image[slot.TARGET_POSITION] = image[slot.INTERPOLATION_DATA] = position
+        image[slot.TARGET_VELOCITY] = 0
+        image[slot.TARGET_TORQUE] = 0
+        self._demand = self._from = self._to = float(position)
+        self._demand_velocity = self._slope = 0.0
+        self._following_for = 0.0
+
+    def _engage_brake(self) -> None:
+        self.image[slot.TORQUE_DEMAND] = self.image[slot.TORQUE] = self.image[slot.CURRENT] = 0
+        self._hold = float(self.image[slot.POSITION])
+
+    def update_statusword(self) -> None:
+        """Statusword from state, mode and supervision."""
+        image = self.image
+        machine = self.machine
+        word = machine.state.value[1] | cia402.VOLTAGE_ENABLED | cia402.REMOTE
+        if self.servo.limited and machine.powered:
+            word |= cia402.INTERNAL_LIMIT_ACTIVE
+        mode = image[slot.MODE_DISPLAY]
+        if mode == Mode.HOMING:
+            if self._homed:
+                word |= cia402.HOMING_ATTAINED | cia402.TARGET_REACHED
+        else:
+            if machine.enabled and mode:
+                word |= cia402.FOLLOWS_COMMAND
+            if self._following_error_shown:
+                word |= cia402.FOLLOWING_ERROR
+        image[slot.STATUSWORD] = word
+
+    # ---- a SYNC ----
+
+    def sample(self, angle: float, temperature: float) -> None:
+        """Put what the drive measures at this instant into the image."""
+        image = self.image
+        self._angle = angle
+        position = self.encoder(angle)
+        if self.faults.glitch:
+            position += self.faults.glitch
+            self.faults.glitch = 0
+        image[slot.POSITION] = position
+        image[slot.VELOCITY] = round(self.servo.velocity)
+        image[slot.TEMPERATURE] = round(temperature * 10)
+
+    def encoder(self, angle: float) -> int:
+        """Counts at a motor angle (rad)."""
+        return math.floor(angle * self.counts_per_radian) + self.position_offset
+
+    def activate_setpoints(self, period: float) -> None:
+        """A SYNC makes the targets in the image effective; they are reached within `period` s."""
+        if not self.machine.enabled:
+            return
+        image = self.image
+        mode = image[slot.MODE_DISPLAY]
+        self._from = self._demand
+        if mode == Mode.CYCLIC_SYNCHRONOUS_POSITION:
+            target = image[slot.TARGET_POSITION] + image[slot.POSITION_OFFSET]
+        elif mode == Mode.INTERPOLATED_POSITION:
+            if not image[slot.CONTROLWORD] & cia402.ENABLE_INTERPOLATION:
+                target = image[slot.INTERPOLATION_DATA] = round(self._demand)
+            else:
+                target = image[slot.INTERPOLATION_DATA]
+        elif mode == Mode.CYCLIC_SYNCHRONOUS_VELOCITY:
+            self._from = self._demand_velocity
+            target = image[slot.TARGET_VELOCITY] + image[slot.VELOCITY_OFFSET]
+        else:
+            return
+        if self.software_limits is not None and mode in _POSITION_MODES:
+            low, high = self.software_limits
+            target = min(max(target, low), high)
+        self._to = float(target)
+        self._slope = (self._to - self._from) / period
+
+    def servo_step(self, angle: float, since_sync: float, duration: float) -> float:
+        """The amplifier's current (A) for the next servo period.
+
+        angle      : rad, of the motor shaft now
+        since_sync : s since the setpoints became effective
+        duration   : s, servo period
+        """
+        servo = self.servo
+        position = math.floor(angle * self.counts_per_radian) + self.position_offset
+        servo.observe(position, duration)
+        limit = self.max_torque * 1e-3 * self.rated_current * self.faults.current_left
+        machine = self.machine
+        if machine.state is State.OPERATION_ENABLED:
+            current = self._follow(position, since_sync, limit, duration)
+        elif machine.stopping:
+            current = self._brake(position, limit, duration)
+        else:
+            return self._hold_still(position, duration)
+        self.current = current
+        per_mille = 1000.0 * current / self.rated_current
+        image = self.image
+        demand = round(per_mille)
+        image[slot.TORQUE_DEMAND] = demand
+        noise = self.axis.current_noise
+        if noise:
+            current = demand * 1e-3 * self.rated_current + self.random.gauss(0.0, noise)
+            image[slot.TORQUE] = image[slot.CURRENT] = round(1000.0 * current / self.rated_current)
+            return current
+        image[slot.TORQUE] = image[slot.CURRENT] = demand
+        # The amplifier follows the reference that it shows: what is recorded is what acts.
+        return demand * 1e-3 * self.rated_current
+
+    def _follow(self, position: int, since_sync: float, limit: float, duration: float) -> float:
+        image = self.image
+        mode = image[slot.MODE_DISPLAY]
+        servo = self.servo
+        if mode == Mode.CYCLIC_SYNCHRONOUS_TORQUE:
+            reference = (image[slot.TARGET_TORQUE] + image[slot.TORQUE_OFFSET]) * 1e-3 * self.rated_current
+            current = min(max(reference, -limit), limit)
+            servo.limited = current != reference
+            self._demand = self._from = self._to = float(position)
+            self._demand_velocity = servo.velocity
+            return current
+        if mode == Mode.CYCLIC_SYNCHRONOUS_VELOCITY:
+            self._demand_velocity = self._from + self._slope * since_sync
+            image[slot.VELOCITY_DEMAND] = round(self._demand_velocity)
+            self._demand = float(position)
+            return servo.follow_velocity(self._demand_velocity, limit, duration)
+        if mode == Mode.HOMING and self._homing_active:
+            return self._search_index(position, limit, duration)
+        self._demand = demand = self._from + self._slope * since_sync
+        self._demand_velocity = self._slope
+        image[slot.POSITION_DEMAND] = round(demand)
+        error = demand - position
+        image[slot.FOLLOWING_ERROR] = round(error)
+        self._supervise(error, duration)
+        return servo.follow_position(demand, self._slope, position, limit, duration)
+
+    def _supervise(self, error: float, duration: float) -> None:
+        """Following error, objects 0x6065 and 0x6066."""
+        if abs(error) <= self.following_window:
+            self._following_for = 0.0
+            return
+        self._following_for += duration
+        if self._following_for > self.following_time:
+            self._following_error_shown = True
+            self.fail(_FOLLOWING_ERROR_CODE)
+
+    def _brake(self, position: int, limit: float, duration: float) -> float:
+        """Quick stop and fault reaction: the velocity falls along the ramp, then the drive holds."""
+        change = self.quick_stop_deceleration * duration
+        velocity = self._demand_velocity
+        self._demand_velocity = velocity - math.copysign(min(change, abs(velocity)), velocity)
+        current = self.servo.follow_velocity(self._demand_velocity, limit, duration)
+        self._demand = self._from = self._to = float(position)
+        if self._demand_velocity == 0.0 and abs(self.servo.velocity) < _AT_REST * self.counts_per_radian:
+            before = self.machine.state
+            self.machine.stopped()
+            if self.machine.state is not before:
+                self._entered(before, self.machine.state)
+        return current
+
+    def _hold_still(self, position: int, duration: float) -> float:
+        """The brake of an axis without power, as a current that the drive does not report."""
+        if self._hold is None:
+            self._hold = float(position)
+        limit = 10.0 * self.axis.current_limit * self.rated_current
+        self.current = self.servo.follow_position(self._hold, 0.0, position, limit, duration)
+        return self.current
+
+    # ---- homing ----
+
+    @property
+    def homing(self) -> bool:
+        """Whether the drive is moving to find its home."""
+        return self._homing_active
+
+    def _begin_homing(self) -> None:
+        """Methods 35 and 37: here is home. 33 and 34: go to the next index pulse, backwards or forwards."""
+        if self.homing_method in (33, 34):
+            self._homing_active = True
+            self._index_pulse = self._turn(self.image[slot.POSITION])
+            return
+        self._set_home()
+
+    def _turn(self, position: int) -> int:
+        return (position - self.position_offset) // self.axis.counts_per_turn
+
+    def _search_index(self, position: int, limit: float, duration: float) -> float:
+        speed = self.homing_speed if self.homing_method == 34 else -self.homing_speed
+        if self._turn(position) != self._index_pulse:
+            turn = max(self._turn(position), self._index_pulse)
+            index_position = turn * self.axis.counts_per_turn + self.position_offset
+            self.position_offset += self.home_offset - index_position
+            self._homing_active = False
+            self._homed = True
+            self._demand = self._from = self._to = float(position + self.home_offset - index_position)
+            self._slope = 0.0
+            self.servo.shift(self.home_offset - index_position)
+            self.update_statusword()
+            speed = 0.0
+        return self.servo.follow_velocity(speed, limit, duration)
+
+    def _set_home(self) -> None:
+        shift = self.home_offset - self.image[slot.POSITION]
+        self.position_offset += shift
+        self.image[slot.POSITION] += shift
+        self.servo.shift(shift)
+        self._start_following()
+        self._homed = True

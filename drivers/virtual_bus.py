@@ -1,0 +1,211 @@
+"""python-can's virtual interface with a short cut for nodes that live in this process.
+
+A simulated session is hundreds of thousands of SYNC cycles. Over python-can's own `virtual` bus each frame
+is deep-copied into a queue per listener and wakes a thread there; measured, that alone takes longer than
+drive and mechanism together. `InProcessBus` is a member of the same virtual channels (any
+`can.Bus(interface="virtual")` in the process hears and is heard), but between its own kind a frame is a
+tuple, a listener's filter acts when the frame is delivered, and a node may be *served*: its handler is
+called by the thread that sends.
+
+Order on the bus: frames are delivered one at a time, each to every listener, in the order in which they
+were sent. A frame that a handler sends while it is being served waits until the frame before it has reached
+everybody.
+"""
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+import can
+from can.interfaces.virtual import VirtualBus
+
+from drivers import frames
+
+Handler = Callable[[int, bytes], None]
+Clock = Callable[[], int]
+
+# stamp in ns, CAN id, data, flags (drivers/frames.py)
+Frame = tuple[int, int, bytes, int]
+
+
+class _Channel:
+    """One virtual channel: its listeners, its clock, and the frames on their way."""
+
+    def __init__(self) -> None:
+        self.clock: Clock = time.time_ns
+        self.on_the_way: deque[tuple[Frame, _Inbox]] = deque()
+        self.dispatching = threading.Lock()
+        self.listeners: list[Any] = []  # python-can's list of queues, ours among them
+
+
+_channels: dict[str, _Channel] = {}
+_channels_lock = threading.Lock()
+
+
+class _Inbox:
+    """Frames that wait for one listener; stands where python-can's VirtualBus has its queue."""
+
+    def __init__(self, bus: "InProcessBus", receives_own: bool):
+        self.bus = bus
+        self.receives_own = receives_own
+        self.waiting_frames: deque[Frame] = deque()
+        self.handler: Handler | None = None
+        self.passes: dict[int, bool] = {}  # what the filters say, by id; asked once per id
+        self._arrived = threading.Condition()
+        self._readers = 0
+
+    def deliver(self, frame: Frame) -> None:
+        can_id = frame[1]
+        passes = self.passes.get(can_id)
+        if passes is None:
+            passes = self.passes[can_id] = self.bus.passes(can_id, bool(frame[3] & frames.EXTENDED))
+        if not passes:
+            return
+        if self.handler is not None:
+            self.handler(can_id, frame[2])
+            return
+        self.waiting_frames.append(frame)
+        if self._readers:
+            with self._arrived:
+                self._arrived.notify()
+
+    def put(self, item: can.Message, block: bool = True, timeout: float | None = None) -> None:
+        """A frame from python-can's own VirtualBus on the same channel."""
+        self.bus.forward(_frame_of(item, int(item.timestamp * 1e9)), self)
+
+    def get(self, timeout: float | None) -> Frame | None:
+        if not self.waiting_frames:
+            if timeout is not None and timeout <= 0:
+                return None
+            with self._arrived:
+                self._readers += 1
+                try:
+                    self._arrived.wait_for(lambda: self.waiting_frames, timeout)
+                finally:
+                    self._readers -= 1
+        try:
+            return self.waiting_frames.popleft()
+        except IndexError:
+            return None
+
+
+def _frame_of(message: can.Message, stamp: int) -> Frame:
+    flags = (
+        frames.EXTENDED * message.is_extended_id
+        | frames.REMOTE * message.is_remote_frame
+        | frames.ERROR * message.is_error_frame
+        | frames.FD * message.is_fd
+        | frames.BITRATE_SWITCH * message.bitrate_switch
+        | frames.ERROR_STATE * message.error_state_indicator
+    )
+    return stamp, message.arbitration_id, bytes(message.data), flags
+
+
+def _message_of(frame: Frame, channel: str, own: bool) -> can.Message:
+    stamp, can_id, data, flags = frame
+    return can.Message(
+        timestamp=stamp * 1e-9,
+        arbitration_id=can_id,
+        is_extended_id=bool(flags & frames.EXTENDED),
+        is_remote_frame=bool(flags & frames.REMOTE),
+        is_error_frame=bool(flags & frames.ERROR),
+        is_fd=bool(flags & frames.FD),
+        bitrate_switch=bool(flags & frames.BITRATE_SWITCH),
+        error_state_indicator=bool(flags & frames.ERROR_STATE),
+        data=data,
+        channel=channel,
+        is_rx=not own,
+    )
+
+
+class InProcessBus(VirtualBus):
+    """A member of a virtual channel of this process.
+
+    channel              : name shared by all members
+    can_filters          : python-can's filters; applied at delivery
+    receive_own_messages : whether frames sent here come back here, flagged OWN
+    """
+
+    def __init__(
+        self,
+        channel: str,
+        can_filters: Any = None,
+        receive_own_messages: bool = False,
+    ):
+        super().__init__(channel=channel, receive_own_messages=receive_own_messages, can_filters=can_filters)
+        self._inbox = _Inbox(self, receive_own_messages)
+        with _channels_lock:
+            self._bus = _channels.setdefault(channel, _Channel())
+            self._bus.listeners = self.channel
+            self.channel[self.channel.index(self.queue)] = self._inbox  # type: ignore[call-overload]
+            self.queue = self._inbox  # type: ignore[assignment]
+
+    def use_clock(self, clock: Clock) -> None:
+        """Stamp the frames of this channel with `clock` (ns) instead of the system's time."""
+        self._bus.clock = clock
+
+    def serve(self, handler: Handler) -> None:
+        """Call `handler(can_id, data)` for every frame, on the sender's thread, instead of queueing it."""
+        self._inbox.handler = handler
+
+    def send_frame(self, can_id: int, data: bytes) -> None:
+        """Send a classic data frame with an 11-bit id, without building a `can.Message`."""
+        self.forward((self._bus.clock(), can_id, data, 0), self._inbox)
+
+    def take(self) -> list[Frame]:
+        """All frames that wait, oldest first."""
+        waiting = self._inbox.waiting_frames
+        return [waiting.popleft() for _ in range(len(waiting))]
+
+    def passes(self, can_id: int, extended: bool) -> bool:
+        """Whether the filters let this id through."""
+        return self._matches_filters(can.Message(arbitration_id=can_id, is_extended_id=extended))
+
+    def set_filters(self, filters: Any = None) -> None:
+        super().set_filters(filters)
+        if hasattr(self, "_inbox"):
+            self._inbox.passes.clear()
+
+    def forward(self, frame: Frame, sender: _Inbox) -> None:
+        """Deliver a frame, or leave it to the thread that is delivering already.
+
+        Nobody waits for a lock here: a node that answers from inside its handler, and a heartbeat thread that
+        sends meanwhile, can neither deadlock nor overtake.
+        """
+        bus = self._bus
+        bus.on_the_way.append((frame, sender))
+        while bus.on_the_way and bus.dispatching.acquire(blocking=False):
+            try:
+                while bus.on_the_way:
+                    self._deliver(*bus.on_the_way.popleft())
+            finally:
+                bus.dispatching.release()
+
+    def _deliver(self, frame: Frame, sender: _Inbox) -> None:
+        for listener in tuple(self._bus.listeners):
+            if isinstance(listener, _Inbox):
+                if listener is not sender:
+                    listener.deliver(frame)
+                elif listener.receives_own:
+                    listener.deliver((frame[0], frame[1], frame[2], frame[3] | frames.OWN))
+            else:
+                listener.put(_message_of(frame, self.channel_id, own=False))
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        self._check_if_open()
+        self.forward(_frame_of(msg, self._bus.clock()), self._inbox)
+
+    def shutdown(self) -> None:
+        super().shutdown()
+        with _channels_lock:
+            if not self.channel and _channels.get(self.channel_id) is self._bus:
+                del _channels[self.channel_id]
+
+    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
+        self._check_if_open()
+        frame = self._inbox.get(timeout)
+        if frame is None:
+            return None, True
+        return _message_of(frame, self.channel_id, own=bool(frame[3] & frames.OWN)), True
