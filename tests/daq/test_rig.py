@@ -39,7 +39,7 @@ def test_joint_power_equals_motor_power_for_a_coupled_wrist(tmp_path):
     data = simulated_rig_data()
     data["robot"]["joints"] = [{"name": "j5"}, {"name": "j6"}]
     data["axes"] = [
-        {**data["axes"][0], "joint": "j5", "node": 5},
+        {**data["axes"][0], "joint": "j5", "node": 5, "torque_constant": 0.5},
         {**data["axes"][0], "joint": "j6", "node": 6, "torque_constant": 0.2},
     ]
     data["gear_matrix"] = [[45.0, 0.0], [32.0, 32.0]]
