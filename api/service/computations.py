@@ -1,0 +1,71 @@
+"""What jobs compute, in processes of their own: identification, diagnosis, improvement.
+
+Each function takes `progress` first (see job_process.py). Results are JSON; the predicted and measured torques, which
+are as long as the recordings, go into files beside the model, from where a plot reads the part that it shows.
+"""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import identify
+from api.service.job_process import Progress
+from api.service.prediction_files import write_prediction
+from identify.recording import load_experiment
+
+
+def fit(
+    progress: Progress, experiment: str, model: str, add: list[str], output: str
+) -> dict[str, Any]:
+    """Identify one model over all identification sessions.
+
+    experiment : folder of the experiment
+    output     : folder, made here, for identification.json and the predictions
+
+    Returns the JSON of `coulomb identify`.
+    """
+    loaded = load_experiment(Path(experiment))
+    result = identify.identify(loaded, model=model, add=add, progress=_part(progress, 0.0, 0.8))
+    document = _finite(result.to_json())
+    folder = Path(output)
+    folder.mkdir(parents=True, exist_ok=True)
+    pairs = [(entry, joint) for entry in range(len(loaded.sessions)) for joint in range(len(loaded.robot.joints))]
+    for done, (session, joint) in enumerate(pairs):
+        progress(0.8 + 0.2 * done / len(pairs), "storing measured and predicted torque")
+        entry, name = loaded.sessions[session], loaded.robot.joints[joint].name
+        write_prediction(folder, session, joint, result.prediction(entry.file, name))
+    (folder / "identification.json").write_text(json.dumps(document, indent=1))
+    return document
+
+
+def diagnose(progress: Progress, experiment: str, model: str, add: list[str]) -> dict[str, Any]:
+    """Where that model fails and which effect is missing: the JSON of `coulomb diagnose`."""
+    loaded = load_experiment(Path(experiment))
+    return _finite(identify.diagnose(loaded, model=model, add=add, progress=progress).to_json())
+
+
+def improve(progress: Progress, experiment: str, model: str, add: list[str]) -> dict[str, Any]:
+    """Add effects step by step until nothing more is justified: the JSON of `coulomb improve`."""
+    loaded = load_experiment(Path(experiment))
+    start = model if not add else ",".join([model, *add])
+    return _finite(identify.improve(loaded, model=start, progress=progress).to_json())
+
+
+def _part(progress: Progress, begin: float, end: float) -> Progress:
+    """The progress of a part of the work, as a share of the whole."""
+    return lambda fraction, words: progress(begin + (end - begin) * fraction, words)
+
+
+def _finite(value: Any) -> Any:
+    """The document with null for what is not a finite number: JSON has no other way to say so."""
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value

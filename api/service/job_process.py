@@ -1,0 +1,96 @@
+"""One computation in a process of its own, so that it can be cancelled at any moment and never holds up the service.
+
+Measured (benchmarks/service_responsiveness.py): NumPy work in a thread of the service delays its answers by the
+interpreter lock; a process leaves them alone. The processes are forked from a server process that has `identify` loaded
+already, so that one starts in some 20 ms instead of a second.
+"""
+
+import importlib
+import multiprocessing
+import os
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from typing import Any
+
+from identify.recording.errors import InputError
+
+Progress = Callable[[float, str], None]
+"""progress(fraction of 0 to 1, words); raises `Cancelled` once the computation is to stop."""
+
+NICENESS = 10
+"""Computations give way to the acquisition and to the service."""
+THREADS_OF_LINEAR_ALGEBRA = "1"
+"""BLAS threads of one computation; more would take the core that the acquisition needs."""
+
+
+class Cancelled(Exception):
+    """Raised inside a computation by its progress function after somebody cancelled it."""
+
+
+def _context() -> Any:
+    if not os.environ.get("OPENBLAS_NUM_THREADS"):
+        os.environ["OPENBLAS_NUM_THREADS"] = THREADS_OF_LINEAR_ALGEBRA  # read when the fork server loads NumPy
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["api.service.computations"])
+    return context
+
+
+class JobProcess:
+    """A running computation.
+
+    function  : `module:name` of a function `f(progress, **arguments)` whose result can be pickled
+    arguments : its keyword arguments
+    """
+
+    def __init__(self, function: str, arguments: dict[str, Any]) -> None:
+        context = _context()
+        self._receiver, sender = context.Pipe(duplex=False)
+        self._stop = context.Event()
+        self._process = context.Process(target=_work, args=(sender, self._stop, function, arguments), daemon=True)
+        self._process.start()
+        sender.close()
+
+    def message(self, timeout: float) -> tuple[str, Any] | None:
+        """The next message within `timeout` s: `progress` (fraction, words), `result`, `wrong` (the input; one line),
+        `failed` (words), `cancelled`; None if there is none yet."""
+        if not self._receiver.poll(timeout):
+            return None
+        try:
+            return self._receiver.recv()
+        except EOFError:
+            self._process.join()
+            return "failed", f"the computing process ended with status {self._process.exitcode}"
+
+    def cancel(self) -> None:
+        """Ask the computation to stop at its next report of progress."""
+        self._stop.set()
+
+    def end(self) -> None:
+        """End the process, whatever it does, and give its resources back."""
+        self._process.terminate()
+        self._process.join()
+        self._process.close()
+        self._receiver.close()
+
+
+def _work(sender: Connection, stop: Any, function: str, arguments: dict[str, Any]) -> None:
+    os.nice(NICENESS)
+
+    def progress(fraction: float, words: str) -> None:
+        if stop.is_set():
+            raise Cancelled
+        sender.send(("progress", (float(fraction), str(words))))
+
+    module, _, name = function.partition(":")
+    try:
+        result = getattr(importlib.import_module(module), name)(progress, **arguments)
+    except Cancelled:
+        sender.send(("cancelled", None))
+    except InputError as error:
+        sender.send(("wrong", str(error)))
+    except MemoryError:
+        sender.send(("failed", "there is not enough memory for it"))
+    except Exception as error:
+        sender.send(("failed", f"{type(error).__name__}: {error}"))
+    else:
+        sender.send(("result", result))

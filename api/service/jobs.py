@@ -1,0 +1,278 @@
+"""Long work as jobs: queued, computed in processes, with progress and cancel."""
+
+import logging
+import queue
+import secrets
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from typing import Any
+
+from sqlalchemy import select, update
+
+from api.service.database import Database, JobRow
+from api.service.job_process import JobProcess
+from api.service.problems import Problem
+
+GRACE = 2.0
+"""s that a cancelled computation has to stop by itself before its process is ended."""
+POLL = 0.2
+"""s between looks at whether a silent computation was cancelled."""
+REMEMBERED = 200
+"""Ended jobs kept in memory; older ones are read from the database."""
+_log = logging.getLogger(__name__)
+
+
+class JobState(StrEnum):
+    """Where a job is; the last four are final."""
+
+    QUEUED = "queued"
+    RUNNING = "running"
+    DONE = "done"
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+    LOST = "lost"
+
+    @property
+    def final(self) -> bool:
+        """True if nothing more will happen."""
+        return self not in (JobState.QUEUED, JobState.RUNNING)
+
+
+@dataclass(frozen=True)
+class Job:
+    """A snapshot of a job; a new one for every change.
+
+    fraction : 0 to 1
+    words    : what it is doing, or why it failed
+    result   : what came of it, such as {"model": "m3"}
+    """
+
+    id: str
+    kind: str
+    experiment: str | None
+    user: str
+    state: JobState
+    fraction: float
+    words: str
+    created: float
+    ended: float | None = None
+    result: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass
+class _Task:
+    job: Job
+    function: str
+    arguments: Callable[[], dict[str, Any]]
+    store: Callable[[Any], dict[str, Any]]
+    cancelled: threading.Event = field(default_factory=threading.Event)
+
+
+Listener = Callable[[Job], None]
+
+
+class JobRunner:
+    """Runs jobs one after another in `workers` processes.
+
+    Jobs of one experiment never overlap: each begins with what the one before has stored.
+    """
+
+    def __init__(self, database: Database, clock: Callable[[], float], workers: int = 1) -> None:
+        self._database = database
+        self._clock = clock
+        self._tasks: dict[str, _Task] = {}
+        self._queue: queue.Queue[_Task | None] = queue.Queue()
+        self._experiment_locks: dict[str | None, threading.Lock] = {}
+        self._lock = threading.Lock()
+        self._listeners: set[Listener] = set()
+        self._closing = False
+        self._threads = [threading.Thread(target=self._run, name=f"jobs-{n}", daemon=True) for n in range(workers)]
+        self._mark_lost()
+
+    def start(self) -> None:
+        """Begin with the queue."""
+        for thread in self._threads:
+            thread.start()
+
+    def close(self) -> None:
+        """Cancel everything and wait for the processes to end."""
+        self._closing = True
+        for task in list(self._tasks.values()):
+            task.cancelled.set()
+        for _ in self._threads:
+            self._queue.put(None)
+        for thread in self._threads:
+            if thread.is_alive():
+                thread.join()
+
+    def submit(
+        self,
+        kind: str,
+        function: str,
+        arguments: Callable[[], dict[str, Any]],
+        store: Callable[[Any], dict[str, Any]],
+        *,
+        user: str,
+        experiment: str | None,
+    ) -> Job:
+        """Queue a computation.
+
+        function  : `module:name`, see `JobProcess`
+        arguments : called when the job's turn has come, so that it starts from what is stored then
+        store     : takes the computation's result in this process, stores it and says what it became
+        """
+        job = Job(
+            id=secrets.token_hex(8),
+            kind=kind,
+            experiment=experiment,
+            user=user,
+            state=JobState.QUEUED,
+            fraction=0.0,
+            words="waiting for its turn",
+            created=self._clock(),
+        )
+        task = _Task(job, function, arguments, store)
+        with self._lock:
+            self._tasks[job.id] = task
+            self._experiment_locks.setdefault(experiment, threading.Lock())
+            self._forget_old()
+        with self._database.transaction() as session:
+            session.add(JobRow(**job.__dict__))
+        self._queue.put(task)
+        return job
+
+    def get(self, identifier: str) -> Job | None:
+        """The job with that id as it is now, also one from before a restart."""
+        task = self._tasks.get(identifier)
+        if task is not None:
+            return task.job
+        with self._database.transaction() as session:
+            row = session.get(JobRow, identifier)
+        return _job_of(row) if row else None
+
+    def jobs(self, *, experiment: str | None = None, limit: int = 100) -> list[Job]:
+        """The newest jobs first."""
+        query = select(JobRow).order_by(JobRow.created.desc()).limit(limit)
+        if experiment is not None:
+            query = query.where(JobRow.experiment == experiment)
+        with self._database.transaction() as session:
+            rows = list(session.scalars(query))
+        return [self._tasks[row.id].job if row.id in self._tasks else _job_of(row) for row in rows]
+
+    def active(self, experiment: str) -> Job | None:
+        """The first job of an experiment that is not final yet."""
+        with self._lock:
+            jobs = [task.job for task in self._tasks.values()]
+        return next((job for job in jobs if job.experiment == experiment and not job.state.final), None)
+
+    def cancel(self, identifier: str) -> Job:
+        """Cancel a job. Raises the problem 404 for an unknown id and 409 for a job that has ended."""
+        job = self.get(identifier)
+        if job is None:
+            raise Problem(404, f"No job has the id `{identifier}`.")
+        if job.state.final:
+            raise Problem(409, f"The job has ended already: {job.state}.")
+        task = self._tasks[identifier]
+        task.cancelled.set()
+        return task.job
+
+    def listen(self, listener: Listener) -> None:
+        """Call `listener(job)` after every change, from a worker's thread; it must return at once."""
+        self._listeners.add(listener)
+
+    def unlisten(self, listener: Listener) -> None:
+        """Call it no more."""
+        self._listeners.discard(listener)
+
+    # --- worker threads
+
+    def _run(self) -> None:
+        while (task := self._queue.get()) is not None:
+            with self._experiment_locks[task.job.experiment]:
+                try:
+                    self._compute(task)
+                except Exception as error:
+                    _log.exception("job %s failed", task.job.id)
+                    self._change(task, state=JobState.FAILED, words=f"{type(error).__name__}: {error}")
+
+    def _compute(self, task: _Task) -> None:
+        if task.cancelled.is_set():
+            self._change(task, state=JobState.CANCELLED, words="cancelled before it began")
+            return
+        self._change(task, state=JobState.RUNNING, words="starting")
+        try:
+            arguments = task.arguments()
+        except Problem as problem:
+            self._change(task, state=JobState.FAILED, words=problem.detail)
+            return
+        process = JobProcess(task.function, arguments)
+        try:
+            kind, content = self._follow(task, process)
+        finally:
+            process.end()
+        if kind == "result":
+            self._change(task, state=JobState.DONE, fraction=1.0, words="done", result=task.store(content))
+        elif kind == "cancelled":
+            self._change(task, state=JobState.CANCELLED, words="cancelled")
+        else:
+            self._change(task, state=JobState.FAILED, words=content)
+
+    def _follow(self, task: _Task, process: JobProcess) -> tuple[str, Any]:
+        """Pass progress on until the computation's last message."""
+        deadline = None
+        while True:
+            if task.cancelled.is_set() and deadline is None:
+                process.cancel()
+                deadline = time.monotonic() + GRACE
+            message = process.message(POLL)
+            if message is not None and message[0] != "progress":
+                return message
+            if deadline is not None and time.monotonic() > deadline:
+                return "cancelled", None
+            if message is not None:
+                fraction, words = message[1]
+                self._change(task, fraction=min(max(fraction, 0.0), 1.0), words=words)
+
+    def _change(self, task: _Task, **changes: Any) -> None:
+        job = replace(task.job, **changes)
+        if job.state.final:
+            job = replace(job, ended=self._clock())
+        stored = job.state != task.job.state
+        if stored:  # progress is of no use after a restart
+            with self._database.transaction() as session:
+                session.execute(update(JobRow).where(JobRow.id == job.id).values(**job.__dict__))
+        task.job = job
+        for listener in list(self._listeners):
+            listener(job)
+
+    def _forget_old(self) -> None:
+        ended = [task.job for task in self._tasks.values() if task.job.state.final]
+        for job in sorted(ended, key=lambda job: job.created)[: max(0, len(ended) - REMEMBERED)]:
+            del self._tasks[job.id]
+
+    def _mark_lost(self) -> None:
+        unfinished = [JobState.QUEUED, JobState.RUNNING]
+        with self._database.transaction() as session:
+            session.execute(
+                update(JobRow)
+                .where(JobRow.state.in_(unfinished))
+                .values(state=JobState.LOST, words="the service was restarted before it ended", ended=self._clock())
+            )
+
+
+def _job_of(row: JobRow) -> Job:
+    return Job(
+        id=row.id,
+        kind=row.kind,
+        experiment=row.experiment,
+        user=row.user,
+        state=JobState(row.state),
+        fraction=row.fraction,
+        words=row.words,
+        created=row.created,
+        ended=row.ended,
+        result=row.result,
+    )

@@ -1,0 +1,203 @@
+"""The models of one experiment: versions, which one stands, undo and redo; stored in the experiment's folder.
+
+    models/story.json               the versions and where the story stands
+    models/m2/f1/identification.json, prediction-0-0.npy …     one fit of version m2
+    models/m2/diagnosis.json        what was found to be missing in it
+
+A version is a list of effects. It is fitted anew whenever sessions were added; every fit is kept.
+"""
+
+import hashlib
+import json
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from api.service.atomic_file import write_atomically
+from api.service.problems import Problem, not_found
+from identify.recording.errors import InputError
+
+Cause = Literal["fit", "effect added", "effect removed", "improved"]
+
+
+class Fit(BaseModel):
+    """One least-squares fit of a version."""
+
+    model_config = ConfigDict(frozen=True)
+
+    id: str = Field(examples=["f1"])
+    data: str = Field(description="fingerprint of the experiment's data that were fitted", examples=["9f2c41d0"])
+    sessions: int = Field(description="identification and validation sessions at that time", examples=[3])
+    created: str = Field(examples=["2026-11-22T15:04:05+00:00"])
+    relative_error: float | None = Field(examples=[0.0733])
+    relative_error_validation: float | None = Field(examples=[0.081])
+
+
+class ModelVersion(BaseModel):
+    """A model of the experiment: a named start and the effects added to it."""
+
+    model_config = ConfigDict(frozen=True)
+
+    id: str = Field(examples=["m2"])
+    model: str = Field(examples=["usual"])
+    add: list[str] = Field(examples=[["load-friction-asymmetric@j3"]])
+    cause: Cause = Field(examples=["effect added"])
+    change: str | None = Field(description="the effect added or removed", examples=["load-friction-asymmetric@j3"])
+    parent: str | None = Field(description="the version it was made from", examples=["m1"])
+    user: str = Field(examples=["ada"])
+    created: str = Field(examples=["2026-11-22T15:04:05+00:00"])
+    fits: list[Fit]
+
+    @property
+    def fit(self) -> Fit:
+        """The newest fit."""
+        return self.fits[-1]
+
+
+class Story(BaseModel):
+    """All versions, the line that leads to the one that stands, and what was undone (last undone last)."""
+
+    model_config = ConfigDict(frozen=True)
+
+    format: Literal[1] = 1
+    versions: list[ModelVersion] = []
+    line: list[str] = Field(default=[], examples=[["m1", "m2"]])
+    undone: list[str] = Field(default=[], examples=[["m3"]])
+
+    @property
+    def current(self) -> ModelVersion | None:
+        """The version that stands, or None before the first fit."""
+        return self.version(self.line[-1]) if self.line else None
+
+    def version(self, identifier: str) -> ModelVersion:
+        """The version with that id. Raises the problem 404."""
+        for version in self.versions:
+            if version.id == identifier:
+                return version
+        raise not_found("model of this experiment", identifier)
+
+
+def data_fingerprint(folder: Path) -> str:
+    """A text that changes when the experiment file or a session's file does."""
+    digest = hashlib.sha256((folder / "experiment.yaml").read_bytes())
+    for file in sorted(path for path in folder.iterdir() if path.suffix in (".csv", ".gz", ".h5", ".hdf5")):
+        status = file.stat()
+        digest.update(f"{file.name} {status.st_size} {status.st_mtime_ns}\n".encode())
+    return digest.hexdigest()[:16]
+
+
+class ModelStory:
+    """Reads and changes the story of one experiment folder; changes are atomic.
+
+    The caller keeps two writers apart (one job of an experiment at a time, undo and redo only between jobs).
+    """
+
+    def __init__(self, experiment_folder: Path) -> None:
+        self.folder = experiment_folder / "models"
+        self._file = self.folder / "story.json"
+
+    def read(self) -> Story:
+        """What is stored; an empty story before the first fit. Raises InputError if the file was damaged."""
+        try:
+            return Story.model_validate_json(self._file.read_bytes())
+        except FileNotFoundError:
+            return Story()
+        except ValidationError as error:
+            first = error.errors()[0]
+            place = ".".join(str(part) for part in first["loc"])
+            raise InputError(f"{self._file}: {place}: {first['msg']}") from error
+
+    def new_fit_folder(self, version: str, fit: str) -> Path:
+        """Where a fit's files go; the computation makes it."""
+        return self.folder / version / fit
+
+    def next_version_id(self) -> str:
+        """Never given before, also not to a version that was undone."""
+        return f"m{len(self.read().versions) + 1}"
+
+    def add_version(
+        self,
+        *,
+        model: str,
+        add: list[str],
+        cause: Cause,
+        change: str | None,
+        user: str,
+        fit: Fit,
+        parent: str | None = None,
+    ) -> ModelVersion:
+        """Append a version to the line; what was undone before can no longer be redone."""
+        story = self.read()
+        version = ModelVersion(
+            id=self.next_version_id(),
+            model=model,
+            add=add,
+            cause=cause,
+            change=change,
+            parent=parent if parent is not None else (story.line[-1] if story.line else None),
+            user=user,
+            created=now_text(),
+            fits=[fit],
+        )
+        self._write(story, versions=[*story.versions, version], line=[*story.line, version.id], undone=[])
+        return version
+
+    def add_fit(self, identifier: str, fit: Fit) -> ModelVersion:
+        """Append a fit to a version."""
+        story = self.read()
+        version = story.version(identifier)
+        version = version.model_copy(update={"fits": [*version.fits, fit]})
+        versions = [version if each.id == identifier else each for each in story.versions]
+        self._write(story, versions=versions)
+        return version
+
+    def undo(self) -> ModelVersion:
+        """Go back to the version before. Raises the problem 409 if there is none."""
+        story = self.read()
+        if len(story.line) < 2:
+            raise Problem(409, "There is nothing to undo: this is the first model.")
+        self._write(story, line=story.line[:-1], undone=[*story.undone, story.line[-1]])
+        return story.version(story.line[-2])
+
+    def redo(self) -> ModelVersion:
+        """Take back the last undo. Raises the problem 409 if there is none."""
+        story = self.read()
+        if not story.undone:
+            raise Problem(409, "There is nothing to redo.")
+        self._write(story, line=[*story.line, story.undone[-1]], undone=story.undone[:-1])
+        return story.version(story.undone[-1])
+
+    def identification(self, identifier: str) -> dict[str, Any]:
+        """The JSON of the version's newest fit."""
+        version = self.read().version(identifier)
+        return json.loads((self.folder / identifier / version.fit.id / "identification.json").read_bytes())
+
+    def fit_folder(self, identifier: str) -> Path:
+        """The folder of the version's newest fit."""
+        return self.folder / identifier / self.read().version(identifier).fit.id
+
+    def diagnosis(self, identifier: str) -> dict[str, Any] | None:
+        """What was found to be missing in that version, or None if nobody asked yet."""
+        self.read().version(identifier)
+        try:
+            return json.loads((self.folder / identifier / "diagnosis.json").read_bytes())
+        except FileNotFoundError:
+            return None
+
+    def store_diagnosis(self, identifier: str, document: dict[str, Any]) -> None:
+        """Keep a diagnosis with its version, instead of an older one."""
+        folder = self.folder / identifier
+        folder.mkdir(parents=True, exist_ok=True)
+        write_atomically(folder / "diagnosis.json", json.dumps(document, indent=1).encode())
+
+    def _write(self, story: Story, **changes: Any) -> None:
+        self.folder.mkdir(parents=True, exist_ok=True)
+        changed = story.model_copy(update=changes)
+        write_atomically(self._file, changed.model_dump_json(indent=1).encode())
+
+
+def now_text() -> str:
+    """The present time as the stored files spell it."""
+    return datetime.now(UTC).isoformat(timespec="seconds")
