@@ -12,32 +12,33 @@ import numpy as np
 
 import identify
 from api.service.job_process import Progress
+from api.service.model_story import data_fingerprint
 from api.service.prediction_files import write_prediction
 from identify.recording import load_experiment
 
 
-def fit(
-    progress: Progress, experiment: str, model: str, add: list[str], output: str
-) -> dict[str, Any]:
+def fit(progress: Progress, experiment: str, model: str, add: list[str], output: str) -> dict[str, Any]:
     """Identify one model over all identification sessions.
 
     experiment : folder of the experiment
     output     : folder, made here, for identification.json and the predictions
 
-    Returns the JSON of `coulomb identify`.
+    Returns `identification`, the JSON of `coulomb identify`, and `data`, the fingerprint of what was fitted.
     """
+    # Taken before reading: a session that comes while this computes makes the fit old.
+    data = data_fingerprint(Path(experiment))
     loaded = load_experiment(Path(experiment))
     result = identify.identify(loaded, model=model, add=add, progress=_part(progress, 0.0, 0.8))
     document = _finite(result.to_json())
     folder = Path(output)
-    folder.mkdir(parents=True, exist_ok=True)
+    folder.mkdir(parents=True)
     pairs = [(entry, joint) for entry in range(len(loaded.sessions)) for joint in range(len(loaded.robot.joints))]
     for done, (session, joint) in enumerate(pairs):
         progress(0.8 + 0.2 * done / len(pairs), "storing measured and predicted torque")
         entry, name = loaded.sessions[session], loaded.robot.joints[joint].name
         write_prediction(folder, session, joint, result.prediction(entry.file, name))
     (folder / "identification.json").write_text(json.dumps(document, indent=1))
-    return document
+    return {"identification": document, "data": data}
 
 
 def diagnose(progress: Progress, experiment: str, model: str, add: list[str]) -> dict[str, Any]:
@@ -46,11 +47,33 @@ def diagnose(progress: Progress, experiment: str, model: str, add: list[str]) ->
     return _finite(identify.diagnose(loaded, model=model, add=add, progress=progress).to_json())
 
 
-def improve(progress: Progress, experiment: str, model: str, add: list[str]) -> dict[str, Any]:
-    """Add effects step by step until nothing more is justified: the JSON of `coulomb improve`."""
+def improve(
+    progress: Progress, experiment: str, model: str, add: list[str], models: str, first: int
+) -> dict[str, Any]:
+    """Add effects step by step until nothing more is justified, and fit each step's model.
+
+    models, first : folder of the story, number of the first new version: step k is fitted into `m{first + k}/f1`
+
+    Returns `improvement`, the JSON of `coulomb improve`, and `versions`, one for each step after the start: `add`,
+    `change`, `identification`, `data`.
+    """
     loaded = load_experiment(Path(experiment))
-    start = model if not add else ",".join([model, *add])
-    return _finite(identify.improve(loaded, model=start, progress=progress).to_json())
+    story = identify.improve(loaded, model=model, add=add, progress=_part(progress, 0.0, 0.6))
+    document = _finite(story.to_json())
+    changes = [_effect_text(step["added"]) for step in document["steps"] if step["added"] is not None]
+    versions = []
+    for number, change in enumerate(changes):
+        add = [*add, change]
+        begin, end = (0.6 + 0.4 * (number + part) / len(changes) for part in (0, 1))
+        output = Path(models) / f"m{first + number}" / "f1"
+        fitted = fit(_part(progress, begin, end), experiment, model, add, str(output))
+        versions.append({"add": add, "change": change, **fitted})
+    return {"improvement": document, "versions": versions}
+
+
+def _effect_text(added: dict[str, Any]) -> str:
+    """`effect@joint`, as the command line spells it."""
+    return f"{added['effect']}@{added['joint']}" if added.get("joint") else added["effect"]
 
 
 def _part(progress: Progress, begin: float, end: float) -> Progress:

@@ -1,0 +1,271 @@
+"""What a person does with an experiment's models: fit, add or remove an effect, undo, redo, compare, diagnose, improve.
+
+Whatever computes is a job; what it found is stored with the experiment before the job counts as done.
+"""
+
+import shutil
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from api.service.experiment_store import ExperimentStore
+from api.service.jobs import Job, JobRunner
+from api.service.model_story import Cause, Fit, ModelStory, ModelVersion, data_fingerprint, now_text
+from api.service.problems import Problem
+
+NAMED_MODELS = ("rigid", "usual", "load-velocity")
+FIRST_MODEL = "usual"
+"""What is fitted by itself after the first session: the model that the diagnosis starts from."""
+COMPUTATIONS = "api.service.computations"
+
+
+@cache
+def effect_names() -> frozenset[str]:
+    """Names of the catalogue's effects."""
+    import identify
+
+    return frozenset(entry["effect"] for entry in identify.catalogue())
+
+
+@dataclass(frozen=True)
+class Results:
+    """What the identifier says about an experiment now.
+
+    version        : the model that stands, None before the first fit
+    identification : its newest fit's document
+    stale          : sessions were added or settings changed since that fit
+    job            : the computation under way, if any
+    """
+
+    version: ModelVersion | None
+    identification: dict[str, Any] | None
+    diagnosis: dict[str, Any] | None
+    stale: bool
+    job: Job | None
+
+
+class ModelDesk:
+    """Models of all experiments."""
+
+    def __init__(self, experiments: ExperimentStore, jobs: JobRunner) -> None:
+        self._experiments = experiments
+        self._jobs = jobs
+
+    def story(self, experiment: str) -> ModelStory:
+        """The stored story of one experiment. Raises the problem 404."""
+        return ModelStory(self._experiments.folder(experiment))
+
+    def results(self, experiment: str) -> Results:
+        """What the identifier says now."""
+        folder = self._experiments.folder(experiment)
+        story = ModelStory(folder)
+        version, job = story.read().current, self._jobs.active(experiment)
+        if version is None:
+            return Results(None, None, None, stale=False, job=job)
+        stale = version.fit.data != data_fingerprint(folder)
+        return Results(version, story.identification(version.id), story.diagnosis(version.id), stale, job)
+
+    # --- changes of the model
+
+    def fit(self, experiment: str, user: str, model: str, add: list[str]) -> Job:
+        """Fit another model; it becomes the one that stands."""
+        self._refuse_overlap(experiment)
+        self._check_model(experiment, model, add)
+        return self._submit_version(experiment, user, model, add, "fit", None)
+
+    def add_effect(self, experiment: str, user: str, effect: str, joint: str | None) -> Job:
+        """Add an effect to the model that stands; on every joint if none is named."""
+        self._refuse_overlap(experiment)
+        version = self._standing(experiment)
+        change = f"{effect}@{joint}" if joint else effect
+        self._check_model(experiment, version.model, [change])
+        if change in version.add:
+            raise Problem(409, f"The model has {change} already.")
+        return self._submit_version(experiment, user, version.model, [*version.add, change], "effect added", change)
+
+    def remove_effect(self, experiment: str, user: str, effect: str, joint: str | None) -> Job:
+        """Remove an effect from the model that stands; from every joint if none is named."""
+        self._refuse_overlap(experiment)
+        version = self._standing(experiment)
+        change = f"{effect}@{joint}" if joint else effect
+        if change in version.add:
+            add = [each for each in version.add if each != change]
+            return self._submit_version(experiment, user, version.model, add, "effect removed", change)
+        # The effect is part of the named model, or was added to all joints and goes from one: spell them all out.
+        present = [
+            (each["effect"], each["joint"])
+            for each in self.story(experiment).identification(version.id)["effects"]
+            if each["effect"] != "offset"  # a part of `rigid`
+        ]
+        left = [pair for pair in present if pair[0] != effect or (joint is not None and pair[1] != joint)]
+        if len(left) == len(present):
+            raise Problem(409, f"The model has no {change}.")
+        add = [f"{name}@{on}" if on else name for name, on in left]
+        return self._submit_version(experiment, user, "rigid", add, "effect removed", change)
+
+    def undo(self, experiment: str, user: str) -> tuple[ModelVersion, Job | None]:
+        """Go back to the version before; it is fitted anew if sessions were added since."""
+        self._refuse_overlap(experiment)
+        version = self.story(experiment).undo()
+        return version, self._refit_if_stale(experiment, user, version)
+
+    def redo(self, experiment: str, user: str) -> tuple[ModelVersion, Job | None]:
+        """Take back the last undo."""
+        self._refuse_overlap(experiment)
+        version = self.story(experiment).redo()
+        return version, self._refit_if_stale(experiment, user, version)
+
+    def refit(self, experiment: str, user: str) -> Job:
+        """Fit the model that stands (at first the usual one) over all sessions so far; what happens by itself
+        after every session. Waits for its turn if something is computed."""
+        self._experiments.folder(experiment)
+
+        def arguments() -> dict[str, Any]:
+            current = self.story(experiment).read().current
+            if current is None:
+                version, fit, model, add = "m1", "f1", FIRST_MODEL, []
+            else:
+                version, fit = current.id, f"f{len(current.fits) + 1}"
+                model, add = current.model, current.add
+            return self._fit_arguments(experiment, version, fit, model, add)
+
+        def store(found: dict[str, Any]) -> dict[str, Any]:
+            story = self.story(experiment)
+            current = story.read().current
+            fit = _fit(f"f{len(current.fits) + 1}" if current else "f1", found)
+            if current is not None:
+                return {"model": story.add_fit(current.id, fit).id}
+            version = story.add_version(
+                model=FIRST_MODEL, add=[], cause="fit", change=None, user=user, fit=fit
+            )
+            return {"model": version.id}
+
+        return self._jobs.submit(
+            "identify", f"{COMPUTATIONS}:fit", arguments, store, user=user, experiment=experiment
+        )
+
+    # --- what is missing
+
+    def diagnose(self, experiment: str, user: str, identifier: str | None = None) -> Job:
+        """Find what a version (the one that stands if none is named) misses."""
+        self._refuse_overlap(experiment)
+        story = self.story(experiment)
+        version = story.read().version(identifier) if identifier else self._standing(experiment)
+
+        def store(document: dict[str, Any]) -> dict[str, Any]:
+            story.store_diagnosis(version.id, document)
+            return {"model": version.id, "diagnosis": version.id}
+
+        def arguments() -> dict[str, Any]:
+            return {"experiment": str(story.folder.parent), "model": version.model, "add": version.add}
+
+        return self._jobs.submit(
+            "diagnose", f"{COMPUTATIONS}:diagnose", arguments, store, user=user, experiment=experiment
+        )
+
+    def improve(self, experiment: str, user: str) -> Job:
+        """Diagnose and add, step by step, until nothing more is justified; every step becomes a version."""
+        self._refuse_overlap(experiment)
+        start = self._standing(experiment)
+        story = self.story(experiment)
+
+        def arguments() -> dict[str, Any]:
+            first = int(story.next_version_id()[1:])
+            for old in story.folder.glob("m*"):
+                if int(old.name[1:]) >= first:
+                    shutil.rmtree(old)  # left over from a computation that was cancelled
+            return {
+                "experiment": str(story.folder.parent),
+                "model": start.model,
+                "add": start.add,
+                "models": str(story.folder),
+                "first": first,
+            }
+
+        def store(found: dict[str, Any]) -> dict[str, Any]:
+            for step in found["versions"]:
+                story.add_version(
+                    model=start.model,
+                    add=step["add"],
+                    cause="improved",
+                    change=step["change"],
+                    user=user,
+                    fit=_fit("f1", step),
+                )
+            standing = story.read().line[-1]
+            return {"model": standing, "improvement": found["improvement"]}
+
+        return self._jobs.submit(
+            "improve", f"{COMPUTATIONS}:improve", arguments, store, user=user, experiment=experiment
+        )
+
+    # --- inside
+
+    def _standing(self, experiment: str) -> ModelVersion:
+        version = self.story(experiment).read().current
+        if version is None:
+            raise Problem(409, "There is no model yet: measure or import a session, or fit a model first.")
+        return version
+
+    def _refuse_overlap(self, experiment: str) -> None:
+        self._experiments.folder(experiment)
+        if (job := self._jobs.active(experiment)) is not None:
+            raise Problem(409, f"The job {job.kind} of this experiment is not done yet; wait or cancel it.", job=job.id)
+
+    def _check_model(self, experiment: str, model: str, add: list[str]) -> None:
+        declared = self._experiments.declared(experiment)
+        joints = [joint.name for joint in declared.robot.joints]
+        names = list(add)
+        if model not in NAMED_MODELS:
+            if not model.startswith("rigid+"):
+                raise Problem(422, f"model: `{model}` is not one of {', '.join(NAMED_MODELS)}, rigid+EFFECT,EFFECT…")
+            names += model.removeprefix("rigid+").split(",")
+        for name in names:
+            effect, _, joint = name.partition("@")
+            # An experiment may bring effects of its own; the identifier knows them by name.
+            if effect not in effect_names() and not declared.effects:
+                raise Problem(422, f"effect: `{effect}` is not in the catalogue (GET /effects).")
+            if joint and joint not in joints:
+                raise Problem(422, f"joint: `{joint}` is not one of {', '.join(joints)}.")
+
+    def _submit_version(
+        self, experiment: str, user: str, model: str, add: list[str], cause: Cause, change: str | None
+    ) -> Job:
+        story = self.story(experiment)
+
+        def arguments() -> dict[str, Any]:
+            return self._fit_arguments(experiment, story.next_version_id(), "f1", model, add)
+
+        def store(found: dict[str, Any]) -> dict[str, Any]:
+            fit = _fit("f1", found)
+            version = story.add_version(model=model, add=add, cause=cause, change=change, user=user, fit=fit)
+            return {"model": version.id}
+
+        return self._jobs.submit(
+            "identify", f"{COMPUTATIONS}:fit", arguments, store, user=user, experiment=experiment
+        )
+
+    def _refit_if_stale(self, experiment: str, user: str, version: ModelVersion) -> Job | None:
+        fresh = version.fit.data == data_fingerprint(self._experiments.folder(experiment))
+        return None if fresh else self.refit(experiment, user)
+
+    def _fit_arguments(
+        self, experiment: str, version: str, fit: str, model: str, add: list[str]
+    ) -> dict[str, Any]:
+        folder = self._experiments.folder(experiment)
+        output = ModelStory(folder).new_fit_folder(version, fit)
+        shutil.rmtree(output, ignore_errors=True)  # left over from a computation that was cancelled
+        return {"experiment": str(folder), "model": model, "add": add, "output": str(output)}
+
+
+def _fit(identifier: str, found: dict[str, Any]) -> Fit:
+    """The story's entry of what `computations.fit` found."""
+    document = found["identification"]
+    return Fit(
+        id=identifier,
+        data=found["data"],
+        sessions=len(document["sessions"]),
+        created=now_text(),
+        relative_error=document["relative_error"],
+        relative_error_validation=document["relative_error_validation"],
+    )

@@ -1,0 +1,149 @@
+"""Experiments: folders with a robot, payloads and sessions."""
+
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, File, Form, Path, Request, Response, UploadFile
+from pydantic import BaseModel, Field
+
+from api.service import access
+from api.service.database import ExperimentRow, SessionRow
+from api.service.experiment_upload import import_archive, import_session
+from api.service.openapi import ResourceRoute, problems
+from api.service.routes.jobs import JobView
+from api.stored_experiments import EXPERIMENT_ID
+from identify.recording import Payload
+
+router = APIRouter(tags=["experiments"], route_class=ResourceRoute)
+
+ExperimentId = Annotated[str, Path(pattern=f"^{EXPERIMENT_ID.pattern}$")]
+SessionId = Annotated[str, Path(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$")]
+
+
+class SessionSummary(BaseModel):
+    """A payload session, measured or being prepared."""
+
+    id: str = Field(examples=["session-01"])
+    file: str | None = Field(description="null until it is measured", examples=["session-01.h5"])
+    payload: dict[str, Any] = Field(examples=[{"name": "disk", "mass": 3.4584, "com": [1.277, 0.0, 0.0]}])
+    role: Literal["identification", "validation"] = Field(examples=["identification"])
+    state: str = Field(
+        description="created, weighed, confirmed, armed, running; complete, aborted, faulted, measured, missing, damaged",
+        examples=["complete"],
+    )
+    reason: str | None = Field(description="why it ended so, in words", examples=[None])
+    rig: str | None = Field(examples=["rx130l-joint3-simulated"])
+    plan: str | None = Field(examples=["joint3-sinusoids"])
+
+    @classmethod
+    def of(cls, row: SessionRow) -> "SessionSummary":
+        """The view of an index row."""
+        return cls.model_validate(row, from_attributes=True)
+
+
+class ExperimentSummary(BaseModel):
+    """One stored experiment."""
+
+    id: str = Field(examples=["rx130l-joint3"])
+    name: str = Field(examples=["rx130l-joint3"])
+    joints: list[str] = Field(examples=[["j3"]])
+    modified: float = Field(description="s since 1970", examples=[1795360000.0])
+    problem: str | None = Field(description="what is wrong with its experiment.yaml", examples=[None])
+
+    @classmethod
+    def of(cls, row: ExperimentRow) -> "ExperimentSummary":
+        """The view of an index row."""
+        return cls.model_validate(row, from_attributes=True)
+
+
+class ExperimentView(ExperimentSummary):
+    """One stored experiment with its payloads and sessions."""
+
+    payloads: list[dict[str, Any]] = Field(examples=[[{"name": "none", "mass": 0.0}]])
+    sessions: list[SessionSummary]
+
+
+class NewExperiment(BaseModel):
+    """An experiment to be created on a rig; robot, gains and known payloads come from the rig's file."""
+
+    name: Annotated[str, Field(min_length=1, max_length=100, pattern=r"^[^\x00-\x1f/\\]+$", examples=["rx130l-joint3"])]
+    rig: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$", examples=["rx130l-joint3-simulated"])]
+
+
+class Imported(BaseModel):
+    """What an upload became, and the identification that was started by itself."""
+
+    experiment: ExperimentView
+    job: JobView
+
+
+def view(request: Request, identifier: str) -> ExperimentView:
+    """The whole of one experiment. Raises the problem 404."""
+    experiments = access.service_of(request).experiments
+    row = experiments.row(identifier)
+    sessions = [SessionSummary.of(each) for each in experiments.sessions(identifier)]
+    return ExperimentView(**ExperimentSummary.of(row).model_dump(), payloads=row.payloads, sessions=sessions)
+
+
+@router.get("/experiments")
+def list_experiments(request: Request, _user: access.Viewer) -> list[ExperimentSummary]:
+    """All experiments, the one changed last first."""
+    return [ExperimentSummary.of(row) for row in access.service_of(request).experiments.rows()]
+
+
+@router.post("/experiments", status_code=201)
+def create_experiment(
+    request: Request, response: Response, _user: access.Operator, new: NewExperiment
+) -> ExperimentView:
+    """Create an experiment without sessions for a rig."""
+    service = access.service_of(request)
+    row = service.experiments.create(service.rigs.experiment_file(new.rig, new.name))
+    response.headers["Location"] = f"/experiments/{row.id}"
+    return view(request, row.id)
+
+
+@router.get("/experiments/{experiment}")
+def get_experiment(request: Request, _user: access.Viewer, experiment: ExperimentId) -> ExperimentView:
+    """One experiment with its payloads and sessions."""
+    return view(request, experiment)
+
+
+@router.post("/experiments/import", status_code=201)
+def import_experiment(
+    request: Request,
+    response: Response,
+    user: access.Operator,
+    file: Annotated[UploadFile, File(description="a .zip of experiment.yaml and its session files")],
+) -> Imported:
+    """Store an experiment that was measured elsewhere; it is identified at once."""
+    service = access.service_of(request)
+    row = import_archive(service.experiments, file.file, service.settings.unpacked_limit)
+    job = service.models.refit(row.id, user.name)
+    response.headers["Location"] = f"/experiments/{row.id}"
+    return Imported(experiment=view(request, row.id), job=JobView.of(job))
+
+
+@router.post("/experiments/{experiment}/sessions/import", status_code=201, responses=problems(409))
+def import_measured_session(
+    request: Request,
+    user: access.Operator,
+    experiment: ExperimentId,
+    file: Annotated[UploadFile, File(description="one session: .csv, .csv.gz or .h5")],
+    payload: Annotated[str, Form(max_length=100, description="name of a payload of the experiment")],
+    role: Annotated[Literal["identification", "validation"], Form()] = "identification",
+    mass: Annotated[float | None, Form(ge=0, le=1e6, allow_inf_nan=False, description="kg, of a new payload")] = None,
+) -> Imported:
+    """Add a session that was measured elsewhere; all sessions are identified anew."""
+    service = access.service_of(request)
+    known = Payload(name=payload, mass=mass) if mass is not None else None
+    import_session(
+        service.experiments,
+        experiment,
+        file.file,
+        file.filename or "",
+        payload,
+        role,
+        known,
+        service.settings.unpacked_limit,
+    )
+    job = service.models.refit(experiment, user.name)
+    return Imported(experiment=view(request, experiment), job=JobView.of(job))

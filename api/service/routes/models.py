@@ -1,0 +1,217 @@
+"""Models of an experiment: fit, add an effect, remove, undo, redo, compare; results."""
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Path, Query, Request, Response
+from pydantic import BaseModel, Field
+
+from api.contract import Diagnosis, Identification
+from api.service import access
+from api.service.access import service_of
+from api.service.model_story import ModelVersion
+from api.service.openapi import ResourceRoute, problems
+from api.service.problems import Problem
+from api.service.routes.experiments import ExperimentId
+from api.service.routes.jobs import JobView
+
+router = APIRouter(tags=["models"], route_class=ResourceRoute)
+
+ModelId = Annotated[str, Path(pattern="^m[1-9][0-9]{0,5}$")]
+ModelName = Annotated[str, Field(max_length=1000, pattern=r"^[a-z0-9@+,:=.A-Z_-]+$", examples=["usual"])]
+EffectName = Annotated[str, Field(max_length=64, pattern=r"^[A-Za-z0-9_.-]+$", examples=["load-friction-asymmetric"])]
+JointName = Annotated[str, Field(max_length=64, min_length=1, examples=["j3"])]
+
+
+class FitRequest(BaseModel):
+    """A model to be fitted: `rigid`, `usual`, `load-velocity` or `rigid+EFFECT,EFFECT…`, and effects to add."""
+
+    model: ModelName = "usual"
+    add: Annotated[
+        list[Annotated[str, Field(max_length=130, pattern=r"^[A-Za-z0-9_.-]+(@[^@]+)?$")]],
+        Field(max_length=200, examples=[["stribeck@j3"]]),
+    ] = []
+
+
+class EffectChange(BaseModel):
+    """An effect to add or remove, on one joint or on all."""
+
+    effect: EffectName
+    joint: JointName | None = None
+
+
+class StoryView(BaseModel):
+    """All model versions, and where the story stands."""
+
+    versions: list[ModelVersion]
+    line: list[str] = Field(description="the versions that lead to the one that stands", examples=[["m1", "m2"]])
+    undone: list[str] = Field(description="what can be redone, last undone last", examples=[["m3"]])
+    current: str | None = Field(examples=["m2"])
+
+
+class VersionView(BaseModel):
+    """One model version with its newest fit."""
+
+    version: ModelVersion
+    identification: Identification
+    diagnosis: Diagnosis | None
+
+
+class Stepped(BaseModel):
+    """The version that stands after undo or redo, and the job that fits it anew if sessions came since."""
+
+    version: ModelVersion
+    job: JobView | None
+
+
+class Comparison(BaseModel):
+    """Two versions side by side."""
+
+    first: Identification
+    second: Identification
+    added: list[str] = Field(description="effects that only the second has", examples=[["load-friction-asymmetric@j3"]])
+    removed: list[str] = Field(description="effects that only the first has", examples=[[]])
+    relative_error_change: float | None = Field(description="second less first", examples=[-0.0249])
+
+
+class ResultsView(Identification):
+    """What the identifier says now: the document of `coulomb identify --json` and where it comes from."""
+
+    version: ModelVersion
+    stale: bool = Field(description="sessions or settings changed since; a new fit is on its way", examples=[False])
+    job: JobView | None = Field(description="the computation under way")
+    diagnosis: Diagnosis | None = Field(description="what this version misses, if somebody asked")
+
+
+class Pending(BaseModel):
+    """There are no results yet; this job makes the first."""
+
+    job: JobView
+
+
+def _accepted(response: Response, job: Any) -> JobView:
+    response.headers["Location"] = f"/jobs/{job.id}"
+    return JobView.of(job)
+
+
+@router.get(
+    "/experiments/{experiment}/results",
+    tags=["results"],
+    responses={202: {"model": Pending, "description": "The first identification is being computed."}},
+)
+def get_results(
+    request: Request, response: Response, _user: access.Viewer, experiment: ExperimentId
+) -> ResultsView | Pending:
+    """Results of the identifier over all sessions so far. They are computed by themselves after every session."""
+    found = service_of(request).models.results(experiment)
+    job = JobView.of(found.job) if found.job else None
+    if found.version is None or found.identification is None:
+        if job is None:
+            raise Problem(404, "There are no results yet: measure or import a session first.")
+        response.status_code = 202
+        return Pending(job=job)
+    return ResultsView.model_validate(
+        {
+            **found.identification,
+            "version": found.version,
+            "stale": found.stale,
+            "job": job,
+            "diagnosis": found.diagnosis,
+        }
+    )
+
+
+@router.get("/experiments/{experiment}/models")
+def get_story(request: Request, _user: access.Viewer, experiment: ExperimentId) -> StoryView:
+    """All model versions of an experiment, which one stands, and what can be redone."""
+    story = service_of(request).models.story(experiment).read()
+    current = story.current
+    return StoryView(
+        versions=story.versions, line=story.line, undone=story.undone, current=current.id if current else None
+    )
+
+
+@router.post("/experiments/{experiment}/models", status_code=202, responses=problems(409))
+def fit_model(
+    request: Request, response: Response, user: access.Operator, experiment: ExperimentId, wanted: FitRequest
+) -> JobView:
+    """Fit a model; it becomes the one that stands."""
+    job = service_of(request).models.fit(experiment, user.name, wanted.model, wanted.add)
+    return _accepted(response, job)
+
+
+@router.post("/experiments/{experiment}/models/refit", status_code=202)
+def refit_model(
+    request: Request, response: Response, user: access.Operator, experiment: ExperimentId
+) -> JobView:
+    """Fit the model that stands over all sessions so far, as happens by itself after every session."""
+    return _accepted(response, service_of(request).models.refit(experiment, user.name))
+
+
+@router.post("/experiments/{experiment}/models/effects", status_code=202, responses=problems(409))
+def add_effect(
+    request: Request, response: Response, user: access.Operator, experiment: ExperimentId, change: EffectChange
+) -> JobView:
+    """Add an effect to the model that stands."""
+    job = service_of(request).models.add_effect(experiment, user.name, change.effect, change.joint)
+    return _accepted(response, job)
+
+
+@router.post("/experiments/{experiment}/models/effects/remove", status_code=202, responses=problems(409))
+def remove_effect(
+    request: Request, response: Response, user: access.Operator, experiment: ExperimentId, change: EffectChange
+) -> JobView:
+    """Remove an effect from the model that stands."""
+    job = service_of(request).models.remove_effect(experiment, user.name, change.effect, change.joint)
+    return _accepted(response, job)
+
+
+@router.post("/experiments/{experiment}/models/undo", responses=problems(409))
+def undo(request: Request, user: access.Operator, experiment: ExperimentId) -> Stepped:
+    """Go back to the model before."""
+    version, job = service_of(request).models.undo(experiment, user.name)
+    return Stepped(version=version, job=JobView.of(job) if job else None)
+
+
+@router.post("/experiments/{experiment}/models/redo", responses=problems(409))
+def redo(request: Request, user: access.Operator, experiment: ExperimentId) -> Stepped:
+    """Take back the last undo."""
+    version, job = service_of(request).models.redo(experiment, user.name)
+    return Stepped(version=version, job=JobView.of(job) if job else None)
+
+
+@router.get("/experiments/{experiment}/models/compare")
+def compare(
+    request: Request,
+    _user: access.Viewer,
+    experiment: ExperimentId,
+    first: Annotated[str, Query(pattern="^m[1-9][0-9]{0,5}$", examples=["m1"])],
+    second: Annotated[str, Query(pattern="^m[1-9][0-9]{0,5}$", examples=["m2"])],
+) -> Comparison:
+    """Two versions side by side."""
+    story = service_of(request).models.story(experiment)
+    left, right = (Identification.model_validate(story.identification(each)) for each in (first, second))
+    before, after = (
+        {f"{each.effect}@{each.joint}" if each.joint else each.effect for each in document.effects}
+        for document in (left, right)
+    )
+    known = left.relative_error is not None and right.relative_error is not None
+    return Comparison(
+        first=left,
+        second=right,
+        added=sorted(after - before),
+        removed=sorted(before - after),
+        relative_error_change=right.relative_error - left.relative_error if known else None,  # type: ignore[operator]
+    )
+
+
+@router.get("/experiments/{experiment}/models/{model}")
+def get_model(request: Request, _user: access.Viewer, experiment: ExperimentId, model: ModelId) -> VersionView:
+    """One model version with its newest fit and what was found to be missing in it."""
+    story = service_of(request).models.story(experiment)
+    return VersionView.model_validate(
+        {
+            "version": story.read().version(model),
+            "identification": story.identification(model),
+            "diagnosis": story.diagnosis(model),
+        }
+    )
