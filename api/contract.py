@@ -1,4 +1,5 @@
-"""The documents that `identify`, `diagnose`, `improve` and `effects` print and the service answers, as typed models.
+"""The documents that `identify`, `diagnose`, `improve` and `effects` print and the service answers, as
+typed models.
 
 SI units, joint space. A figure that cannot be given is None. Further fields may come; they are kept.
 """
@@ -75,7 +76,9 @@ class Candidate(_Document):
     heldout_error_after: float | None = Field(examples=[0.0499])
     p_value: float | None = Field(examples=[1e-30])
     indistinguishable_from: list[str] = Field(examples=[[]])
-    explanation: str | None = Field(examples=["Friction grows with the load, and differently when it drives."])
+    explanation: str | None = Field(
+        examples=["Friction grows with the load, and differently when it drives."]
+    )
 
 
 class Where(_Document):

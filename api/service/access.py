@@ -37,7 +37,7 @@ def user_or_none(connection: HTTPConnection) -> User | None:
     return connection.scope.get("user")
 
 
-def current_user(connection: HTTPConnection) -> User:
+async def current_user(connection: HTTPConnection) -> User:
     """Who asks. Raises the 401 problem if nobody is signed in."""
     user = user_or_none(connection)
     if user is None:
@@ -46,7 +46,7 @@ def current_user(connection: HTTPConnection) -> User:
 
 
 def _at_least(role: Role) -> Callable[..., User]:
-    def needs(user: Annotated[User, Depends(current_user)]) -> User:
+    async def needs(user: Annotated[User, Depends(current_user)]) -> User:
         if not user.role.covers(role):
             raise Problem(403, f"This needs the role {role}; {user.name} asks as {user.role}.")
         return user
@@ -60,7 +60,7 @@ needs_operator = _at_least(Role.OPERATOR)
 needs_administrator = _at_least(Role.ADMIN)
 
 
-def public() -> None:
+async def public() -> None:
     """Declared by the few routes that answer without a sign-in."""
 
 
@@ -81,8 +81,8 @@ def csrf_token(connection: HTTPConnection) -> str:
     return session[CSRF_KEY]
 
 
-def sign_in(connection: HTTPConnection, name: str, password: str) -> User:
-    """Check name and password, and let the response's cookie carry the sign-in.
+def verify_password(connection: HTTPConnection, name: str, password: str) -> User:
+    """The user whose name and password these are; attempts are throttled.
 
     Raises the problem 401 (wrong name or password) or 429 (too many attempts, with Retry-After).
     """
@@ -96,6 +96,16 @@ def sign_in(connection: HTTPConnection, name: str, password: str) -> User:
         service.throttle.failed(name, address)
         raise Problem(401, "The name or the password is wrong.", {"WWW-Authenticate": "Bearer"})
     service.throttle.succeeded(name, address)
+    return user
+
+
+def sign_in(connection: HTTPConnection, name: str, password: str) -> User:
+    """Check name and password, and let the response's cookie carry the sign-in.
+
+    Raises the problem 401 (wrong name or password) or 429 (too many attempts, with Retry-After).
+    """
+    user = verify_password(connection, name, password)
+    service = service_of(connection)
     # A cookie from before the sign-in gains no rights: everything in it is replaced.
     connection.session.clear()
     connection.session[SIGN_IN_KEY] = service.accounts.open_sign_in(user, service.settings.sign_in_lasts)

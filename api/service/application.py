@@ -10,6 +10,7 @@ from pathlib import Path
 
 from fastapi import FastAPI
 from fastapi.routing import APIRoute, APIWebSocketRoute, iter_route_contexts
+from starlette.concurrency import run_in_threadpool
 from starlette.middleware import Middleware
 from starlette.middleware.sessions import SessionMiddleware
 
@@ -17,9 +18,19 @@ from api.service.access import declared_role
 from api.service.accounts import Accounts
 from api.service.audit import AuditLog
 from api.service.database import Database
+from api.service.experiment_store import ExperimentStore
 from api.service.guard import Guard
+from api.service.jobs import JobRunner
+from api.service.model_desk import ModelDesk
+from api.service.openapi import install_openapi
 from api.service.problems import install_problem_handlers
+from api.service.rig_desk import RigDesk
 from api.service.routes import accounts as account_routes
+from api.service.routes import audit as audit_routes
+from api.service.routes import diagnoses as diagnosis_routes
+from api.service.routes import experiments as experiment_routes
+from api.service.routes import jobs as job_routes
+from api.service.routes import models as model_routes
 from api.service.settings import ServiceSettings
 from api.service.sign_in_throttle import SignInThrottle
 from identify.recording.errors import InputError
@@ -39,6 +50,10 @@ class Service:
     accounts: Accounts
     throttle: SignInThrottle
     audit: AuditLog
+    experiments: ExperimentStore
+    jobs: JobRunner
+    models: ModelDesk
+    rigs: RigDesk
 
 
 def create_application(settings: ServiceSettings) -> FastAPI:
@@ -56,7 +71,10 @@ def create_application(settings: ServiceSettings) -> FastAPI:
 
     @asynccontextmanager
     async def lifespan(_application: FastAPI) -> AsyncIterator[None]:
+        await run_in_threadpool(service.experiments.reindex)
+        service.jobs.start()
         yield
+        await run_in_threadpool(service.jobs.close)
         service.database.close()
 
     application = FastAPI(
@@ -80,7 +98,16 @@ def create_application(settings: ServiceSettings) -> FastAPI:
     )
     application.state.service = service
     install_problem_handlers(application)
-    application.include_router(account_routes.router)
+    for routes in (
+        account_routes,
+        experiment_routes,
+        model_routes,
+        diagnosis_routes,
+        job_routes,
+        audit_routes,
+    ):
+        application.include_router(routes.router)
+    install_openapi(application)
     if importlib.util.find_spec("api.pages") and importlib.util.find_spec("api.pages.router"):
         import api.pages.router as pages
 
@@ -96,12 +123,18 @@ def _create_service(settings: ServiceSettings) -> Service:
     except OSError as error:
         raise InputError(f"data folder {settings.data_folder}: {error.strerror}") from error
     database = Database(settings.database_url or f"sqlite:///{settings.data_folder / 'service.sqlite'}")
+    experiments = ExperimentStore(database, settings.experiments_folder, settings.clock)
+    jobs = JobRunner(database, settings.clock, settings.workers)
     return Service(
         settings=settings,
         database=database,
         accounts=Accounts(database, settings.clock),
         throttle=SignInThrottle(settings.clock),
         audit=AuditLog(database, settings.clock),
+        experiments=experiments,
+        jobs=jobs,
+        models=ModelDesk(experiments, jobs),
+        rigs=RigDesk(settings.data_folder / "rigs", settings.clock),
     )
 
 

@@ -1,7 +1,8 @@
 """What jobs compute, in processes of their own: identification, diagnosis, improvement.
 
-Each function takes `progress` first (see job_process.py). Results are JSON; the predicted and measured torques, which
-are as long as the recordings, go into files beside the model, from where a plot reads the part that it shows.
+Each function takes `progress` first (see job_process.py). Results are JSON; the predicted and measured
+torques, which are as long as the recordings, go into files beside the model, from where a plot reads the
+part that it shows.
 """
 
 import json
@@ -32,7 +33,9 @@ def fit(progress: Progress, experiment: str, model: str, add: list[str], output:
     document = _finite(result.to_json())
     folder = Path(output)
     folder.mkdir(parents=True)
-    pairs = [(entry, joint) for entry in range(len(loaded.sessions)) for joint in range(len(loaded.robot.joints))]
+    pairs = [
+        (entry, joint) for entry in range(len(loaded.sessions)) for joint in range(len(loaded.robot.joints))
+    ]
     for done, (session, joint) in enumerate(pairs):
         progress(0.8 + 0.2 * done / len(pairs), "storing measured and predicted torque")
         entry, name = loaded.sessions[session], loaded.robot.joints[joint].name
@@ -52,10 +55,11 @@ def improve(
 ) -> dict[str, Any]:
     """Add effects step by step until nothing more is justified, and fit each step's model.
 
-    models, first : folder of the story, number of the first new version: step k is fitted into `m{first + k}/f1`
+    models, first : folder of the story, number of the first new version: step k is fitted into `m{first +
+    k}/f1`
 
-    Returns `improvement`, the JSON of `coulomb improve`, and `versions`, one for each step after the start: `add`,
-    `change`, `identification`, `data`.
+    Returns `improvement`, the JSON of `coulomb improve`, and `versions`, one for each step after the start:
+    `add`, `change`, `identification`, `data`.
     """
     loaded = load_experiment(Path(experiment))
     story = identify.improve(loaded, model=model, add=add, progress=_part(progress, 0.0, 0.6))

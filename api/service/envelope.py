@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 
 def visible_rows(time: NDArray[np.float64], start: float | None, end: float | None) -> slice:
-    """Rows of a sorted time axis (N,) s that lie within [start, end], with one neighbour on each side, so that a
-    line drawn through them reaches the edges of the plot."""
+    """Rows of a sorted time axis (N,) s that lie within [start, end], with one neighbour on each side, so
+    that a line drawn through them reaches the edges of the plot."""
     first = 0 if start is None else max(0, int(np.searchsorted(time, start)) - 1)
     last = len(time) if end is None else min(len(time), int(np.searchsorted(time, end, side="right")) + 1)
     return slice(first, max(first, last))
@@ -23,9 +23,10 @@ def envelope(
     signals : name -> (N,); NaN marks a sample that did not come
     points  : rows at most, at least 2
 
-    Returns the time origin in s (float64; float32 would lose milliseconds after some hours) and a float32 array
-    (1 + signals, rows): time less the origin, then each signal. Up to `points` samples are returned as they are; more
-    are cut into equal blocks, and each block gives two rows, its smallest and its largest value.
+    Returns the time origin in s (float64; float32 would lose milliseconds after some hours) and a float32
+    array (1 + signals, rows): time less the origin, then each signal. Up to `points` samples are returned
+    as they are; more are cut into equal blocks, and each block gives two rows, its smallest and its largest
+    value.
     """
     count = len(time)
     origin = float(time[0]) if count else 0.0

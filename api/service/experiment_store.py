@@ -1,7 +1,8 @@
 """The experiment folders and their index in the database.
 
-The folders are the truth; the index answers lists quickly and is rebuilt from them (`ExperimentStore.reindex`). An
-experiment's id is the name of its folder, so that it survives a lost database.
+The folders are the truth; the index answers lists quickly and is rebuilt from them
+(`ExperimentStore.reindex`). An experiment's id is the name of its folder, so that it survives a lost
+database.
 """
 
 import re
@@ -114,7 +115,9 @@ class ExperimentStore:
             return list(session.scalars(select(ExperimentRow).order_by(ExperimentRow.modified.desc())))
 
     def row(self, identifier: str) -> ExperimentRow:
-        """The index of one experiment, brought up to date if somebody edited its file. Raises the problem 404."""
+        """The index of one experiment, brought up to date if somebody edited its file. Raises the problem
+        404.
+        """
         row = self._row(identifier)
         try:
             modified = (self.root / row.folder / EXPERIMENT_FILE).stat().st_mtime
@@ -148,7 +151,9 @@ class ExperimentStore:
 
     @contextmanager
     def incoming(self) -> Iterator[Path]:
-        """A folder on the same disk in which an experiment is put together; removed unless `adopt` took it."""
+        """A folder on the same disk in which an experiment is put together; removed unless `adopt` took
+        it.
+        """
         folder = Path(tempfile.mkdtemp(prefix=".incoming-", dir=self.root))
         try:
             yield folder

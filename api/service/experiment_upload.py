@@ -1,7 +1,8 @@
 """Uploaded experiments and sessions, taken in without trusting a byte of them.
 
-Names inside an archive are never used as paths: only plain names of known kinds are accepted, and what they unpack to is
-counted while it is written. An HDF5 file may point to other files on this machine; such files are refused.
+Names inside an archive are never used as paths: only plain names of known kinds are accepted, and what they
+unpack to is counted while it is written. An HDF5 file may point to other files on this machine; such files
+are refused.
 """
 
 import gzip
@@ -39,12 +40,13 @@ BLOCK = 1 << 20
 
 
 def import_archive(experiments: ExperimentStore, upload: IO[bytes], limit: int) -> ExperimentRow:
-    """Store the experiment in a zip archive: `experiment.yaml` and the files it names, at its top or in one folder.
+    """Store the experiment in a zip archive: `experiment.yaml` and the files it names, at its top or in one
+    folder.
 
     limit : bytes that everything may unpack to, decompressed sessions included
 
-    Raises InputError if it is not such an archive or the experiment is not valid, and the problem 413 if it is too
-    large.
+    Raises InputError if it is not such an archive or the experiment is not valid, and the problem 413 if it
+    is too large.
     """
     with experiments.incoming() as folder:
         _unpack(upload, folder, limit)
@@ -70,7 +72,9 @@ def import_session(
 
     Raises InputError if it cannot be read as a session of this robot, and the problem 413 if it is too large.
     """
-    ending = next((each for each in sorted(SESSION_ENDINGS, key=len, reverse=True) if file_name.endswith(each)), None)
+    ending = next(
+        (each for each in sorted(SESSION_ENDINGS, key=len, reverse=True) if file_name.endswith(each)), None
+    )
     if ending is None:
         raise InputError(f"file: the name must end in {', '.join(SESSION_ENDINGS)}")
     target = experiments.folder(experiment)
@@ -79,7 +83,9 @@ def import_session(
     if payload not in known and new_payload is None:
         raise InputError(f"payload: {payload!r} is not one of {', '.join(known)}; give its mass to add it")
     if payload in known and new_payload is not None and known[payload].mass != new_payload.mass:
-        raise Problem(409, f"The payload {payload} is {known[payload].mass} kg; leave the mass out or use another name.")
+        raise Problem(
+            409, f"The payload {payload} is {known[payload].mass} kg; leave the mass out or use another name."
+        )
     with experiments.incoming() as folder:
         name = experiments.next_session_id(experiment) + ending
         with (folder / name).open("xb") as stream:
@@ -113,7 +119,9 @@ def _unpack(upload: IO[bytes], folder: Path, limit: int) -> None:
     for member in members:
         name = member.filename.rpartition("/")[2]
         if not PLAIN_NAME.fullmatch(name) or not name.endswith((*SESSION_ENDINGS, *OTHER_ENDINGS)):
-            raise InputError(f"file: {member.filename!r} is not experiment.yaml or a session's .csv, .csv.gz or .h5")
+            raise InputError(
+                f"file: {member.filename!r} is not experiment.yaml or a session's .csv, .csv.gz or .h5"
+            )
         try:
             with archive.open(member) as packed, (folder / name).open("xb") as stream:
                 most = left if name.endswith(SESSION_ENDINGS) else min(left, LARGEST_SETTINGS)

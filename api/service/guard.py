@@ -6,19 +6,26 @@ routes (access.py).
 """
 
 import logging
+from collections.abc import Callable
+from functools import partial
+from typing import Any
 from urllib.parse import urlsplit
 
-from starlette.concurrency import run_in_threadpool
+import anyio
+import anyio.to_thread
 from starlette.datastructures import MutableHeaders
+from starlette.exceptions import HTTPException
 from starlette.requests import HTTPConnection
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from api.service.access import CSRF_HEADER, CSRF_KEY, SIGN_IN_KEY, client_address
 from api.service.accounts import LOCAL_OPERATOR, Role, User
 from api.service.problems import Problem, problem_response
-from api.service.settings import is_loopback
+from api.service.settings import ServiceSettings, is_loopback
 
 SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
+GUARD_THREADS = 8
+"""Threads for looking up who asks and writing the audit log."""
 POLICY_VIOLATION = 1008
 """WebSocket close code for a refused connection (RFC 6455, 7.4.1)."""
 RESPONSE_HEADERS = {
@@ -38,6 +45,7 @@ class Guard:
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
+        self._threads = anyio.CapacityLimiter(GUARD_THREADS)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] not in ("http", "websocket"):
@@ -46,6 +54,7 @@ class Guard:
         connection = HTTPConnection(scope)
         service = connection.app.state.service
         send = _with_headers(send)
+        receive = _bounded(connection, receive, service.settings)
         try:
             self._check_host(connection, service.settings)
             user = await self._who(connection, service)
@@ -64,6 +73,11 @@ class Guard:
             await self.app(scope, receive, send)
             return
         await self._audited(connection, service, receive, send)
+
+    async def _in_thread(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        """Run in a thread that slow requests, which use the default ones, can never have taken: the stop
+        button passes here."""
+        return await anyio.to_thread.run_sync(function, *arguments, limiter=self._threads)
 
     def _check_host(self, connection: HTTPConnection, settings) -> None:
         """A name that is not ours means that a foreign page had its own name resolve to this machine
@@ -94,17 +108,17 @@ class Guard:
     async def _who(self, connection: HTTPConnection, service) -> User | None:
         scheme, _, secret = connection.headers.get("authorization", "").partition(" ")
         if scheme.lower() == "bearer":
-            user = await run_in_threadpool(service.accounts.user_of_token, secret.strip())
+            user = await self._in_thread(service.accounts.user_of_token, secret.strip())
             if user is None:
                 raise Problem(
                     401, "The bearer token is unknown, expired or revoked.", {"WWW-Authenticate": "Bearer"}
                 )
             return user
         if secret := connection.session.get(SIGN_IN_KEY):
-            user = await run_in_threadpool(service.accounts.user_of_sign_in, secret)
+            user = await self._in_thread(service.accounts.user_of_sign_in, secret)
             if user is not None:
                 return user
-        if service.settings.bound_to_loopback and not await run_in_threadpool(service.accounts.exist):
+        if service.settings.bound_to_loopback and not await self._in_thread(service.accounts.exist):
             return LOCAL_OPERATOR
         return None
 
@@ -125,17 +139,28 @@ class Guard:
             action = f"{scope['method']} {getattr(route, 'path', scope['path'])}"
             # Not even a full disk may keep the stop button from answering.
             try:
-                await run_in_threadpool(
-                    service.audit.append,
-                    scope.get("user") or NOBODY,
-                    action,
-                    scope["path"],
-                    str(status),
-                    client=client_address(connection),
-                    details=scope.get("audit_details"),
-                )
+                append = partial(service.audit.append, client=client_address(connection))
+                await self._in_thread(append, scope.get("user") or NOBODY, action, scope["path"], str(status))
             except Exception:
                 _log.exception("the audit log could not be written: %s %s", action, scope["path"])
+
+
+def _bounded(connection: HTTPConnection, receive: Receive, settings: ServiceSettings) -> Receive:
+    """Count the body while it comes, whatever its length was said to be."""
+    uploads = connection.headers.get("content-type", "").startswith("multipart/form-data")
+    limit = settings.upload_limit if uploads else settings.body_limit
+    received = 0
+
+    async def receiving() -> Message:
+        nonlocal received
+        message = await receive()
+        if message["type"] == "http.request":
+            received += len(message.get("body", b""))
+            if received > limit:
+                raise HTTPException(413, f"The body is larger than {limit} bytes.")
+        return message
+
+    return receiving
 
 
 def _with_headers(send: Send) -> Send:

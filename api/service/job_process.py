@@ -1,8 +1,9 @@
-"""One computation in a process of its own, so that it can be cancelled at any moment and never holds up the service.
+"""One computation in a process of its own, so that it can be cancelled at any moment and never holds up the
+service.
 
-Measured (benchmarks/service_responsiveness.py): NumPy work in a thread of the service delays its answers by the
-interpreter lock; a process leaves them alone. The processes are forked from a server process that has `identify` loaded
-already, so that one starts in some 20 ms instead of a second.
+Measured (benchmarks/service_responsiveness.py): NumPy work in a thread of the service delays its answers by
+the interpreter lock; a process leaves them alone. The processes are forked from a server process that has
+`identify` loaded already, so that one starts in some 20 ms instead of a second.
 """
 
 import importlib
@@ -29,7 +30,9 @@ class Cancelled(Exception):
 
 def _context() -> Any:
     if not os.environ.get("OPENBLAS_NUM_THREADS"):
-        os.environ["OPENBLAS_NUM_THREADS"] = THREADS_OF_LINEAR_ALGEBRA  # read when the fork server loads NumPy
+        os.environ["OPENBLAS_NUM_THREADS"] = (
+            THREADS_OF_LINEAR_ALGEBRA  # read when the fork server loads NumPy
+        )
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["api.service.computations"])
     return context
@@ -46,13 +49,15 @@ class JobProcess:
         context = _context()
         self._receiver, sender = context.Pipe(duplex=False)
         self._stop = context.Event()
-        self._process = context.Process(target=_work, args=(sender, self._stop, function, arguments), daemon=True)
+        self._process = context.Process(
+            target=_work, args=(sender, self._stop, function, arguments), daemon=True
+        )
         self._process.start()
         sender.close()
 
     def message(self, timeout: float) -> tuple[str, Any] | None:
-        """The next message within `timeout` s: `progress` (fraction, words), `result`, `wrong` (the input; one line),
-        `failed` (words), `cancelled`; None if there is none yet."""
+        """The next message within `timeout` s: `progress` (fraction, words), `result`, `wrong` (the input;
+        one line), `failed` (words), `cancelled`; None if there is none yet."""
         if not self._receiver.poll(timeout):
             return None
         try:

@@ -89,7 +89,9 @@ class JobRunner:
         self._lock = threading.Lock()
         self._listeners: set[Listener] = set()
         self._closing = False
-        self._threads = [threading.Thread(target=self._run, name=f"jobs-{n}", daemon=True) for n in range(workers)]
+        self._threads = [
+            threading.Thread(target=self._run, name=f"jobs-{n}", daemon=True) for n in range(workers)
+        ]
         self._mark_lost()
 
     def start(self) -> None:
@@ -259,7 +261,11 @@ class JobRunner:
             session.execute(
                 update(JobRow)
                 .where(JobRow.state.in_(unfinished))
-                .values(state=JobState.LOST, words="the service was restarted before it ended", ended=self._clock())
+                .values(
+                    state=JobState.LOST,
+                    words="the service was restarted before it ended",
+                    ended=self._clock(),
+                )
             )
 
 

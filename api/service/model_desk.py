@@ -1,4 +1,5 @@
-"""What a person does with an experiment's models: fit, add or remove an effect, undo, redo, compare, diagnose, improve.
+"""What a person does with an experiment's models: fit, add or remove an effect, undo, redo, compare,
+diagnose, improve.
 
 Whatever computes is a job; what it found is stored with the experiment before the job counts as done.
 """
@@ -81,7 +82,9 @@ class ModelDesk:
         self._check_model(experiment, version.model, [change])
         if change in version.add:
             raise Problem(409, f"The model has {change} already.")
-        return self._submit_version(experiment, user, version.model, [*version.add, change], "effect added", change)
+        return self._submit_version(
+            experiment, user, version.model, [*version.add, change], "effect added", change
+        )
 
     def remove_effect(self, experiment: str, user: str, effect: str, joint: str | None) -> Job:
         """Remove an effect from the model that stands; from every joint if none is named."""
@@ -91,7 +94,8 @@ class ModelDesk:
         if change in version.add:
             add = [each for each in version.add if each != change]
             return self._submit_version(experiment, user, version.model, add, "effect removed", change)
-        # The effect is part of the named model, or was added to all joints and goes from one: spell them all out.
+        # The effect is part of the named model, or was added to all joints and goes from one: spell them
+        # all out.
         present = [
             (each["effect"], each["joint"])
             for each in self.story(experiment).identification(version.id)["effects"]
@@ -210,7 +214,9 @@ class ModelDesk:
     def _refuse_overlap(self, experiment: str) -> None:
         self._experiments.folder(experiment)
         if (job := self._jobs.active(experiment)) is not None:
-            raise Problem(409, f"The job {job.kind} of this experiment is not done yet; wait or cancel it.", job=job.id)
+            raise Problem(
+                409, f"The job {job.kind} of this experiment is not done yet; wait or cancel it.", job=job.id
+            )
 
     def _check_model(self, experiment: str, model: str, add: list[str]) -> None:
         declared = self._experiments.declared(experiment)
@@ -218,7 +224,9 @@ class ModelDesk:
         names = list(add)
         if model not in NAMED_MODELS:
             if not model.startswith("rigid+"):
-                raise Problem(422, f"model: `{model}` is not one of {', '.join(NAMED_MODELS)}, rigid+EFFECT,EFFECT…")
+                raise Problem(
+                    422, f"model: `{model}` is not one of {', '.join(NAMED_MODELS)}, rigid+EFFECT,EFFECT…"
+                )
             names += model.removeprefix("rigid+").split(",")
         for name in names:
             effect, _, joint = name.partition("@")

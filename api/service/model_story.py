@@ -28,7 +28,9 @@ class Fit(BaseModel):
     model_config = ConfigDict(frozen=True)
 
     id: str = Field(examples=["f1"])
-    data: str = Field(description="fingerprint of the experiment's data that were fitted", examples=["9f2c41d0"])
+    data: str = Field(
+        description="fingerprint of the experiment's data that were fitted", examples=["9f2c41d0"]
+    )
     sessions: int = Field(description="identification and validation sessions at that time", examples=[3])
     created: str = Field(examples=["2026-11-22T15:04:05+00:00"])
     relative_error: float | None = Field(examples=[0.0733])
@@ -44,7 +46,9 @@ class ModelVersion(BaseModel):
     model: str = Field(examples=["usual"])
     add: list[str] = Field(examples=[["load-friction-asymmetric@j3"]])
     cause: Cause = Field(examples=["effect added"])
-    change: str | None = Field(description="the effect added or removed", examples=["load-friction-asymmetric@j3"])
+    change: str | None = Field(
+        description="the effect added or removed", examples=["load-friction-asymmetric@j3"]
+    )
     parent: str | None = Field(description="the version it was made from", examples=["m1"])
     user: str = Field(examples=["ada"])
     created: str = Field(examples=["2026-11-22T15:04:05+00:00"])

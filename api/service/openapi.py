@@ -5,6 +5,7 @@ from typing import Any
 
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
+from fastapi.params import Form
 from fastapi.routing import APIRoute, iter_route_contexts
 from starlette.requests import Request
 from starlette.responses import Response
@@ -53,14 +54,14 @@ class ResourceRoute(APIRoute):
         handler = super().get_route_handler()
         if self.body_field is None:
             return handler
-        wanted = self.body_field.field_info.__dict__.get("media_type") or "application/json"
-        # A multipart body is declared as a form by FastAPI's File and Form.
-        accepted = {"multipart/form-data"} if "form" in wanted else {"application/json"}
+        accepted = (
+            "multipart/form-data" if isinstance(self.body_field.field_info, Form) else "application/json"
+        )
 
         async def checked(request: Request) -> Response:
             sent = request.headers.get("content-type", "").partition(";")[0].strip().lower()
-            if sent not in accepted and request.headers.get("content-length") != "0":
-                raise Problem(415, f"Send the body as {' or '.join(accepted)}.")
+            if sent != accepted:
+                raise Problem(415, f"Send the body as {accepted}.")
             return await handler(request)
 
         return checked
@@ -92,7 +93,12 @@ def _document(application: FastAPI) -> dict[str, Any]:
     schemas["ProblemDocument"] = problem_schema
     document["components"]["securitySchemes"] = {
         "bearer": {"type": "http", "scheme": "bearer", "description": "a token of POST /tokens"},
-        "cookie": {"type": "apiKey", "in": "cookie", "name": "coulomb", "description": "set by POST /sign-in"},
+        "cookie": {
+            "type": "apiKey",
+            "in": "cookie",
+            "name": "coulomb",
+            "description": "set by POST /sign-in",
+        },
     }
     for route in iter_route_contexts(application.routes):
         if isinstance(route.original_route, APIRoute) and route.include_in_schema:
@@ -173,4 +179,4 @@ def example_of(schema: dict[str, Any], schemas: dict[str, Any]) -> Any:
         return [example_of(schema["items"], schemas)] if "items" in schema else []
     if schema.get("format") == "binary" or "contentMediaType" in schema:
         return "(the file)"
-    return {"string": "text", "number": 0.0, "integer": 0, "boolean": True}.get(kind or "", None)
+    return {"string": "text", "number": 0.0, "integer": 0, "boolean": True}.get(kind or "")

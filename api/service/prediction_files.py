@@ -6,7 +6,9 @@ import numpy as np
 from numpy.lib.format import open_memmap
 
 COLUMNS = ("time", "position", "velocity", "acceleration", "load", "measured", "predicted")
-"""Rows of the file: s; rad, rad/s, rad/s² (or m); N m (or N) for load (tau_out), measured and predicted torque."""
+"""Rows of the file: s; rad, rad/s, rad/s² (or m); N m (or N) for load (tau_out), measured and predicted
+torque.
+"""
 
 
 def prediction_file(folder: Path, session: int, joint: int) -> Path:
@@ -18,7 +20,10 @@ def write_prediction(folder: Path, session: int, joint: int, prediction) -> None
     """Write the arrays of a `Prediction` (time, position, …, each (M,)) as one float64 array (7, M)."""
     arrays = [np.asarray(getattr(prediction, name), dtype=float) for name in COLUMNS]
     stored = open_memmap(
-        prediction_file(folder, session, joint), mode="w+", dtype=np.float64, shape=(len(arrays), len(arrays[0]))
+        prediction_file(folder, session, joint),
+        mode="w+",
+        dtype=np.float64,
+        shape=(len(arrays), len(arrays[0])),
     )
     for row, values in enumerate(arrays):
         stored[row] = values
@@ -26,7 +31,9 @@ def write_prediction(folder: Path, session: int, joint: int, prediction) -> None
 
 
 def read_prediction(folder: Path, session: int, joint: int) -> dict[str, np.ndarray] | None:
-    """Name -> (M,) views of the mapped file, with `error` = measured - predicted as (M,); None if there is none."""
+    """Name -> (M,) views of the mapped file, with `error` = measured - predicted as (M,); None if there
+    is none.
+    """
     try:
         stored = np.load(prediction_file(folder, session, joint), mmap_mode="r")
     except FileNotFoundError:

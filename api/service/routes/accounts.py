@@ -31,7 +31,7 @@ class Me(BaseModel):
     role: Role = Field(examples=[Role.OPERATOR])
     via: str = Field(description="cookie, token or local", examples=["cookie"])
     csrf_token: str | None = Field(
-        description="to be sent as X-CSRF-Token with everything that changes something; null with a bearer token",
+        description="to be sent as X-CSRF-Token with every change; null with a bearer token",
         examples=["8cJx0n4mWb2p"],
     )
 

@@ -44,9 +44,7 @@ def get_diagnosis(
 
 
 @router.post("/experiments/{experiment}/improvement", status_code=202, responses=problems(409))
-def improve(
-    request: Request, response: Response, user: access.Operator, experiment: ExperimentId
-) -> JobView:
+def improve(request: Request, response: Response, user: access.Operator, experiment: ExperimentId) -> JobView:
     """Diagnose and add, step by step, until nothing more is justified; every step becomes a model version."""
     job = service_of(request).models.improve(experiment, user.name)
     response.headers["Location"] = f"/jobs/{job.id}"

@@ -27,7 +27,8 @@ class SessionSummary(BaseModel):
     payload: dict[str, Any] = Field(examples=[{"name": "disk", "mass": 3.4584, "com": [1.277, 0.0, 0.0]}])
     role: Literal["identification", "validation"] = Field(examples=["identification"])
     state: str = Field(
-        description="created, weighed, confirmed, armed, running; complete, aborted, faulted, measured, missing, damaged",
+        description="new, checked, payload confirmed, armed, running; done, aborted, faulted; "
+        "measured (elsewhere), missing, damaged",
         examples=["complete"],
     )
     reason: str | None = Field(description="why it ended so, in words", examples=[None])
@@ -65,8 +66,12 @@ class ExperimentView(ExperimentSummary):
 class NewExperiment(BaseModel):
     """An experiment to be created on a rig; robot, gains and known payloads come from the rig's file."""
 
-    name: Annotated[str, Field(min_length=1, max_length=100, pattern=r"^[^\x00-\x1f/\\]+$", examples=["rx130l-joint3"])]
-    rig: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$", examples=["rx130l-joint3-simulated"])]
+    name: Annotated[
+        str, Field(min_length=1, max_length=100, pattern=r"^[^\x00-\x1f/\\]+$", examples=["rx130l-joint3"])
+    ]
+    rig: Annotated[
+        str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$", examples=["rx130l-joint3-simulated"])
+    ]
 
 
 class Imported(BaseModel):
@@ -130,7 +135,9 @@ def import_measured_session(
     file: Annotated[UploadFile, File(description="one session: .csv, .csv.gz or .h5")],
     payload: Annotated[str, Form(max_length=100, description="name of a payload of the experiment")],
     role: Annotated[Literal["identification", "validation"], Form()] = "identification",
-    mass: Annotated[float | None, Form(ge=0, le=1e6, allow_inf_nan=False, description="kg, of a new payload")] = None,
+    mass: Annotated[
+        float | None, Form(ge=0, le=1e6, allow_inf_nan=False, description="kg, of a new payload")
+    ] = None,
 ) -> Imported:
     """Add a session that was measured elsewhere; all sessions are identified anew."""
     service = access.service_of(request)

@@ -23,7 +23,9 @@ class JobView(BaseModel):
     user: str = Field(examples=["ada"])
     state: jobs.JobState = Field(examples=[jobs.JobState.RUNNING])
     fraction: float = Field(description="0 to 1", examples=[0.4])
-    words: str = Field(description="what it is doing, or why it failed", examples=["session-01.csv: filtering"])
+    words: str = Field(
+        description="what it is doing, or why it failed", examples=["session-01.csv: filtering"]
+    )
     created: float = Field(description="s since 1970", examples=[1795360000.0])
     ended: float | None = Field(description="s since 1970", examples=[None])
     result: dict[str, Any] = Field(description="what came of it", examples=[{"model": "m2"}])
@@ -42,7 +44,9 @@ def list_jobs(
     limit: Annotated[int, Query(ge=1, le=1000)] = 100,
 ) -> list[JobView]:
     """The newest jobs first."""
-    return [JobView.of(job) for job in access.service_of(request).jobs.jobs(experiment=experiment, limit=limit)]
+    return [
+        JobView.of(job) for job in access.service_of(request).jobs.jobs(experiment=experiment, limit=limit)
+    ]
 
 
 @router.get("/jobs/{job}")
@@ -56,5 +60,7 @@ def get_job(request: Request, _user: access.Viewer, job: JobId) -> JobView:
 
 @router.post("/jobs/{job}/cancel", status_code=202, responses=problems(409))
 def cancel_job(request: Request, _user: access.Operator, job: JobId) -> JobView:
-    """Cancel a job: it stops at its next step, or is ended after two seconds. What was stored before stays."""
+    """Cancel a job: it stops at its next step, or is ended after two seconds. What was stored before
+    stays.
+    """
     return JobView.of(access.service_of(request).jobs.cancel(job))

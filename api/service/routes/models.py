@@ -18,12 +18,16 @@ router = APIRouter(tags=["models"], route_class=ResourceRoute)
 
 ModelId = Annotated[str, Path(pattern="^m[1-9][0-9]{0,5}$")]
 ModelName = Annotated[str, Field(max_length=1000, pattern=r"^[a-z0-9@+,:=.A-Z_-]+$", examples=["usual"])]
-EffectName = Annotated[str, Field(max_length=64, pattern=r"^[A-Za-z0-9_.-]+$", examples=["load-friction-asymmetric"])]
+EffectName = Annotated[
+    str, Field(max_length=64, pattern=r"^[A-Za-z0-9_.-]+$", examples=["load-friction-asymmetric"])
+]
 JointName = Annotated[str, Field(max_length=64, min_length=1, examples=["j3"])]
 
 
 class FitRequest(BaseModel):
-    """A model to be fitted: `rigid`, `usual`, `load-velocity` or `rigid+EFFECT,EFFECT…`, and effects to add."""
+    """A model to be fitted: `rigid`, `usual`, `load-velocity` or `rigid+EFFECT,EFFECT…`, and effects to
+    add.
+    """
 
     model: ModelName = "usual"
     add: Annotated[
@@ -43,7 +47,9 @@ class StoryView(BaseModel):
     """All model versions, and where the story stands."""
 
     versions: list[ModelVersion]
-    line: list[str] = Field(description="the versions that lead to the one that stands", examples=[["m1", "m2"]])
+    line: list[str] = Field(
+        description="the versions that lead to the one that stands", examples=[["m1", "m2"]]
+    )
     undone: list[str] = Field(description="what can be redone, last undone last", examples=[["m3"]])
     current: str | None = Field(examples=["m2"])
 
@@ -68,7 +74,9 @@ class Comparison(BaseModel):
 
     first: Identification
     second: Identification
-    added: list[str] = Field(description="effects that only the second has", examples=[["load-friction-asymmetric@j3"]])
+    added: list[str] = Field(
+        description="effects that only the second has", examples=[["load-friction-asymmetric@j3"]]
+    )
     removed: list[str] = Field(description="effects that only the first has", examples=[[]])
     relative_error_change: float | None = Field(description="second less first", examples=[-0.0249])
 
@@ -77,7 +85,9 @@ class ResultsView(Identification):
     """What the identifier says now: the document of `coulomb identify --json` and where it comes from."""
 
     version: ModelVersion
-    stale: bool = Field(description="sessions or settings changed since; a new fit is on its way", examples=[False])
+    stale: bool = Field(
+        description="sessions or settings changed since; a new fit is on its way", examples=[False]
+    )
     job: JobView | None = Field(description="the computation under way")
     diagnosis: Diagnosis | None = Field(description="what this version misses, if somebody asked")
 
@@ -101,7 +111,9 @@ def _accepted(response: Response, job: Any) -> JobView:
 def get_results(
     request: Request, response: Response, _user: access.Viewer, experiment: ExperimentId
 ) -> ResultsView | Pending:
-    """Results of the identifier over all sessions so far. They are computed by themselves after every session."""
+    """Results of the identifier over all sessions so far. They are computed by themselves after every
+    session.
+    """
     found = service_of(request).models.results(experiment)
     job = JobView.of(found.job) if found.job else None
     if found.version is None or found.identification is None:
@@ -149,7 +161,11 @@ def refit_model(
 
 @router.post("/experiments/{experiment}/models/effects", status_code=202, responses=problems(409))
 def add_effect(
-    request: Request, response: Response, user: access.Operator, experiment: ExperimentId, change: EffectChange
+    request: Request,
+    response: Response,
+    user: access.Operator,
+    experiment: ExperimentId,
+    change: EffectChange,
 ) -> JobView:
     """Add an effect to the model that stands."""
     job = service_of(request).models.add_effect(experiment, user.name, change.effect, change.joint)
@@ -158,7 +174,11 @@ def add_effect(
 
 @router.post("/experiments/{experiment}/models/effects/remove", status_code=202, responses=problems(409))
 def remove_effect(
-    request: Request, response: Response, user: access.Operator, experiment: ExperimentId, change: EffectChange
+    request: Request,
+    response: Response,
+    user: access.Operator,
+    experiment: ExperimentId,
+    change: EffectChange,
 ) -> JobView:
     """Remove an effect from the model that stands."""
     job = service_of(request).models.remove_effect(experiment, user.name, change.effect, change.joint)
@@ -205,7 +225,9 @@ def compare(
 
 
 @router.get("/experiments/{experiment}/models/{model}")
-def get_model(request: Request, _user: access.Viewer, experiment: ExperimentId, model: ModelId) -> VersionView:
+def get_model(
+    request: Request, _user: access.Viewer, experiment: ExperimentId, model: ModelId
+) -> VersionView:
     """One model version with its newest fit and what was found to be missing in it."""
     story = service_of(request).models.story(experiment)
     return VersionView.model_validate(
