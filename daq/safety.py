@@ -1,0 +1,271 @@
+"""Why a motion ends, and the limits that end it.
+
+The plan is checked before anything moves; here every sample is checked while it moves. What has not come is not
+checked and not filled in: a drive that stays silent is a reason of its own.
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daq.rig import Rig
+from daq.samples import COMMAND_CAME, POSITION_CAME, SYNC_NOT_SEEN, Phase
+from drivers.cia402 import State, state_of
+
+
+class StopCause(StrEnum):
+    """Every way in which a motion can end."""
+
+    PLAN_DONE = "plan done"
+    OPERATOR = "operator's stop"
+    DEAD_PARENT = "the supervising process is gone"
+    LIMIT = "limit"
+    DRIVE_FAULT = "drive fault"
+    EMERGENCY = "EMCY"
+    LOST_HEARTBEAT = "lost heartbeat"
+    SILENT_DRIVE = "silent drive"
+    LOST_SYNC = "lost SYNC"
+    LOST_FRAMES = "lost frames"
+    FULL_DISK = "full disk"
+    RECORDER = "recorder"
+    BUS = "bus"
+    INTERNAL = "internal error"
+
+    @property
+    def status(self) -> str:
+        """The recording's status after this: `complete`, `aborted` (somebody's decision) or `faulted`."""
+        if self is StopCause.PLAN_DONE:
+            return "complete"
+        return "aborted" if self in (StopCause.OPERATOR, StopCause.DEAD_PARENT) else "faulted"
+
+
+@dataclass(frozen=True)
+class StopReason:
+    """Why a motion ended: the cause, and one sentence for the operator."""
+
+    cause: StopCause
+    words: str
+
+    @property
+    def status(self) -> str:
+        """The recording's status: `complete`, `aborted` or `faulted`."""
+        return self.cause.status
+
+
+@dataclass(frozen=True)
+class _Found:
+    """A value beyond its limit in one row and axis."""
+
+    row: int
+    axis: int
+    words: str
+
+
+class LimitMonitor:
+    """Checks rows of samples against the rig's limits; keeps what derivatives need from one block to the next.
+
+    Velocity and acceleration are differences over `supervision.window`, so that one count of the encoder is not
+    taken for a jump; what one count can feign is allowed on top of the limit.
+    """
+
+    def __init__(self, rig: Rig) -> None:
+        self.rig = rig
+        supervision = rig.supervision
+        limits = [axis.limits for axis in rig.axes]
+        n = len(limits)
+        self._names = [axis.joint for axis in rig.axes]
+        self._units = ["m" if joint.type == "prismatic" else "rad" for joint in rig.robot.joints]
+        self._matrix = rig.position_matrix
+        self._needs = self._matrix != 0
+        self._ampere = rig.current_scale
+        following = np.array([limit.following_error for limit in limits])
+        position = np.array([limit.position for limit in limits])
+        # The setpoints are within the limits; the axis may deviate from them by the following error.
+        self._lowest, self._highest = position[:, 0] - following, position[:, 1] + following
+        self._following = following
+        self._velocity = np.array([limit.velocity for limit in limits]) * supervision.velocity_margin
+        self._acceleration = (
+            np.array([limit.acceleration for limit in limits]) * supervision.acceleration_margin
+        )
+        self._current = np.array([limit.current for limit in limits])
+        self._temperature = np.array([limit.temperature or np.inf for limit in limits])
+        self._window = max(1, round(supervision.window / rig.cycle))
+        self._silent = max(1, round(supervision.silence / rig.cycle))
+        self._resolution = np.abs(self._matrix).sum(axis=1)
+        self._kept = 2 * self._window
+        self._past_position = np.empty((0, n))
+        self._past_time = np.empty(0)
+        self._silent_for = np.zeros(n, int)
+        self._sync_lost_for = 0
+
+    def check(self, rows: NDArray[Any]) -> StopReason | None:
+        """The earliest violation in these rows (M,) of `sample_dtype`, or None.
+
+        To be fed every row in order; rows at standstill count for the derivatives but are not judged.
+        """
+        if not len(rows):
+            return None
+        time = rows["sync_time"] * 1e-9
+        came = (rows["valid"] & POSITION_CAME) != 0
+        counts = np.where(came, rows["position"], 0)
+        position = counts @ self._matrix.T + self.rig.position_offset
+        position[(~came).astype(int) @ self._needs.T > 0] = np.nan
+        moving = rows["phase"] != Phase.STANDSTILL
+        following = (rows["phase"] == Phase.PLAN) | (rows["phase"] == Phase.APPROACH)
+
+        found = [
+            self._beyond_position(position, moving),
+            *self._beyond_derivatives(time, position, moving),
+            self._beyond_following(rows, position, following),
+            self._beyond_current(rows, moving),
+            self._beyond_temperature(rows, moving),
+        ]
+        reasons = [
+            (item.row, StopReason(StopCause.LIMIT, f"joint {self._names[item.axis]}: {item.words}"))
+            for item in found
+            if item is not None
+        ]
+        reasons += self._not_enabled(rows, came, following)
+        reasons += self._silence(came, following)
+        reasons += self._lost_sync(rows, moving)
+        if not reasons:
+            return None
+        row, reason = min(reasons, key=lambda pair: pair[0])
+        return StopReason(reason.cause, f"{reason.words} in cycle {int(rows['cycle'][row])}")
+
+    def _first(self, bad: NDArray[np.bool_]) -> tuple[int, int] | None:
+        """Row and axis of the first true entry of (M, n)."""
+        places = np.flatnonzero(bad.ravel())
+        return divmod(int(places[0]), bad.shape[1]) if len(places) else None
+
+    def _beyond_position(self, position: NDArray[Any], moving: NDArray[Any]) -> _Found | None:
+        at = self._first(((position < self._lowest) | (position > self._highest)) & moving[:, None])
+        if at is None:
+            return None
+        axis, unit = at[1], self._units[at[1]]
+        lowest, highest = self.rig.axes[axis].limits.position
+        return _Found(*at, f"position {position[at]:.4g} {unit} outside {lowest:g} to {highest:g} {unit}")
+
+    def _beyond_derivatives(
+        self, time: NDArray[Any], position: NDArray[Any], moving: NDArray[Any]
+    ) -> list[_Found | None]:
+        past, w = len(self._past_time), self._window
+        all_time = np.concatenate([self._past_time, time])
+        all_position = np.concatenate([self._past_position, position])
+        self._past_time = all_time[-self._kept :]
+        self._past_position = all_position[-self._kept :]
+        found: list[_Found | None] = []
+        if len(all_time) <= w:
+            return found
+        elapsed = (all_time[w:] - all_time[:-w])[:, None]
+        velocity = (all_position[w:] - all_position[:-w]) / elapsed
+        # Rows of `velocity` belong to rows w … of `all_position`; judge only those that are new.
+        skipped = max(0, past - w)
+        first_row = max(0, w - past)
+        speed = np.abs(velocity[skipped:])
+        allowed = self._velocity + self._resolution / elapsed[skipped:]
+        with np.errstate(invalid="ignore"):
+            at = self._first((speed > allowed) & moving[first_row:, None])
+        if at is not None:
+            unit, limit = self._units[at[1]], self.rig.axes[at[1]].limits.velocity
+            found.append(
+                _Found(first_row + at[0], at[1], f"velocity {speed[at]:.4g} {unit}/s above {limit:g} {unit}/s")
+            )
+        if len(all_time) <= 2 * w:
+            return found
+        between = 0.5 * (elapsed[w:] + elapsed[:-w])
+        acceleration = (velocity[w:] - velocity[:-w]) / between
+        skipped = max(0, past - 2 * w)
+        first_row = max(0, 2 * w - past)
+        magnitude = np.abs(acceleration[skipped:])
+        allowed = self._acceleration + 4 * self._resolution / between[skipped:] ** 2
+        with np.errstate(invalid="ignore"):
+            at = self._first((magnitude > allowed) & moving[first_row:, None])
+        if at is not None:
+            unit, limit = self._units[at[1]], self.rig.axes[at[1]].limits.acceleration
+            found.append(
+                _Found(
+                    first_row + at[0],
+                    at[1],
+                    f"acceleration {magnitude[at]:.4g} {unit}/s² above {limit:g} {unit}/s²",
+                )
+            )
+        return found
+
+    def _beyond_following(
+        self, rows: NDArray[Any], position: NDArray[Any], following: NDArray[Any]
+    ) -> _Found | None:
+        wanted = rows["setpoint"] @ self._matrix.T + self.rig.position_offset
+        error = np.abs(wanted - position)
+        with np.errstate(invalid="ignore"):
+            at = self._first((error > self._following) & following[:, None])
+        if at is None:
+            return None
+        unit = self._units[at[1]]
+        return _Found(
+            *at, f"following error {error[at]:.4g} {unit} above {self._following[at[1]]:g} {unit}"
+        )
+
+    def _beyond_current(self, rows: NDArray[Any], moving: NDArray[Any]) -> _Found | None:
+        current = np.abs(rows["command"] * self._ampere)
+        came = (rows["valid"] & COMMAND_CAME) != 0
+        at = self._first((current > self._current) & came & moving[:, None])
+        if at is None:
+            return None
+        return _Found(*at, f"current {current[at]:.4g} A above {self._current[at[1]]:g} A")
+
+    def _beyond_temperature(self, rows: NDArray[Any], moving: NDArray[Any]) -> _Found | None:
+        with np.errstate(invalid="ignore"):
+            at = self._first((rows["temperature"] > self._temperature) & moving[:, None])
+        if at is None:
+            return None
+        hot = float(rows["temperature"][at])
+        return _Found(*at, f"temperature {hot:.1f} °C above {self._temperature[at[1]]:g} °C")
+
+    def _not_enabled(
+        self, rows: NDArray[Any], came: NDArray[Any], following: NDArray[Any]
+    ) -> list[tuple[int, StopReason]]:
+        mask, pattern = State.OPERATION_ENABLED.value
+        at = self._first(((rows["status"] & mask) != pattern) & came & following[:, None])
+        if at is None:
+            return []
+        word = int(rows["status"][at])
+        try:
+            state = state_of(word).words
+        except ValueError:
+            state = f"statusword 0x{word:04X}"
+        words = f"joint {self._names[at[1]]}: the drive left OPERATION ENABLED; it is in {state}"
+        return [(at[0], StopReason(StopCause.DRIVE_FAULT, words))]
+
+    def _silence(self, came: NDArray[Any], following: NDArray[Any]) -> list[tuple[int, StopReason]]:
+        reasons = []
+        for axis, name in enumerate(self._names):
+            silent = ~came[:, axis] & following
+            run = _running_length(silent, int(self._silent_for[axis]))
+            self._silent_for[axis] = run[-1]
+            too_long = np.flatnonzero(run >= self._silent)
+            if len(too_long):
+                lasting = self._silent * self.rig.cycle
+                words = f"joint {name}: no position from the drive for {lasting:g} s"
+                reasons.append((int(too_long[0]), StopReason(StopCause.SILENT_DRIVE, words)))
+        return reasons
+
+    def _lost_sync(self, rows: NDArray[Any], moving: NDArray[Any]) -> list[tuple[int, StopReason]]:
+        lost = ((rows["valid"] & SYNC_NOT_SEEN) != 0).any(axis=1) & moving
+        run = _running_length(lost, self._sync_lost_for)
+        self._sync_lost_for = int(run[-1])
+        too_long = np.flatnonzero(run >= self._silent)
+        if not len(too_long):
+            return []
+        words = f"no SYNC was seen on the bus for {self._silent * self.rig.cycle:g} s"
+        return [(int(too_long[0]), StopReason(StopCause.LOST_SYNC, words))]
+
+
+def _running_length(true: NDArray[np.bool_], before: int) -> NDArray[np.int64]:
+    """(M,) how many trues in a row end here, `before` having come before the first."""
+    index = np.arange(1, len(true) + 1)
+    last_false = np.maximum.accumulate(np.where(true, -before, index))
+    return np.where(true, index - last_false, 0)
