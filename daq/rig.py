@@ -4,16 +4,22 @@ Raw counts are the truth (design, idea 2); this file holds what scales them. Uni
 unless a field says otherwise.
 """
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 import config
+from drivers.bus import BusSettings
+from drivers.drive_gain import drive_gain
+from drivers.errors import DriverError
+from drivers.profile import DriveProfile, load_profile
 from identify.recording.errors import InputError
+from identify.recording.experiment_file import check_settings
+from identify.recording.strict_yaml import read_strict_yaml
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=64)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -23,22 +29,18 @@ Vector3 = tuple[Finite, Finite, Finite]
 RIGS = Path(config.__file__).parent / "rigs"
 """Where rigs are looked for by name."""
 
+_AMPERE: dict[str, tuple[str, Callable[[Any], float]]] = {
+    "A": ("torque_constant", lambda axis: 1.0),
+    "V": ("amplifier_gain", lambda axis: axis.amplifier_gain),
+    "N m": ("torque_constant", lambda axis: 1.0 / axis.torque_constant),
+    "rated current": ("rated_current", lambda axis: axis.rated_current),
+    "rated torque": ("rated_torque", lambda axis: axis.rated_torque / axis.torque_constant),
+}
+"""By unit of a drive's current reference: what an axis must state, and the A that one unit is."""
+
 
 class _Settings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class BusSettings(_Settings):
-    """How to open the CAN bus: python-can's interface and channel."""
-
-    interface: str = "virtual"
-    """python-can's name of the interface: `socketcan`, `slcan`, `virtual`, …"""
-    channel: str = "coulomb"
-    """`can0`, `vcan0`, a serial port, or any name on the virtual bus."""
-    bitrate: int | None = Field(default=None, gt=0)
-    """bit/s; ignored by interfaces whose bit rate the operating system sets."""
-    fd: bool = False
-    """CAN FD where the interface has it."""
 
 
 class Joint(_Settings):
@@ -104,12 +106,16 @@ class Axis(_Settings):
     """counts per turn of the motor (for 0x6064), as the drive counts them"""
     gear_ratio: Finite = 1.0
     """motor turns per joint turn (rad of motor per m for a prismatic joint), signed; N of eq. (4)"""
-    amplifier_gain: Positive = 1.0
-    """A per unit of the recorded command, G_i of eq. (4); 1 where the drive reports its reference in A"""
     torque_constant: Positive
     """N m/A at the motor's shaft, K_t of eq. (4)"""
-    rated_current: Positive
-    """A; what per-mille objects (0x6074, 0x6077, 0x6078) refer to"""
+    amplifier_gain: Positive | None = None
+    """A/V, G_i of eq. (4); where the command is the input of an analogue amplifier"""
+    rated_current: Positive | None = None
+    """A; where the drive's profile gives the command as a fraction of the rated current"""
+    rated_torque: Positive | None = None
+    """N m at the motor's shaft (0x6076); where the profile gives the command as a fraction of it"""
+    mode: Literal["cyclic-synchronous-position", "interpolated-position"] = "cyclic-synchronous-position"
+    """mode of operation in which the axis follows the setpoints"""
     home: Finite = 0.0
     """rad or m: joint position at which the drive counts zero"""
     limits: Limits
@@ -119,6 +125,40 @@ class Axis(_Settings):
         if self.gear_ratio == 0:
             raise ValueError("gear_ratio must not be 0")
         return self
+
+
+class Supervision(_Settings):
+    """How the samples are watched during motion."""
+
+    window: Positive = 0.02
+    """s over which velocity and acceleration of the samples are measured"""
+    velocity_margin: Annotated[float, Field(ge=1, le=2)] = 1.1
+    """a sample may exceed the velocity limit by this factor: the plan uses the limit, the axis overshoots it"""
+    acceleration_margin: Annotated[float, Field(ge=1, le=10)] = 2.0
+    """likewise for the acceleration, where a breakaway from stiction shows"""
+    silence: Positive = 0.05
+    """s without any position from a drive, or without SYNC, until the motion is stopped"""
+    heartbeat_period: Positive = 0.1
+    """s between heartbeats, the drives' and ours"""
+    heartbeat_timeout: Positive = 0.5
+    """s without a heartbeat until a node counts as lost"""
+    parent_timeout: Positive = 2.0
+    """s without a sign of life from the process that holds the stop button until the motion is stopped"""
+    stop_timeout: Positive = 5.0
+    """s that an axis may take to come to rest"""
+    approach_speed: Annotated[float, Field(gt=0, le=1)] = 0.3
+    """share of the limits with which the axes move to where the plan begins"""
+
+
+class Storage(_Settings):
+    """How the samples come to disk."""
+
+    flush_interval: Positive = 0.25
+    """s; what a killed recorder can lose"""
+    sync_interval: Positive = 1.0
+    """s; what a power cut can lose"""
+    disk_reserve: float = Field(default=200.0, ge=0)
+    """MB that must stay free; below, the motion is stopped"""
 
 
 class KnownPayload(_Settings):
@@ -149,6 +189,10 @@ class Rig(_Settings):
     gear_matrix: tuple[tuple[Finite, ...], ...] | None = None
     """n x n, motor velocities = gear_matrix @ joint velocities; for coupled axes, instead of gear ratios"""
     payloads: tuple[KnownPayload, ...] = (KnownPayload(name="none", mass=0.0),)
+    supervision: Supervision = Supervision()
+    storage: Storage = Storage()
+    record_temperature: bool = False
+    """whether the drives' temperature travels in a PDO of its own and is recorded"""
     simulated: dict[str, Any] | None = None
     """only for a simulated rig: the plant, its hidden effects and the drives' faults (`drivers.simulated`)"""
 
@@ -175,6 +219,13 @@ class Rig(_Settings):
                 raise ValueError(f"gear_matrix must have {n} rows of {n} numbers")
             if abs(np.linalg.det(np.array(self.gear_matrix))) < 1e-9:
                 raise ValueError("gear_matrix cannot be inverted: some joint is not driven")
+        for index, (axis, profile) in enumerate(zip(self.axes, self.profiles, strict=True)):
+            unit = profile.current_reference.unit
+            if getattr(axis, _AMPERE[unit][0]) is None:
+                raise ValueError(
+                    f"axes[{index}]: {_AMPERE[unit][0]} is missing; the drive {axis.drive} gives its current "
+                    f"reference in {unit}"
+                )
         if self.pacing == "as-fast-as-answered" and self.simulated is None:
             raise ValueError("pacing: as-fast-as-answered is for simulated rigs; real drives need real-time")
         return self
@@ -187,13 +238,32 @@ class Rig(_Settings):
         return np.diag([axis.gear_ratio for axis in self.axes]).astype(float)
 
     @property
-    def drive_gain(self) -> NDArray[np.float64]:
-        """g_f (n, n) of eq. (4), N m (or N) per unit of command: joint torque = g_f @ command.
+    def profiles(self) -> tuple[DriveProfile, ...]:
+        """(n) the axes' drive profiles.
 
-        Power balance fixes the side on which N stands: with motor velocities N q̇, joint torques are Nᵀ times
-        the motors' torques G_i K_t v. For uncoupled axes this is the product N G_i K_t of eq. (4).
+        Raises ProfileError when one is not known.
         """
-        return self.motor_gear.T @ np.diag([axis.amplifier_gain * axis.torque_constant for axis in self.axes])
+        return tuple(load_profile(axis.drive) for axis in self.axes)
+
+    @property
+    def command_scale(self) -> NDArray[np.float64]:
+        """(n,) A per raw count of the current reference: recorded commands are in A, whatever the drive counts.
+
+        G_i of eq. (4) is in here where the drive's command is the input of an analogue amplifier.
+        """
+        return np.array(
+            [
+                profile.current_reference.sign
+                * profile.current_reference.scale
+                * _AMPERE[profile.current_reference.unit][1](axis)
+                for axis, profile in zip(self.axes, self.profiles, strict=True)
+            ]
+        )
+
+    @property
+    def drive_gain(self) -> NDArray[np.float64]:
+        """g_f (n, n) of eq. (4), N m/A (or N/A): joint torque = g_f @ command."""
+        return drive_gain(self.motor_gear, "A", torque_constant=[axis.torque_constant for axis in self.axes])
 
     @property
     def position_matrix(self) -> NDArray[np.float64]:
@@ -227,35 +297,15 @@ class Rig(_Settings):
         if path.suffix not in (".yaml", ".yml"):
             path = RIGS / f"{source}.yaml"
             if not path.is_file():
-                raise InputError(
-                    f"rig {str(source)!r} is not known; known are {', '.join(rig_names()) or 'none'}"
-                )
+                known = ", ".join(rig_names()) or "none"
+                raise InputError(f"rig {str(source)!r} is not known; known are {known}")
+        document, lines = read_strict_yaml(path)
         try:
-            text = path.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            raise InputError(f"{path}: cannot be read ({error})") from None
-        try:
-            data = yaml.safe_load(text)
-        except yaml.YAMLError as error:
-            raise InputError(f"{path}: not valid YAML ({' '.join(str(error).split())})") from None
-        if not isinstance(data, dict):
-            raise InputError(f"{path}: a rig file is a mapping with name, cycle, bus, robot, axes")
-        try:
-            return cls.model_validate(data)
-        except ValidationError as error:
-            raise InputError(f"{path}: {_first_problem(error)}") from None
+            return check_settings(cls, document, lines, path)
+        except DriverError as error:
+            raise InputError(f"{path}: {error}") from None
 
 
 def rig_names() -> list[str]:
     """Names of the rigs in config/rigs."""
     return sorted(path.stem for path in RIGS.glob("*.yaml"))
-
-
-def _first_problem(error: ValidationError) -> str:
-    """The first problem of a validation as `field: what is wrong`, and how many more there are."""
-    problems = error.errors(include_url=False)
-    first = problems[0]
-    field = ".".join(str(part) for part in first["loc"])
-    words = first["msg"].removeprefix("Value error, ")
-    more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-    return f"{field}: {words}{more}" if field else f"{words}{more}"

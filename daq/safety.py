@@ -80,7 +80,7 @@ class LimitMonitor:
         self._units = ["m" if joint.type == "prismatic" else "rad" for joint in rig.robot.joints]
         self._matrix = rig.position_matrix
         self._needs = self._matrix != 0
-        self._ampere = rig.current_scale
+        self._ampere = rig.command_scale
         following = np.array([limit.following_error for limit in limits])
         position = np.array([limit.position for limit in limits])
         # The setpoints are within the limits; the axis may deviate from them by the following error.

@@ -1,0 +1,208 @@
+"""The recorder: a process of its own that reads the rings and writes samples and raw frames to disk.
+
+It outlives the web service and the acquisition process: whichever of them dies, what they had put into the rings
+comes to disk and the recording says how it ended. If the recorder itself dies, the acquisition process ends the
+motion, and what was flushed is there (`coulomb recover`).
+"""
+
+import errno
+import shutil
+import signal
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+from daq.raw_log import RawLog
+from daq.recording_file import RecordingFile, SessionDescription
+from daq.ring_buffer import RingOverrun, RingReader
+from daq.safety import StopCause, StopReason
+from daq.samples import Phase
+
+_PERIOD = 0.02
+"""s between two looks at the rings; they hold a hundred times as much"""
+
+
+@dataclass(frozen=True)
+class RecorderOrder:
+    """What a recorder is told when it starts.
+
+    path : the recording (.h5), to be created; the raw log stands beside it
+    rows, frames : names of the rings
+    """
+
+    path: Path
+    description: SessionDescription
+    rows: str
+    frames: str
+
+
+@dataclass(frozen=True)
+class Ending:
+    """What the acquisition process says last: how the motion ended, and what was counted."""
+
+    reason: StopReason
+    counters: dict[str, Any] = field(default_factory=dict)
+
+
+def raw_log_of(recording: Path) -> Path:
+    """Where the raw frames of a recording stand."""
+    return recording.with_suffix(".log")
+
+
+class Recorder:
+    """Moves rows and frames from the rings to disk until the writer says that none will follow, or has died.
+
+    `tell(words)` is called once when the disk is nearly full or refuses; recording goes on as far as it can.
+    """
+
+    def __init__(self, order: RecorderOrder, tell: Any) -> None:
+        self._tell = tell
+        self._storage = order.description.rig.storage
+        self._rows = RingReader(order.rows)
+        self._frames = RingReader(order.frames)
+        self._log = RawLog(raw_log_of(order.path), order.description.rig.bus.channel)
+        self.file = RecordingFile(order.path, order.description)
+        self.lost_rows = 0
+        self.lost_frames = 0
+        self._refused = ""
+        self._flushed = self._synced = time.monotonic()
+
+    def take(self) -> bool:
+        """Move what is in the rings; whether there was anything."""
+        moved = False
+        try:
+            rows = self._rows.read()
+        except RingOverrun as overrun:
+            self.lost_rows += overrun.lost
+            rows = self._rows.read()
+        try:
+            frames = self._frames.read()
+        except RingOverrun as overrun:
+            self.lost_frames += overrun.lost
+            frames = self._frames.read()
+        with self._disk():
+            if len(frames):
+                moved = True
+                self._log.append(frames)
+            if len(rows):
+                moved = True
+                recorded = rows[(rows["phase"] == Phase.PLAN) | (rows["phase"] == Phase.STOPPING)]
+                if len(recorded):
+                    self.file.append(recorded)
+        self._rows.publish_position()
+        self._frames.publish_position()
+        self._flush_when_due()
+        return moved
+
+    def _flush_when_due(self) -> None:
+        now = time.monotonic()
+        if now - self._flushed < self._storage.flush_interval:
+            return
+        to_disk = now - self._synced >= self._storage.sync_interval
+        with self._disk():
+            self._log.flush(to_disk)
+            self.file.flush(to_disk)
+            free = shutil.disk_usage(self.file.path.parent).free / 1e6
+            if free < self._storage.disk_reserve:
+                self._refuse(
+                    f"the disk has {free:.0f} MB left, less than the {self._storage.disk_reserve:g} MB in reserve"
+                )
+        self._flushed = now
+        if to_disk:
+            self._synced = now
+
+    @contextmanager
+    def _disk(self) -> Iterator[None]:
+        """Turn a refusal of the disk into a word to the acquisition process."""
+        try:
+            yield
+        except OSError as error:
+            full = error.errno in (errno.ENOSPC, errno.EDQUOT)
+            self._refuse("the disk is full" if full else f"the disk does not take the data ({error})")
+
+    def _refuse(self, words: str) -> None:
+        if not self._refused:
+            self._refused = words
+            self._tell(words)
+
+    @property
+    def writer_gone(self) -> bool:
+        """Whether no row will follow: said by the writer, or because its process has died."""
+        return self._rows.finished or not self._rows.writer_alive
+
+    @property
+    def writer_finished(self) -> bool:
+        """Whether the writer said that no row will follow."""
+        return self._rows.finished
+
+    def finish(self, ending: Ending) -> None:
+        """Drain the rings and close the files with the final status.
+
+        Raises OSError when the disk does not take it; the files then stay as after a kill.
+        """
+        while self.take():
+            pass
+        counters = {
+            **ending.counters,
+            "rows": self.file.rows,
+            "frames": self._log.frames,
+            "rows_lost_in_ring": self.lost_rows,
+            "frames_lost_in_ring": self.lost_frames,
+        }
+        reason = ending.reason
+        if self.lost_rows and reason.status == "complete":
+            words = f"{self.lost_rows} rows were overwritten in the ring before they could be recorded"
+            reason = StopReason(StopCause.RECORDER, words)
+        self._log.close()
+        self.file.finish(reason.status, reason.words, counters)
+        self._rows.close()
+        self._frames.close()
+
+
+def record(order: RecorderOrder, acquisition: Connection) -> None:
+    """Record one session; returns when it is closed.
+
+    acquisition : to the acquisition process; it is told `ready`, and words when the disk refuses, and says its
+        `Ending` at the end. Its closing means that the process has died.
+    """
+    talking = True
+
+    def tell(words: str) -> None:
+        nonlocal talking
+        try:
+            acquisition.send(words)
+        except OSError:
+            talking = False
+
+    recorder = Recorder(order, tell)
+    tell("ready")
+    ending = None
+    while ending is None:
+        recorder.take()
+        try:
+            if acquisition.poll(_PERIOD):
+                ending = acquisition.recv()
+        except (EOFError, OSError):
+            words = "the acquisition process died; what it had measured until then is here"
+            ending = Ending(StopReason(StopCause.INTERNAL, words))
+    recorder.finish(ending)
+
+
+def main() -> None:
+    """The recorder's process: its connection is the file descriptor in the first argument."""
+    # Ctrl-C and the end of the terminal are for the process that holds the stop button, which tells us.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    acquisition = Connection(int(sys.argv[1]))
+    order = acquisition.recv()
+    record(order, acquisition)
+
+
+if __name__ == "__main__":
+    main()
