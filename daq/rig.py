@@ -88,7 +88,7 @@ class Limits(_Settings):
     def _ordered(self) -> Self:
         if not self.position[0] < self.position[1]:
             raise ValueError(
-                f"the lowest position {self.position[0]} must lie below the highest {self.position[1]}"
+                f"position: the lowest, {self.position[0]}, must lie below the highest, {self.position[1]}"
             )
         return self
 

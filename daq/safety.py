@@ -172,7 +172,9 @@ class LimitMonitor:
         if at is not None:
             unit, limit = self._units[at[1]], self.rig.axes[at[1]].limits.velocity
             found.append(
-                _Found(first_row + at[0], at[1], f"velocity {speed[at]:.4g} {unit}/s above {limit:g} {unit}/s")
+                _Found(
+                    first_row + at[0], at[1], f"velocity {speed[at]:.4g} {unit}/s above {limit:g} {unit}/s"
+                )
             )
         if len(all_time) <= 2 * w:
             return found
@@ -205,9 +207,7 @@ class LimitMonitor:
         if at is None:
             return None
         unit = self._units[at[1]]
-        return _Found(
-            *at, f"following error {error[at]:.4g} {unit} above {self._following[at[1]]:g} {unit}"
-        )
+        return _Found(*at, f"following error {error[at]:.4g} {unit} above {self._following[at[1]]:g} {unit}")
 
     def _beyond_current(self, rows: NDArray[Any], moving: NDArray[Any]) -> _Found | None:
         current = np.abs(rows["command"] * self._ampere)

@@ -77,9 +77,7 @@ def _drives(rig: Rig, section: SimulatedSection, in_process: bool, seed: int) ->
     n = len(rig.axes)
     if len(section.drives) not in (0, n):
         raise InputError(f"rig {rig.name}: simulated.drives: {n} axes need {n} entries or none")
-    axes = [
-        _axis(rig, index, section.drives[index] if section.drives else {}) for index in range(n)
-    ]
+    axes = [_axis(rig, index, section.drives[index] if section.drives else {}) for index in range(n)]
     # In the same process SYNC comes as fast as it can; only a process that hangs lets it fail, and then nobody
     # is left to record what the drives do.
     timeout = section.sync_timeout or (30.0 if in_process else 0.25)

@@ -31,8 +31,21 @@ def test_every_rig_that_ships_can_be_loaded(name):
 def test_the_drive_gain_of_one_joint_is_the_product_of_equation_4():
     rig = Rig.load("rx130l-joint3-simulated")
     axis = rig.axes[0]
-    expected = axis.gear_ratio * axis.amplifier_gain * axis.torque_constant
-    np.testing.assert_allclose(rig.drive_gain, [[expected]])
+    np.testing.assert_allclose(rig.drive_gain, [[axis.gear_ratio * axis.torque_constant]])
+
+
+def test_a_thousand_per_mille_of_the_rated_torque_are_the_current_that_gives_it():
+    rig = Rig.load("rx130l-joint3-simulated")
+    axis = rig.axes[0]
+    motor_torque = axis.torque_constant * rig.command_scale[0] * 1000
+    assert motor_torque == pytest.approx(axis.rated_torque)
+
+
+def test_a_rig_must_state_what_its_drives_unit_of_command_needs(tmp_path):
+    data = simulated_rig_data()
+    data["axes"][0]["rated_torque"] = None
+    with pytest.raises(InputError, match=r"axes\[0\].*rated_torque is missing"):
+        Rig.load(write(tmp_path, data))
 
 
 def test_joint_power_equals_motor_power_for_a_coupled_wrist(tmp_path):
@@ -59,8 +72,8 @@ def test_joint_power_equals_motor_power_for_a_coupled_wrist(tmp_path):
     [
         (lambda rig: rig.update(cycle=0.2), "cycle"),
         (lambda rig: rig.update(wheel=1), "wheel"),
-        (lambda rig: rig["axes"][0].update(node=128), "axes.0.node"),
-        (lambda rig: rig["axes"][0]["limits"].update(position=[1.0, -1.0]), "axes.0.limits"),
+        (lambda rig: rig["axes"][0].update(node=128), "axes[0].node"),
+        (lambda rig: rig["axes"][0]["limits"].update(position=[1.0, -1.0]), "axes[0].limits.position"),
         (lambda rig: rig["axes"][0].update(joint="j4"), "axes must name one drive for each joint"),
         (lambda rig: rig["axes"][0].update(gear_ratio=0), "gear_ratio must not be 0"),
         (lambda rig: rig.update(simulated=None), "pacing"),
