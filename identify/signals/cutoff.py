@@ -1,41 +1,160 @@
-"""The rule that chooses cut-offs from the data (section IV.B: "look at the spectrum")."""
+"""The rule that chooses cut-offs from the data (section IV.B: a bandwidth of at least five times the
+motion's).
+
+1. The motion's bandwidth f_m holds 98 % of the power of the acceleration and of the velocity's sign, over all
+   identification sessions and joints (`motion_spectrum`: look at the spectrum).
+2. The positions are low-passed at 5 f_m; lower where, for a coarse or noisy encoder, noise would make up
+more than
+   half of the acceleration; never above 0.4 of the sampling frequency.
+3. Y and W are low-passed at 2 f_m, and decimated so that this is 0.8 of the new Nyquist frequency; higher
+if fewer than
+   100 decimated samples were left.
+
+What the user sets in the experiment stays. Every number is reported with its reason.
+"""
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from collections.abc import Sequence
 
-from identify.recording import Experiment, Session
+import numpy as np
+
+from identify.recording import Experiment, InputError, Session
+from identify.signals import parallel_filter
+from identify.signals.motion_spectrum import POWER_HELD, MotionSpectrum, motion_spectrum
 from identify.signals.settings import Choice, SignalSettings
 from identify.signals.zero_phase import HIGHEST_CUTOFF
 
-Array = NDArray[np.float64]
-
-MOTION_POWER = 0.99
-"""The motion's bandwidth holds this part of the velocity's power."""
-TIMES_MOTION = 5.0
-"""The position cut-off is at least so many times the motion's bandwidth (section IV.B)."""
+POSITION_TIMES_MOTION = 5.0
+DECIMATION_TIMES_MOTION = 2.0
+HIGHEST_REASON = f"{HIGHEST_CUTOFF:g} of the sampling frequency, the highest possible"
+LARGEST_NOISE_SHARE = 0.5
+"""Noise in the acceleration, in parts of the motion's power."""
+FEWEST_DECIMATED = 100
+"""Decimated samples of all identification sessions together, for each joint."""
 
 
 def choose_signal_settings(experiment: Experiment) -> SignalSettings:
     """Choose the cut-offs of an experiment from its identification sessions; what the user has set stays.
 
-    :raises InputError: a session's file is wrong.
+    :raises InputError: a session's file is wrong, no joint moves, or a cut-off that the user set is above
+    Nyquist.
     """
-    sessions = [experiment.read(entry) for entry in experiment.sessions if entry.role == "identification"]
-    bandwidth = np.max([motion_bandwidth(session) for session in sessions], axis=0)
-    highest = HIGHEST_CUTOFF / max(session.sampling_period for session in sessions)
-    position = tuple(float(min(value * 4 * TIMES_MOTION, highest)) for value in bandwidth)
-    decimation = float(min(bandwidth.max() * TIMES_MOTION, highest))
-    return SignalSettings(position, decimation, (Choice("decimation_cutoff", decimation, "Hz", "motion"),))
+    entries = [entry for entry in experiment.sessions if entry.role == "identification"]
+    if not entries:
+        raise InputError(f"{experiment.path}: sessions: none has the role identification; nothing to fit")
+    return choose_from_sessions(experiment, [experiment.read(entry) for entry in entries])
 
 
-def motion_bandwidth(session: Session) -> Array:
-    """(n,) Hz: the frequency below which `MOTION_POWER` of each joint's velocity power lies."""
-    period = session.sampling_period
-    segment = max(session.segments, key=lambda piece: piece.stop - piece.start)
-    velocity = np.diff(session.position[segment], axis=0) / period
-    power = np.abs(np.fft.rfft(velocity * np.hanning(len(velocity))[:, None], axis=0)) ** 2
-    frequency = np.fft.rfftfreq(len(velocity), period)
-    part = np.cumsum(power, axis=0) / np.maximum(power.sum(axis=0), 1e-300)
-    return frequency[np.argmax(part >= MOTION_POWER, axis=0)]
+def choose_from_sessions(experiment: Experiment, sessions: Sequence[Session]) -> SignalSettings:
+    """The rule on sessions that are read already (see `choose_signal_settings`)."""
+    names = [joint.name for joint in experiment.robot.joints]
+    set_by_user = experiment.signals
+    slowest = max(session.sampling_period for session in sessions)
+    highest = HIGHEST_CUTOFF / slowest
+    _check_user(experiment, 0.5 / slowest)
+    found = [[motion_spectrum(session, joint) for session in sessions] for joint in range(len(names))]
+    moving = [(name, each) for name, each in zip(names, found, strict=True) if any(each)]
+    if not moving:
+        raise InputError(
+            f"{sessions[0].entry.path}: no joint moves, so there is nothing to identify; record a motion"
+        )
+    widest, spectrum = max(
+        ((name, one) for name, each in moving for one in each if one), key=lambda pair: pair[1].bandwidth
+    )
+    motion = spectrum.bandwidth
+    what = (
+        "acceleration"
+        if spectrum.acceleration_bandwidth >= spectrum.reversal_bandwidth
+        else "reversals of speed"
+    )
+    choices = [
+        Choice(
+            "motion_bandwidth",
+            motion,
+            "Hz",
+            f"holds {POWER_HELD:.0%} of the power of the {what} of {widest}, the joint that reaches highest",
+        )
+    ]
+    decimation = _decimation(set_by_user.decimation_cutoff, motion, sessions, highest, choices)
+    wanted = POSITION_TIMES_MOTION * max(motion, decimation / DECIMATION_TIMES_MOTION)
+    position = []
+    for joint, name in enumerate(names):
+        value = _set_for(set_by_user.position_cutoff, joint)
+        reason = "set in the experiment"
+        if value is None:
+            value, reason = _position(wanted, decimation, motion, found[joint], highest)
+        choices.append(Choice(f"position_cutoff of {name}", value, "Hz", reason))
+        position.append(value)
+    return SignalSettings(tuple(position), decimation, tuple(choices))
+
+
+def _decimation(
+    given: float | None, motion: float, sessions: Sequence[Session], highest: float, choices: list[Choice]
+) -> float:
+    duration = sum(
+        (piece.stop - piece.start) * session.sampling_period
+        for session in sessions
+        for piece in session.segments
+    )
+    value = DECIMATION_TIMES_MOTION * motion
+    fewest = FEWEST_DECIMATED * parallel_filter.DECIMATION_OF_NYQUIST / (2 * duration)
+    reason = f"{DECIMATION_TIMES_MOTION:g} times the motion's bandwidth"
+    if value < fewest:
+        value, reason = fewest, f"leaves {FEWEST_DECIMATED} decimated samples of {duration:.3g} s of motion"
+    if value > highest:
+        value, reason = highest, HIGHEST_REASON
+    value = _three_digits(value)
+    if given is not None:
+        value, reason = given, "set in the experiment"
+    choices.append(Choice("decimation_cutoff", value, "Hz", reason))
+    return value
+
+
+def _position(
+    wanted: float,
+    decimation: float,
+    motion: float,
+    spectra: Sequence[MotionSpectrum | None],
+    highest: float,
+) -> tuple[float, str]:
+    """The position cut-off of one joint and the reason."""
+    value, reason = wanted, f"{POSITION_TIMES_MOTION:g} times the motion's bandwidth"
+    if wanted > POSITION_TIMES_MOTION * motion * 1.01:
+        ratio = POSITION_TIMES_MOTION / DECIMATION_TIMES_MOTION
+        reason = f"{ratio:g} times the cut-off of the parallel filter"
+    for spectrum in spectra:
+        if spectrum is None or spectrum.noise_share(value) <= LARGEST_NOISE_SHARE:
+            continue
+        steps = np.linspace(value, min(decimation, value), 32)
+        value = next((x for x in steps if spectrum.noise_share(x) <= LARGEST_NOISE_SHARE), steps[-1])
+        reason = (
+            f"less than {wanted:.3g} Hz, because noise makes up most of the acceleration"
+            f" from {spectrum.noise_from:.3g} Hz"
+        )
+    if value > highest:
+        value, reason = highest, HIGHEST_REASON
+    return _three_digits(value), reason
+
+
+def _set_for(given: float | tuple[float, ...] | None, joint: int) -> float | None:
+    return given[joint] if isinstance(given, tuple) else given
+
+
+def _check_user(experiment: Experiment, nyquist: float) -> None:
+    position = experiment.signals.position_cutoff
+    given = {"decimation_cutoff": experiment.signals.decimation_cutoff}
+    if isinstance(position, tuple):
+        given |= {f"position_cutoff[{joint}]": value for joint, value in enumerate(position)}
+    else:
+        given["position_cutoff"] = position
+    for name, value in given.items():
+        if value is not None and value >= nyquist:
+            raise InputError(
+                f"{experiment.path}: signals.{name}: {value:g} Hz is not below the Nyquist frequency"
+                f" of the record, {nyquist:g} Hz"
+            )
+
+
+def _three_digits(value: float) -> float:
+    return float(f"{value:.3g}")

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.recording import Session
+from identify.recording import InputError, Session
+from identify.recording.samples import release
 from identify.signals import differentiation, parallel_filter, zero_phase
 from identify.signals.settings import SignalSettings
 
@@ -23,6 +24,8 @@ Array = NDArray[np.float64]
 LARGEST_BLOCK = 65536
 """Rows of a block, the overlap not counted, for one joint; divided among the joints when there are
 several."""
+FEWEST_DECIMATED = 4
+"""A segment that would give fewer decimated samples is left out."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +35,8 @@ class MotionBlock:
     segment: int
     """Index of the segment in the session."""
     rows: slice
-    """Rows of the session that the block holds, the overlap included."""
+    """Rows of the session that the block holds, the overlap included; every `rows.step`-th of a fast
+    record."""
     time: Array
     """(N,) s"""
     q: Array
@@ -46,17 +50,17 @@ class MotionBlock:
     external: Array | None
     """(N, n) N m or N"""
     temperature: Array | None
-    """(N, n) degC"""
+    """(N, n) °C"""
     first: int
     """Row of the block where its first decimated sample lies."""
     count: int
-    """Decimated samples of this block."""
+    """Decimated samples of this block, M."""
     factor: int
     """Rows for one decimated sample."""
     cutoff: float
     """Hz, of the parallel filter."""
     sampling_period: float
-    """s"""
+    """s, of the rows."""
 
     @property
     def decimated_time(self) -> Array:
@@ -64,11 +68,10 @@ class MotionBlock:
         return self.at_decimated(self.time)
 
     def decimate(self, columns: Array) -> Array:
-        """The parallel filter: low-pass columns (N, k) or (N,) of this block's rows and decimate them: (M,
-        k) or (M,)."""
+        """The parallel filter: low-pass columns (N, ...) of this block's rows and decimate them: (M, ...)."""
+        if len(columns) != len(self.time):
+            raise ValueError(f"columns have {len(columns)} rows, the block has {len(self.time)}")
         table = columns.reshape(len(columns), -1)
-        if len(table) != len(self.time):
-            raise ValueError(f"columns have {len(table)} rows, the block has {len(self.time)}")
         result = parallel_filter.decimate(
             table, self.first, self.count, self.factor, self.cutoff, self.sampling_period
         )
@@ -79,58 +82,130 @@ class MotionBlock:
         return values[self.first : self.first + self.factor * self.count : self.factor]
 
 
+@dataclass(frozen=True)
+class _Grid:
+    """How the rows of a session become rows of blocks and decimated samples."""
+
+    stride: int
+    """Samples of the record for one row."""
+    period: float
+    """s, of the rows."""
+    factor: int
+    """Rows for one decimated sample."""
+    edge: int
+    """Decimated samples trimmed at each end of a segment."""
+    around: int
+    """Rows that the parallel filter reaches to each side."""
+
+    @classmethod
+    def of(cls, session: Session, settings: SignalSettings) -> _Grid:
+        stride = settings.stride(session.sampling_period)
+        period = stride * session.sampling_period
+        factor = parallel_filter.decimation_factor(settings.decimation_cutoff, period)
+        edge = math.ceil(settings.edge() / (period * factor))
+        return cls(stride, period, factor, edge, zero_phase.memory(settings.decimation_cutoff, period))
+
+    def decimated(self, segment: slice) -> range:
+        """Indices of the decimated samples of a segment, counted from its start, that are kept."""
+        rows = (segment.stop - segment.start - 1) // self.stride + 1
+        kept = range(self.edge, (rows - 1) // self.factor + 1 - self.edge)
+        return kept if len(kept) >= FEWEST_DECIMATED else range(0)
+
+
 def motion_blocks(
     session: Session, settings: SignalSettings, largest_block: int | None = None
 ) -> Iterator[MotionBlock]:
     """The blocks of a session, one after the other.
 
-    largest_block : rows, the overlap not counted
+    largest_block : rows, the overlap not counted; the default keeps a block within some ten megabytes
+
+    :raises InputError: every segment is shorter than the filters need.
     """
-    period = session.sampling_period
-    factor = settings.decimation_factor(period)
-    around = zero_phase.memory(settings.decimation_cutoff, period)
-    largest = largest_block or max(LARGEST_BLOCK // session.n, 4 * around)
-    per_block = max(1, largest // factor)
-    edge = math.ceil(settings.edge() / period / factor)
-    for index, segment in enumerate(session.segments):
-        total = (segment.stop - segment.start - 1) // factor + 1
-        for begin in range(edge, total - edge, per_block):
-            count = min(per_block, total - edge - begin)
-            first = segment.start + begin * factor
-            last = first + (count - 1) * factor
-            rows = slice(max(first - around, segment.start), min(last + around + 1, segment.stop))
-            yield _block(session, settings, index, segment, rows, first - rows.start, count, factor)
+    grid = _Grid.of(session, settings)
+    kept = [(index, segment, grid.decimated(segment)) for index, segment in enumerate(session.segments)]
+    if not any(len(own) for _, _, own in kept):
+        longest = max(segment.stop - segment.start for segment in session.segments) * session.sampling_period
+        least = (2 * grid.edge + FEWEST_DECIMATED) * grid.factor * grid.period
+        raise InputError(
+            f"{session.entry.path}: {longest:.3g} s without a hole are too short for the filters, which need"
+            f" {least:.3g} s (position {min(settings.position_cutoff):g} Hz, parallel"
+            f" {settings.decimation_cutoff:g} Hz); record longer, or set higher cut-offs under 'signals'"
+        )
+    largest = largest_block or max(LARGEST_BLOCK // session.n, 4 * grid.around)
+    per_block = max(1, largest // grid.factor)
+    for index, segment, own in kept:
+        for begin in range(own.start, own.stop, per_block):
+            yield _block(session, settings, grid, index, segment, own[begin - own.start :][:per_block])
+            for array in (session.time, session.position, session.command):
+                release(array)
+
+
+def left_out(session: Session, settings: SignalSettings) -> tuple[str, ...]:
+    """What of a session the filters leave out, in words; empty if only the edges of the record."""
+    grid = _Grid.of(session, settings)
+    short = [segment for segment in session.segments if not grid.decimated(segment)]
+    if not short:
+        return ()
+    seconds = sum(segment.stop - segment.start for segment in short) * session.sampling_period
+    pieces = "1 segment" if len(short) == 1 else f"{len(short)} segments"
+    return (f"{session.entry.file}: {pieces} ({seconds:.3g} s) too short for the filters, left out",)
 
 
 def _block(
-    session: Session,
-    settings: SignalSettings,
-    index: int,
-    segment: slice,
-    rows: slice,
-    first: int,
-    count: int,
-    factor: int,
+    session: Session, settings: SignalSettings, grid: _Grid, index: int, segment: slice, own: range
 ) -> MotionBlock:
+    rows_in_segment = (segment.stop - segment.start - 1) // grid.stride + 1
+    first = max(own.start * grid.factor - grid.around, 0)
+    last = min((own.stop - 1) * grid.factor + grid.around, rows_in_segment - 1)
+    start, stop = segment.start + first * grid.stride, segment.start + last * grid.stride + 1
+
     around = differentiation.memory(session.sampling_period, settings.position_cutoff)
-    wide = slice(max(rows.start - around, segment.start), min(rows.stop + around, segment.stop))
-    q, dq, ddq = differentiation.differentiate(
+    wide = slice(max(start - around, segment.start), min(stop + around, segment.stop))
+    derivatives = differentiation.differentiate(
         np.asarray(session.position[wide]), session.sampling_period, settings.position_cutoff
     )
-    own = slice(rows.start - wide.start, rows.stop - wide.start)
+    q, dq, ddq = (values[start - wide.start : stop - wide.start : grid.stride] for values in derivatives)
+
+    def measured(values: Array | None) -> Array | None:
+        return (
+            None if values is None else _at_rows(values, start, stop, segment, grid, session.sampling_period)
+        )
+
+    command = measured(session.command)
+    assert command is not None
+    rows = slice(start, stop, grid.stride)
     return MotionBlock(
         segment=index,
         rows=rows,
-        time=np.asarray(session.time[rows]),
-        q=q[own],
-        dq=dq[own],
-        ddq=ddq[own],
-        command=np.asarray(session.command[rows]),
-        external=None if session.external is None else np.asarray(session.external[rows]),
-        temperature=None if session.temperature is None else np.asarray(session.temperature[rows]),
-        first=first,
-        count=count,
-        factor=factor,
+        time=np.array(session.time[rows]),
+        q=q,
+        dq=dq,
+        ddq=ddq,
+        command=command,
+        external=measured(session.external),
+        temperature=measured(session.temperature),
+        first=own.start * grid.factor - first,
+        count=len(own),
+        factor=grid.factor,
         cutoff=settings.decimation_cutoff,
-        sampling_period=session.sampling_period,
+        sampling_period=grid.period,
+    )
+
+
+ANTI_ALIAS = 0.35
+"""Of the rate of the rows: cut-off of the filter that keeps faster content of the measured columns out of
+them."""
+
+
+def _at_rows(values: Array, start: int, stop: int, segment: slice, grid: _Grid, period: float) -> Array:
+    """Measured columns at the rows of a block: as recorded, or low-passed first where rows are left out
+    between."""
+    if grid.stride == 1:
+        return np.array(values[start:stop])
+    cutoff = ANTI_ALIAS / grid.period
+    around = zero_phase.memory(cutoff, period)
+    wide = slice(max(start - around, segment.start), min(stop + around, segment.stop))
+    count = (stop - start - 1) // grid.stride + 1
+    return parallel_filter.decimate(
+        np.asarray(values[wide]), start - wide.start, count, grid.stride, cutoff, period
     )

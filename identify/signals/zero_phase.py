@@ -24,7 +24,7 @@ ORDER = 4
 """Of the Butterworth filter, each way: the paper's choice and that of the published EMPS identification."""
 TAIL = 1e-10
 """Part of the impulse response that the memory leaves out."""
-HIGHEST_CUTOFF = 0.45
+HIGHEST_CUTOFF = 0.4
 """Of the sampling frequency: above it the filter would pass everything up to Nyquist."""
 
 

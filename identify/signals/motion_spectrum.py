@@ -1,0 +1,129 @@
+"""How far the motion reaches in frequency, and where noise takes over, read off the recorded positions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.recording import Session
+from identify.signals.differentiation import differentiate
+from identify.signals.zero_phase import HIGHEST_CUTOFF, fast_length
+
+Array = NDArray[np.float64]
+
+POWER_HELD = 0.98
+"""The motion's bandwidth holds this part of the acceleration's power. With it, twice and five times the
+bandwidth are the cut-offs that the literature of identification uses on machines whose bandwidth is
+known."""
+VELOCITY_HELD = 0.99
+"""Noise is looked for above the frequency that holds this part of the velocity's power."""
+STICTION_PART = 0.02
+"""Of the highest speed: within it, the sign of the velocity is taken to change gradually."""
+AT_REST = 20.0
+"""A joint whose range is less than so many times its sample-to-sample noise does not move."""
+LONGEST_BLOCK = 1 << 17
+"""Samples looked at in one piece."""
+MOST_BLOCKS = 16
+"""Pieces looked at in one session, evenly spread."""
+
+
+@dataclass(frozen=True)
+class MotionSpectrum:
+    """What the recorded positions of one joint in one session say about its motion."""
+
+    acceleration_bandwidth: float
+    """Hz; holds `POWER_HELD` of the acceleration's power above noise."""
+    reversal_bandwidth: float
+    """Hz; holds `POWER_HELD` of the power of the velocity's sign, which dry friction follows."""
+    noise_from: float
+    """Hz; above it the second derivative of the position is noise and vibration, no longer motion."""
+    frequency: Array
+    """(F,) Hz"""
+    acceleration_power: Array
+    """(F,) of the second difference of the position, up to a constant factor."""
+
+    @property
+    def bandwidth(self) -> float:
+        """Hz; of the motion, acceleration and reversals alike."""
+        return max(self.acceleration_bandwidth, self.reversal_bandwidth)
+
+    def noise_share(self, cutoff: float) -> float:
+        """Power of the acceleration between `noise_from` and a cut-off, in parts of the power below."""
+        below = self.frequency <= self.noise_from
+        noise = (self.frequency <= cutoff) & ~below
+        return float(self.acceleration_power[noise].sum() / self.acceleration_power[below].sum())
+
+
+def motion_spectrum(session: Session, joint: int) -> MotionSpectrum | None:
+    """Spectrum of one joint's motion; None if the joint does not move.
+
+    The acceleration is the plain second difference: differencing first keeps the leakage of the large slow
+    motion away from the small fast one.
+    """
+    period = session.sampling_period
+    pieces = [np.array(session.position[rows, joint], dtype=float) for rows in _pieces(session)]
+    noise = np.median([np.std(np.diff(piece, 2)) for piece in pieces]) / np.sqrt(6.0)
+    if np.ptp(np.concatenate([piece[:: max(1, len(piece) // 4096)] for piece in pieces])) <= AT_REST * noise:
+        return None
+    frequency, power = _mean_power([np.diff(piece, 2) for piece in pieces], period)
+    difference = (2 * np.sin(np.pi * frequency * period)) ** 4
+    white = np.median((power / difference)[frequency > 0.25 / period])
+    motion = np.maximum(power - 4 * white * difference, 0.0)
+    lowest = _holding(frequency, motion / frequency**2, VELOCITY_HELD)
+    valley, level = _valley(frequency, power, np.sqrt(2) * lowest, HIGHEST_CUTOFF / period)
+    below = frequency <= valley
+    above_noise = np.maximum(power[below] - level * (frequency[below] / valley) ** 4, 0.0)
+    bandwidth = _holding(frequency[below], above_noise, POWER_HELD)
+    return MotionSpectrum(bandwidth, _reversal_bandwidth(pieces, period, valley), valley, frequency, power)
+
+
+def _pieces(session: Session) -> list[slice]:
+    """Rows of the pieces to look at: equally long, evenly spread over the long segments of a session."""
+    longest = max(piece.stop - piece.start for piece in session.segments)
+    length = min(longest, LONGEST_BLOCK)
+    starts = [
+        start
+        for segment in session.segments
+        for start in range(segment.start, segment.stop - length + 1, max(length // 2, 1))
+    ]
+    chosen = np.unique(np.linspace(0, len(starts) - 1, min(len(starts), MOST_BLOCKS)).round().astype(int))
+    return [slice(starts[index], starts[index] + length) for index in chosen]
+
+
+def _mean_power(pieces: list[Array], period: float) -> tuple[Array, Array]:
+    """Frequencies above zero, Hz, and the mean power of the pieces under a Hann window (Welch)."""
+    window = np.hanning(len(pieces[0]))
+    length = fast_length(len(window))
+    power = np.mean(
+        [np.abs(np.fft.rfft(window * (piece - piece.mean()), length)) ** 2 for piece in pieces], axis=0
+    )
+    return np.fft.rfftfreq(length, period)[1:], power[1:]
+
+
+def _holding(frequency: Array, power: Array, part: float) -> float:
+    """The frequency below which a part of the power lies."""
+    held = np.cumsum(power)
+    return float(frequency[np.searchsorted(held, part * held[-1])])
+
+
+def _valley(frequency: Array, power: Array, lowest: float, highest: float) -> tuple[float, float]:
+    """Where the power, averaged over an octave, is least between two frequencies; the frequency and that
+    power."""
+    centres = np.geomspace(min(lowest, highest / 2), highest, 64)
+    edges = np.searchsorted(frequency, np.concatenate([centres / np.sqrt(2), centres * np.sqrt(2)]))
+    first, last = np.minimum(edges[:64], len(power) - 1), np.minimum(edges[64:], len(power))
+    held = np.concatenate([[0.0], np.cumsum(power)])
+    mean = (held[np.maximum(last, first + 1)] - held[first]) / np.maximum(last - first, 1)
+    least = int(np.argmin(mean))
+    return float(centres[least]), float(mean[least])
+
+
+def _reversal_bandwidth(pieces: list[Array], period: float, cutoff: float) -> float:
+    signs = []
+    for piece in pieces:
+        velocity = differentiate(piece[:, None], period, (cutoff,))[1][:, 0]
+        threshold = STICTION_PART * np.quantile(np.abs(velocity), 0.995)
+        signs.append(np.clip(velocity / max(threshold, 1e-300), -1.0, 1.0))
+    return _holding(*_mean_power(signs, period), POWER_HELD)
