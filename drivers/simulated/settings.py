@@ -13,8 +13,8 @@ class ServoSettings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     position_gain: float = Field(40.0, gt=0, description="1/s: velocity reference per position error")
-    velocity_gain: float = Field(0.05, gt=0, description="A s/rad: current reference per velocity error")
-    velocity_integral: float = Field(1.0, ge=0, description="A/rad: integral action of the velocity loop")
+    velocity_gain: float = Field(1.0, gt=0, description="A s/rad: current reference per velocity error")
+    velocity_integral: float = Field(20.0, ge=0, description="A/rad: integral action of the velocity loop")
     velocity_filter: float = Field(
         0.001, ge=0, description="s: time constant of the low-pass on the differentiated encoder"
     )
@@ -61,7 +61,7 @@ class SimulatedDrivesSettings(BaseModel):
     axes: tuple[SimulatedAxis, ...] = Field(min_length=1)
     servo_period: float = Field(0.001, gt=0, le=0.01, description="s between two steps of the servo loop")
     sync_timeout: float = Field(
-        0.25, gt=0, description="s without SYNC, by the wall clock, after which moving drives stop"
+        1.0, gt=0, description="s without SYNC, by the wall clock, after which moving drives stop"
     )
     seed: int = Field(1, description="of every random sequence; same seed, same numbers")
 
