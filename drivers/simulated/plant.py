@@ -10,6 +10,7 @@ from drivers.simulated.elastic_arm import ElasticArm
 from drivers.simulated.hidden_effect_settings import Backlash, Elasticity
 from drivers.simulated.mechanism import Mechanism
 from drivers.simulated.plant_settings import ArmSettings, MountedPayload, PlantSettings, RobotSettings
+from drivers.simulated.robot import Robot
 
 
 class PlantSettingsError(ValueError):
@@ -48,8 +49,8 @@ def build_mechanism(
         )
     mechanism: Mechanism
     if isinstance(plant, RobotSettings):
-        raise PlantSettingsError("simulated.plant.kind: 'arm' is the mechanism that there is")
-    if any(isinstance(effect, Elasticity | Backlash) for effect in plant.hidden_effects):
+        mechanism = Robot(plant, payload)
+    elif any(isinstance(effect, Elasticity | Backlash) for effect in plant.hidden_effects):
         mechanism = ElasticArm(plant, payload)
     else:
         mechanism = Arm(plant, payload)

@@ -211,6 +211,8 @@ class RobotSettings(Settings):
         for effect in self.hidden_effects:
             if not 1 <= effect.joint <= n:
                 raise ValueError(f"hidden effect {effect.effect}: joint {effect.joint} of {n}")
+            if effect.effect in ("elasticity", "backlash", "presliding", "loose-clamp"):
+                raise ValueError(f"hidden effect {effect.effect} is there for an arm only, not for a robot")
         return self
 
 
