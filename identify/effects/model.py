@@ -142,4 +142,4 @@ def terms_of(effect: Effect, joints: Iterable[int], drive_gain: Array) -> list[T
 def coupled_motors(drive_gain: Array, joint: int) -> list[int]:
     """Motors that act on this joint and on another one as well."""
     acting = np.abs(drive_gain) > 0
-    return [motor for motor in np.flatnonzero(acting[joint]) if acting[:, motor].sum() > 1]
+    return [int(motor) for motor in np.flatnonzero(acting[joint]) if acting[:, motor].sum() > 1]

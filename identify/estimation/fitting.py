@@ -90,6 +90,7 @@ def fit_model(
         t.key: dict(t.constants) for t in terms if t.constants
     }
     fixed = set(settled)
+    result: FittedModel | None = None
     for index in range(rounds):
         if progress:
             progress(index / rounds, f"pass {index + 1} of {rounds} over the samples")
@@ -117,6 +118,7 @@ def fit_model(
             ratio is not None,
         )
         fitted = load_from or result.torque
+    assert result is not None  # there is at least one round
     return result
 
 

@@ -343,8 +343,8 @@ def parameters_of(fitted: FittedModel) -> tuple[Parameter, ...]:
             named[column][0],
             named[column][1],
             float(fitted.fit.chi[column] + shifted[column]),
-            number(std[column]),
-            number(robust[column]),
+            number(float(std[column])),
+            number(float(robust[column])),
             named[column][2],
             named[column][3],
         )

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.estimation.observation import Observation
-from identify.estimation.triangular_factor import TriangularFactor
+from identify.estimation.triangular_factor import TriangularFactor, triangle
 
 Array = NDArray[np.float64]
 
@@ -87,19 +87,31 @@ def least_squares(
     counts = np.array(
         [sum(observation.factors[block][joint].rows for block in chosen) for joint in range(joints)], np.intp
     )
-    norm = np.array([np.linalg.norm(part[:, -1]) for part in rows])
+    norm = np.array([float(np.linalg.norm(part[:, -1])) for part in rows])
     present = np.ones(joints) if weights is None else weights
-    for _ in range(WEIGHT_ITERATIONS if weights is None and joints > 1 else 1):
-        chi, fitted, r = _solve(np.vstack([part * w for part, w in zip(rows, present, strict=True)]), wanted)
-        residual = np.array([np.linalg.norm(part[:, -2] - part[:, :-2] @ chi) for part in rows])
-        used = present
-        if weights is None and joints > 1:
-            deviation = residual / np.sqrt(np.maximum(counts, 1))
-            floor = 1e-6 * norm / np.sqrt(np.maximum(counts, 1))
-            deviation = np.maximum(np.where(deviation > 0, deviation, 1.0), np.maximum(floor, 1e-30))
-            present = 1.0 / deviation
+    if weights is None and joints > 1:
+        for _ in range(WEIGHT_ITERATIONS - 1):
+            chi, _, _ = _solve(_weighted(rows, present), wanted)
+            present = _inverse_deviations(_residual_norms(rows, chi), norm, counts)
+    chi, fitted, r = _solve(_weighted(rows, present), wanted)
     dropped = np.setdiff1d(wanted, fitted)
-    return LeastSquares(chi, fitted, dropped, r, used, residual, norm, counts)
+    return LeastSquares(chi, fitted, dropped, r, present, _residual_norms(rows, chi), norm, counts)
+
+
+def _weighted(rows: Sequence[Array], weights: Array) -> Array:
+    return np.vstack([part * weight for part, weight in zip(rows, weights, strict=True)])
+
+
+def _residual_norms(rows: Sequence[Array], chi: Array) -> Array:
+    """(n,) norm of Y - W chi of each joint."""
+    return np.array([float(np.linalg.norm(part[:, -2] - part[:, :-2] @ chi)) for part in rows])
+
+
+def _inverse_deviations(residual: Array, norm: Array, counts: NDArray[np.intp]) -> Array:
+    """(n,) weight of each joint; a joint fitted to rounding counts no more than its rounding deserves."""
+    samples = np.sqrt(np.maximum(counts, 1))
+    deviation = np.maximum(residual, 1e-6 * norm) / samples
+    return 1.0 / np.where(deviation > 0, deviation, 1.0)
 
 
 def _solve(stacked: Array, wanted: NDArray[np.intp]) -> tuple[Array, NDArray[np.intp], Array]:
@@ -111,12 +123,12 @@ def _solve(stacked: Array, wanted: NDArray[np.intp]) -> tuple[Array, NDArray[np.
     if not len(useful):
         return chi, useful, np.zeros((0, 0))
     scale = norms[norms > 0]
-    r = np.linalg.qr(np.hstack([stacked[:, useful] / scale, stacked[:, width : width + 1]]), mode="r")
+    r = triangle(np.hstack([stacked[:, useful] / scale, stacked[:, width : width + 1]]))
     columns = len(useful)
     independent = _independent(r[: min(len(r), columns), :columns])
     if not independent.all():
         useful, scale = useful[independent], scale[independent]
-        r = np.linalg.qr(np.hstack([stacked[:, useful] / scale, stacked[:, width : width + 1]]), mode="r")
+        r = triangle(np.hstack([stacked[:, useful] / scale, stacked[:, width : width + 1]]))
         columns = len(useful)
     chi[useful] = np.linalg.solve(r[:columns, :columns], r[:columns, columns]) / scale
     return chi, useful, r[:columns, :columns] * scale

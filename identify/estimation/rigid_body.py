@@ -120,10 +120,10 @@ class RigidBody:
 
 def across(gravity: Array) -> tuple[Array, Array]:
     """Two unit vectors across a vector; for no gravity the first two axes."""
-    length = np.linalg.norm(gravity)
+    length = float(np.linalg.norm(gravity))
     if length == 0:
         return np.array([1.0, 0, 0]), np.array([0, 1.0, 0])
     down = gravity / length
-    first = np.cross(down, np.eye(3)[np.argmin(np.abs(down))])
-    first /= np.linalg.norm(first)
-    return first, np.cross(down, first)
+    first = np.asarray(np.cross(down, np.eye(3)[np.argmin(np.abs(down))]), float)
+    first /= float(np.linalg.norm(first))
+    return first, np.asarray(np.cross(down, first), float)

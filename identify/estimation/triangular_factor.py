@@ -28,7 +28,7 @@ class TriangularFactor:
         """Factor of a block of rows, (rows, columns)."""
         if block.shape[0] <= block.shape[1]:
             return cls(block.copy(), block.shape[0])
-        return cls(np.linalg.qr(block, mode="r"), block.shape[0])
+        return cls(triangle(block), block.shape[0])
 
     @classmethod
     def merge(cls, factors: Iterable["TriangularFactor"], width: int) -> "TriangularFactor":
@@ -50,3 +50,8 @@ class TriangularFactor:
     def gram(self) -> Array:
         """[W Y]ᵀ[W Y], (columns, columns)."""
         return self.r.T @ self.r
+
+
+def triangle(rows: Array) -> Array:
+    """R of the QR factorisation of rows (m, k): (min(m, k), k)."""
+    return np.asarray(np.linalg.qr(rows, mode="r"), float)
