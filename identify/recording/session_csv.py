@@ -59,10 +59,9 @@ class _NotNumeric(Exception):
 
 def open_text(path: Path) -> IO[bytes]:
     """The bytes of a file, unpacked if it is gzip (told by its first bytes, whatever its name)."""
-    stream = path.open("rb")
-    packed = stream.read(2) == b"\x1f\x8b"
-    stream.seek(0)
-    return gzip.GzipFile(fileobj=stream, mode="rb") if packed else stream  # type: ignore[return-value]
+    with path.open("rb") as stream:
+        packed = stream.read(2) == b"\x1f\x8b"
+    return gzip.open(path, "rb") if packed else path.open("rb")  # type: ignore[return-value]
 
 
 def _read(path: Path, n: int, header: list[str], text_columns: bool) -> RawSamples:

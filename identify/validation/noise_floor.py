@@ -109,9 +109,9 @@ def phase_scatter(samples: Samples, period: float) -> Array:
         return float(_scatter(position, clock[-1], candidate, step).sum())
 
     bounds = (period - step, period + step)
-    period = float(
-        minimize_scalar(scatter_of_position, bounds=bounds, method="bounded", options={"xatol": 1e-6}).x
-    )
+    # SciPy's stubs know the result only as a dictionary
+    found = minimize_scalar(scatter_of_position, bounds=bounds, method="bounded", options={"xatol": 1e-6})
+    period = float(found["x"])  # type: ignore[index]
     return _scatter(CubicSpline(clock, samples.measured), clock[-1], period, step)
 
 

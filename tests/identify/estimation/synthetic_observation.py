@@ -33,6 +33,4 @@ def observation_of(joint_rows, joint_columns, width, blocks=10, sessions=1):
 
 def single(W, Y, blocks=10, sessions=1):
     """One joint, Y = W chi + rho."""
-    return observation_of(
-        [np.column_stack([W, Y])], [np.arange(W.shape[1])], W.shape[1], blocks, sessions
-    )
+    return observation_of([np.column_stack([W, Y])], [np.arange(W.shape[1])], W.shape[1], blocks, sessions)
