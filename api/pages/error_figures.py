@@ -1,0 +1,115 @@
+"""All figures and tables of one joint's error: one fitted model, or two beside each other."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from markupsafe import Markup
+
+from api.pages import error_tables
+from api.pages.figures.effect_picture import OwnVariable, draw_effect_picture, own_variable
+from api.pages.figures.error_band import ErrorBand, draw_error_band, error_band, even_edges
+from api.pages.figures.group_bars import draw_group_bars
+from api.pages.figures.quadrant_map import draw_quadrant_map, full_scale, quadrant_map, symmetric_edges
+from api.pages.joint_samples import JointSamples
+
+
+@dataclass(frozen=True)
+class JointUnits:
+    """Units of a joint's quantities, by whether it turns or slides."""
+
+    position: str
+    speed: str
+    acceleration: str
+    load: str
+
+    @classmethod
+    def of(cls, joint_type: str) -> "JointUnits":
+        """Units of a `revolute` or a `prismatic` joint."""
+        if joint_type == "prismatic":
+            return cls("m", "m/s", "m/s²", "N")
+        return cls("rad", "rad/s", "rad/s²", "N m")
+
+    def of_dimension(self, dimension: str) -> str:
+        given = {"time": "s", "temperature": "°C"}
+        return given.get(dimension) or getattr(self, dimension)
+
+
+@dataclass(frozen=True)
+class ErrorFigures:
+    """Figures of a model's error, drawn; `scale` is the end of the map's colours in the unit of the load."""
+
+    quadrants: Markup
+    over: tuple[Markup, ...]
+    payloads: Markup
+    scale: float
+
+
+def error_figures(
+    shown: JointSamples,
+    first: JointSamples,
+    payload_of: Mapping[str, str],
+    units: JointUnits,
+    other: JointSamples | None = None,
+) -> ErrorFigures:
+    """Draw the error of `shown`; the scales are those of `first`, the first model of the same joint, so that one sees
+    the error fade from version to version. `other` is drawn behind for comparison."""
+    velocity_edges = symmetric_edges(first.velocity, 24)
+    load_edges = symmetric_edges(first.load, 18)
+    first_map = quadrant_map(first.velocity, first.load, first.error, velocity_edges, load_edges)
+    scale = full_scale(first_map.mean)
+    cells = quadrant_map(shown.velocity, shown.load, shown.error, velocity_edges, load_edges)
+    reach = _reach(first)
+    over = []
+    for name, words, unit in (
+        ("velocity", "speed", units.speed),
+        ("position", "position", units.position),
+        ("load", "load", units.load),
+        ("time", "time in the session", "s"),
+    ):
+        edges = even_edges(getattr(first, name))
+        band = error_band(getattr(shown, name), shown.error, edges)
+        behind = error_band(getattr(other, name), other.error, edges) if other is not None else None
+        over.append(draw_error_band(band, words, unit, units.load, reach, behind))
+    models = [shown] if other is None else [shown, other]
+    payloads = draw_group_bars(
+        [(row.words, row.errors) for row in error_tables.by_payload(models, payload_of)], "payload"
+    )
+    return ErrorFigures(draw_quadrant_map(cells, scale, units.speed, units.load), tuple(over), payloads, scale)
+
+
+def effect_picture(
+    effect: str, before: JointSamples, after: JointSamples | None, units: JointUnits
+) -> tuple[Markup, OwnVariable]:
+    """The residual over the effect's own variable, without it and (where a fit with it is at hand) with it."""
+    own = own_variable(effect)
+    values = getattr(before, own.array)
+    if values is None:  # no temperature was recorded
+        own = own_variable("viscous")
+        values = before.velocity
+    edges = even_edges(values, 36)
+    band = _band(before, own, edges)
+    band_after = _band(after, own, edges) if after is not None else None
+    drawn = draw_effect_picture(
+        band, band_after, own.words, units.of_dimension(own.dimension), units.load, own.turned
+    )
+    return drawn, own
+
+
+def _band(samples: JointSamples, own: OwnVariable, edges: np.ndarray) -> ErrorBand:
+    return error_band(getattr(samples, own.array), samples.turned_error if own.turned else samples.error, edges)
+
+
+def _reach(samples: JointSamples) -> float:
+    """The vertical range of the bands: what holds all but one in 200 of the first model's errors."""
+    return float(np.quantile(np.abs(samples.error), 0.995)) or 1.0
+
+
+def tables(models: Sequence[JointSamples], payload_of: Mapping[str, str]) -> dict[str, list[error_tables.ErrorRow]]:
+    """The tables of relative errors, by the name that the template knows."""
+    return {
+        "speed": error_tables.by_speed(models),
+        "power": error_tables.by_power_sign(models),
+        "payload": error_tables.by_payload(models, payload_of),
+        "session": error_tables.by_session(models),
+    }

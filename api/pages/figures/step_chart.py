@@ -1,0 +1,91 @@
+"""The error over model versions as a descending staircase, with the noise floor as a line."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from markupsafe import Markup
+
+from api.pages.figures.drawing import Scale, element, line, path_data, picture, round_ticks, text
+from api.pages.number_format import number, percent
+
+
+@dataclass(frozen=True)
+class ModelStep:
+    """One model version: what it is called under the chart, its relative errors (fractions), and whether it is undone."""
+
+    label: str
+    relative_error: float
+    relative_error_validation: float | None = None
+    undone: bool = False
+    current: bool = False
+
+
+def draw_step_chart(
+    steps: Sequence[ModelStep], noise_floor: float | None, width: float = 420, height: float = 196
+) -> Markup:
+    """Draw the relative error (fractions, shown in percent) of each version from left to right."""
+    left, right, top, bottom = 40.0, width - 10.0, 14.0, height - 34.0
+    errors = [step.relative_error for step in steps]
+    errors += [step.relative_error_validation for step in steps if step.relative_error_validation is not None]
+    y = Scale(0.0, (max(errors, default=0.0) or 0.01) * 1.12, bottom, top)
+    slot = (right - left) / max(len(steps), 4)
+    ticks = round_ticks(0.0, y.high * 100, 4)
+    decimals = 1 if len(ticks) > 1 and ticks[1] < 1 else 0
+    content = [line(left, y(tick / 100), right, y(tick / 100), "axis" if tick == 0 else "grid-line") for tick in ticks]
+    content += [text(left - 7, y(tick / 100) + 3.8, number(tick, decimals), "end") for tick in ticks]
+    content.append(text(left - 7, top - 4, "%", "end faint"))
+    content += _staircase([step for step in steps], left, slot, y)
+    if noise_floor is not None and noise_floor < y.high:
+        content.append(line(left, y(noise_floor), right, y(noise_floor), "floor"))
+        below = y(noise_floor) + 12 < bottom
+        content.append(
+            text(
+                right,
+                y(noise_floor) + (12 if below else -5),
+                f"noise floor {percent(noise_floor)}",
+                "end floor-text",
+            )
+        )
+    return picture(width, height, "Relative error over model versions", *content)
+
+
+def _staircase(steps: Sequence[ModelStep], left: float, slot: float, y: Scale) -> list[str]:
+    done = [step for step in steps if not step.undone]
+    content = []
+    checked = [(i, step.relative_error_validation) for i, step in enumerate(done) if step.relative_error_validation]
+    if checked:
+        x, values = [], []
+        for index, value in checked:
+            x += [left + index * slot, left + (index + 1) * slot]
+            values += [y(value), y(value)]
+        content.append(element("path", d=path_data(x, values), class_="validation"))
+    for kind, chosen in (("step undone", steps[max(len(done) - 1, 0) :]), ("step", done)):
+        offset = len(done) - 1 if kind == "step undone" else 0
+        x, values = [], []
+        for index, step in enumerate(chosen, start=max(offset, 0)):
+            x += [left + index * slot, left + (index + 1) * slot]
+            values += [y(step.relative_error), y(step.relative_error)]
+        if kind == "step" or len(chosen) > 1:
+            content.append(element("path", d=path_data(x, values), class_=kind))
+    for index, step in enumerate(steps):
+        centre = left + (index + 0.5) * slot
+        state = " now" if step.current else " undone" if step.undone else ""
+        content.append(element("circle", cx=centre, cy=y(step.relative_error), r=4.0, class_=f"node{state}"))
+        content.append(
+            text(centre, y(step.relative_error) - 9, number(100 * step.relative_error, 2), "middle strong" if step.current else "middle")
+        )
+        content += [
+            text(centre, y.start + 14 + 12 * row, words, "middle title" if step.current else "middle")
+            for row, words in enumerate(_two_lines(step.label, slot))
+        ]
+    return content
+
+
+def _two_lines(label: str, slot: float) -> list[str]:
+    """A label broken at a hyphen or a space where it would not fit its slot (about 6 units a letter)."""
+    room = max(int(slot / 5.6), 4)
+    if len(label) <= room:
+        return [label]
+    cut = max(label.rfind("-", 0, room), label.rfind(" ", 0, room)) + 1 or room
+    rest = label[cut:].strip()
+    return [label[:cut].strip(), rest if len(rest) <= room else rest[: room - 1] + "…"]

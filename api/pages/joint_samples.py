@@ -1,0 +1,62 @@
+"""One joint's samples of a fitted model, gathered over sessions: what every figure of the error is drawn from."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class JointSamples:
+    """Filtered, decimated samples of one joint, (samples,) each, in SI; sessions follow one another.
+
+    `session` is the index into `files`; `time` is that of the session, s; `temperature` in °C or None.
+    """
+
+    files: tuple[str, ...]
+    session: np.ndarray
+    time: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    load: np.ndarray
+    measured: np.ndarray
+    predicted: np.ndarray
+    temperature: np.ndarray | None = None
+
+    @cached_property
+    def error(self) -> np.ndarray:
+        """ρ = Y − Wχ of eq. (11)."""
+        return self.measured - self.predicted
+
+    def thinned(self, at_most: int) -> "JointSamples":
+        """Every k-th sample, so that no more than `at_most` are left: enough for percentiles and averages."""
+        step = -(-len(self.time) // at_most)
+        return self if step <= 1 else self.where(np.arange(0, len(self.time), step))
+
+    @cached_property
+    def speed(self) -> np.ndarray:
+        return np.abs(self.velocity)
+
+    @cached_property
+    def turned_error(self) -> np.ndarray:
+        """ρ · sign(q̇): above zero where the joint loses more torque than the model says."""
+        return self.error * np.sign(self.velocity)
+
+    def of_session(self, file: str) -> "JointSamples":
+        """The samples of one session. Raises ValueError if it is not among `files`."""
+        index = self.files.index(file)
+        return self.where(self.session == index)
+
+    def where(self, chosen: np.ndarray) -> "JointSamples":
+        """The samples that a boolean mask or indices choose."""
+        columns = (self.session, self.time, self.position, self.velocity, self.acceleration, self.load)
+        columns += (self.measured, self.predicted)
+        temperature = None if self.temperature is None else self.temperature[chosen]
+        return JointSamples(self.files, *(column[chosen] for column in columns), temperature)
+
+
+def relative_error(samples: JointSamples) -> float | None:
+    """‖Y − Wχ‖ / ‖Y‖, or None where there is nothing to divide by."""
+    size = float(np.linalg.norm(samples.measured))
+    return float(np.linalg.norm(samples.error)) / size if size > 0 else None

@@ -1,0 +1,101 @@
+"""Templates, static files and the headers of a page.
+
+Nothing on a page comes from another host, and no script stands in the markup: the content security policy says so to the
+browser. Static files live under an address with their common digest, so that a browser may keep them for good.
+"""
+
+import hashlib
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from fastapi import Request
+from fastapi.responses import HTMLResponse
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from api.pages import number_format
+
+STATIC_FOLDER = Path(__file__).parent / "static"
+PREFIX = "/pages"
+"""Address under which the pages live; the REST calls stand at the root."""
+
+CONTENT_SECURITY_POLICY = "; ".join(
+    (
+        "default-src 'none'",
+        "script-src 'self'",
+        "style-src 'self'",
+        "img-src 'self' data:",
+        "font-src 'self'",
+        "connect-src 'self'",
+        "form-action 'self'",
+        "base-uri 'none'",
+        "frame-ancestors 'none'",
+    )
+)
+PAGE_HEADERS = {
+    "Content-Security-Policy": CONTENT_SECURITY_POLICY,
+    "Referrer-Policy": "same-origin",
+    "X-Content-Type-Options": "nosniff",
+    "Cache-Control": "no-store",
+}
+
+STEPS = (
+    ("rig", "Rig"),
+    ("new-session", "New session"),
+    ("live", "Live"),
+    ("model", "Model and measurement"),
+    ("missing", "What is missing"),
+    ("results", "Results"),
+)
+"""The pages in the operator's order: the last word of the address, and the name."""
+
+
+@cache
+def static_files() -> dict[str, Path]:
+    """Every file that a browser may ask for, by its name under the static address; nothing else is reachable."""
+    return {
+        file.relative_to(STATIC_FOLDER).as_posix(): file for file in STATIC_FOLDER.rglob("*") if file.is_file()
+    }
+
+
+@cache
+def static_digest() -> str:
+    """Digest of every static file, 12 hexadecimal digits."""
+    digest = hashlib.sha256()
+    for name, file in sorted(static_files().items()):
+        digest.update(name.encode())
+        digest.update(file.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+def static_address(name: str) -> str:
+    return f"{PREFIX}/static/{static_digest()}/{name}"
+
+
+@cache
+def environment() -> Environment:
+    """The templates, with the formats of numbers as filters."""
+    made = Environment(
+        loader=PackageLoader("api.pages"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    for name in ("number", "significant", "percent", "percent_number", "probability", "duration", "moment", "listing"):
+        made.filters[name] = getattr(number_format, name)
+    made.filters["with_deviation"] = number_format.with_deviation
+    made.globals.update(static=static_address, prefix=PREFIX, steps=STEPS)
+    return made
+
+
+def render(template: str, **context: Any) -> str:
+    """A template as text."""
+    return environment().get_template(template).render(**context)
+
+
+def page(request: Request, template: str, *, status: int = 200, **context: Any) -> HTMLResponse:
+    """A page or a fragment as a response; the theme that the operator chose comes from its cookie."""
+    theme = request.cookies.get("theme", "auto")
+    context.setdefault("theme", theme if theme in ("light", "dark") else "auto")
+    return HTMLResponse(render(template, **context), status_code=status, headers=PAGE_HEADERS)

@@ -1,0 +1,84 @@
+"""The samples behind the torque plot: what the browser asks for at every zoom."""
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from fastapi import APIRouter, Query, Request
+from fastapi.responses import Response
+
+from api.pages.joint_samples import JointSamples
+from api.pages.kept import Kept
+from api.pages.model_page import ALL_SESSIONS, SessionChoice, VersionChoice, chosen_model, files_of_session
+from api.pages.rendering import PREFIX
+from api.pages.stored_models import ShownModel, StoredExperiment
+from api.service import access
+from api.service.envelope import envelope, visible_rows
+
+router = APIRouter(prefix=PREFIX, include_in_schema=False)
+
+BETWEEN_SESSIONS = 2.0
+"""s of empty time between sessions that are drawn end to end."""
+_curves: Kept[dict[str, np.ndarray]] = Kept(8)
+
+
+@router.get("/experiments/{experiment}/samples")
+def samples_of_a_range(
+    request: Request,
+    _user: access.Viewer,
+    experiment: str,
+    joint: Annotated[str, Query(max_length=64)],
+    version: Annotated[str, Query(max_length=12)],
+    points: Annotated[int, Query(ge=2, le=20_000)],
+    session: SessionChoice = ALL_SESSIONS,
+    beside: VersionChoice = None,
+    start: float | None = None,
+    stop: float | None = None,
+) -> Response:
+    """Least and greatest values of the visible range, little-endian: the time origin as float64, rows and points as
+    uint32, then float32 rows: time after the origin; measured, predicted, error; and, where a model stands beside,
+    its predicted torque and its error."""
+    stored = StoredExperiment(access.service_of(request).experiments, experiment)
+    shown = stored.model(version)
+    other = chosen_model(stored, beside)
+    joint = stored.joint_or_first(joint)
+    files = files_of_session(stored, shown, other, session)
+    curves = _curves_of(stored, shown, joint, files)
+    rows = visible_rows(curves["time"], start, stop)
+    signals = {name: curves[name][rows] for name in ("measured", "predicted", "error")}
+    if other is not None:
+        behind = _curves_of(stored, other, joint, files)
+        if len(behind["time"]) == len(curves["time"]):
+            signals |= {f"{name} beside": behind[name][rows] for name in ("predicted", "error")}
+    origin, reduced = envelope(curves["time"][rows], signals, points)
+    head = np.array(origin, "<f8").tobytes() + np.array(reduced.shape, "<u4").tobytes()
+    return Response(head + np.ascontiguousarray(reduced, "<f4").tobytes(), media_type="application/octet-stream")
+
+
+def _curves_of(
+    stored: StoredExperiment, model: ShownModel, joint: str, files: list[str]
+) -> dict[str, np.ndarray]:
+    key: tuple[Path, str, tuple[str, ...]] = (model.folder, joint, tuple(files))
+    return _curves.get(key, lambda: end_to_end(stored.samples(model, joint, files)))
+
+
+def end_to_end(samples: JointSamples) -> dict[str, np.ndarray]:
+    """Time (float64, s), measured, predicted and error (float32), (samples,) each.
+
+    Several sessions follow one another with a row of NaN between them, so that no line joins them.
+    """
+    names = ("measured", "predicted", "error")
+    if len(samples.files) == 1:
+        return {"time": samples.time, **{name: getattr(samples, name).astype(np.float32) for name in names}}
+    pieces: dict[str, list[np.ndarray]] = {name: [] for name in ("time", *names)}
+    offset = 0.0
+    for index in range(len(samples.files)):
+        rows = samples.session == index
+        if not rows.any():
+            continue
+        time = samples.time[rows] - samples.time[rows][0] + offset
+        offset = float(time[-1]) + BETWEEN_SESSIONS
+        pieces["time"] += [time, np.array([offset - BETWEEN_SESSIONS / 2])]
+        for name in names:
+            pieces[name] += [getattr(samples, name)[rows].astype(np.float32), np.array([np.nan], np.float32)]
+    return {name: np.concatenate(parts[:-1]) for name, parts in pieces.items()}

@@ -1,0 +1,35 @@
+// What every page has: the theme button, the forms that send themselves, and the run bar with the stop button.
+import { watchTheRun } from "./run_bar.js";
+
+const themes = ["auto", "light", "dark"];
+
+function toggleTheme(button) {
+  const root = document.documentElement;
+  const now = root.dataset.theme ?? "auto";
+  const next = themes[(themes.indexOf(now) + 1) % themes.length];
+  if (next === "auto") delete root.dataset.theme;
+  else root.dataset.theme = next;
+  document.cookie = `theme=${next}; path=/; max-age=31536000; samesite=lax`;
+  button.textContent = next[0].toUpperCase() + next.slice(1);
+  document.dispatchEvent(new CustomEvent("theme-changed"));
+}
+
+document.addEventListener("click", (event) => {
+  const button = event.target.closest("[data-theme-toggle]");
+  if (button) toggleTheme(button);
+});
+
+document.addEventListener("change", (event) => {
+  if (event.target.matches("[data-submit]")) event.target.form.requestSubmit();
+});
+
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () =>
+  document.dispatchEvent(new CustomEvent("theme-changed")),
+);
+
+// The guard asks for the token with everything that changes something.
+document.addEventListener("htmx:configRequest", (event) => {
+  event.detail.headers["X-CSRF-Token"] = document.querySelector('meta[name="csrf-token"]').content;
+});
+
+watchTheRun();

@@ -1,0 +1,211 @@
+// Measured and predicted torque over time with the error beneath. The browser holds only what it draws: every zoom asks the
+// server for the least and greatest value per column of the visible range.
+
+const colour = (role) => {
+  const probe = document.createElement("span");
+  probe.style.color = `var(--${role})`;
+  document.body.append(probe);
+  const resolved = getComputedStyle(probe).color;
+  probe.remove();
+  return resolved;
+};
+
+// start as float64, rows and points as uint32, then rows of float32, little-endian
+function decode(buffer) {
+  const view = new DataView(buffer);
+  const start = view.getFloat64(0, true);
+  const rows = view.getUint32(8, true);
+  const points = view.getUint32(12, true);
+  const columns = [];
+  for (let row = 0; row < rows; row += 1) columns.push(new Float32Array(buffer, 16 + 4 * row * points, points));
+  return { time: Float64Array.from(columns[0], (offset) => start + offset), signals: columns.slice(1) };
+}
+
+const GUTTER = 56; // px of the vertical axis; equal in both plots, so that their time axes line up
+const RIGHT = 12;
+
+class TorquePlot {
+  constructor(panel) {
+    this.panel = panel;
+    this.link = panel.dataset.torquePlot;
+    this.unit = panel.dataset.unit;
+    this.beside = panel.dataset.beside === "yes";
+    this.whole = null;
+    this.range = null;
+    this.pending = null;
+    panel.querySelector("[data-whole]").addEventListener("click", () => this.show(null));
+    panel.tabIndex = -1;
+    new ResizeObserver(() => this.resize()).observe(panel);
+    document.addEventListener("theme-changed", () => this.redraw());
+    for (const name of ["above", "beneath"])
+      panel.querySelector(`[data-${name}]`).addEventListener("dblclick", () => this.show(null));
+    document.addEventListener("keydown", (event) => this.key(event));
+    this.show(null);
+  }
+
+  async show(range) {
+    this.pending?.abort();
+    this.pending = new AbortController();
+    const width = Math.max(200, Math.round(this.panel.clientWidth * Math.min(devicePixelRatio, 2)));
+    const query = new URLSearchParams({ points: 2 * width });
+    if (range) {
+      query.set("start", range[0]);
+      query.set("stop", range[1]);
+    }
+    try {
+      const begun = performance.now();
+      const response = await fetch(`${this.link}&${query}`, { signal: this.pending.signal });
+      if (!response.ok) throw new Error(`status ${response.status}`);
+      this.data = decode(await response.arrayBuffer());
+      this.range = range;
+      if (!range) this.whole = [this.data.time[0], this.data.time.at(-1)];
+      this.draw();
+      this.panel.dataset.shownAfter = String(Math.round(performance.now() - begun));
+    } catch (failure) {
+      if (failure.name !== "AbortError") this.say(`The samples could not be fetched: ${failure.message}. Try again.`);
+    }
+  }
+
+  say(words) {
+    this.panel.querySelector("[data-cursor]").textContent = words;
+  }
+
+  draw() {
+    const [start, stop] = this.range ?? this.whole;
+    this.panel.querySelector("[data-range]").textContent = `${start.toFixed(2)} to ${stop.toFixed(2)} s`;
+    if (this.above) {
+      this.above.setData([this.data.time, ...this.series("above")], false);
+      this.beneath.setData([this.data.time, ...this.series("beneath")], false);
+      for (const plot of [this.above, this.beneath]) plot.batch(() => this.fit(plot, start, stop));
+      return;
+    }
+    this.build();
+    for (const plot of [this.above, this.beneath]) plot.batch(() => this.fit(plot, start, stop));
+  }
+
+  fit(plot, start, stop) {
+    plot.setScale("x", { min: start, max: stop });
+    const drawn = plot.data.slice(1);
+    let low = Infinity;
+    let high = -Infinity;
+    for (const values of drawn)
+      for (const value of values) {
+        if (value < low) low = value;
+        if (value > high) high = value;
+      }
+    if (plot === this.beneath) high = Math.max(Math.abs(low), Math.abs(high), 1e-9), low = -high;
+    const margin = (high - low) * 0.05 || 1;
+    plot.setScale("y", { min: low - margin, max: high + margin });
+  }
+
+  // signals: measured, predicted, error, then those of the model beside
+  series(which) {
+    const [measured, predicted, error, predictedBeside, errorBeside] = this.data.signals;
+    if (which === "above") return this.beside ? [measured, predictedBeside, predicted] : [measured, predicted];
+    return this.beside ? [errorBeside, error] : [error];
+  }
+
+  build() {
+    const roles = {
+      above: this.beside ? ["measured", "predicted-other", "predicted"] : ["measured", "predicted"],
+      beneath: this.beside ? ["before", "error"] : ["error"],
+    };
+    const sync = uPlot.sync(this.link);
+    const make = (which, words) => {
+      const place = this.panel.querySelector(`[data-${which}]`);
+      place.replaceChildren();
+      const font = '11px "Inter", system-ui, sans-serif';
+      const axis = { stroke: colour("ink-soft"), grid: { stroke: colour("grid"), width: 1 }, ticks: { show: false }, font, labelFont: font };
+      return new uPlot(
+        {
+          width: place.clientWidth,
+          height: place.clientHeight,
+          padding: [8, RIGHT, 0, 0],
+          legend: { show: false },
+          cursor: { sync: { key: sync.key, setSeries: false }, drag: { x: true, y: false, setScale: false, dist: 6 }, points: { show: false } },
+          scales: { x: { time: false, auto: false }, y: { auto: false } },
+          series: [{}, ...roles[which].map((role, index) => ({
+            stroke: colour(role),
+            width: role === "measured" ? 1.6 : 1,
+            points: { show: false },
+            spanGaps: false,
+            alpha: index === 0 && this.beside && which === "above" ? 0.9 : 1,
+          }))],
+          axes: [
+            { ...axis, size: which === "above" ? 22 : 40, label: which === "beneath" ? "time, s" : undefined, labelSize: 16, gap: 3, space: 70 },
+            { ...axis, size: GUTTER - 18, label: `${words}, ${this.unit}`, labelSize: 18, gap: 4, space: which === "above" ? 34 : 26,
+              values: (_, ticks) => ticks.map((tick) => String(+tick.toPrecision(6)).replace("-", "−")) },
+          ],
+          hooks: {
+            setSelect: [(plot) => {
+              if (plot.select.width < 6) return;
+              const start = plot.posToVal(plot.select.left, "x");
+              const stop = plot.posToVal(plot.select.left + plot.select.width, "x");
+              plot.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
+              this.show([start, stop]);
+            }],
+            setCursor: [(plot) => which === "above" && this.readout(plot)],
+          },
+        },
+        [this.data.time, ...this.series(which)],
+        place,
+      );
+    };
+    this.above = make("above", this.unit === "N" ? "force" : "torque");
+    this.beneath = make("beneath", "error");
+    sync.sub(this.above);
+    sync.sub(this.beneath);
+  }
+
+  readout(plot) {
+    const index = plot.cursor.idx;
+    if (index == null) return;
+    const [measured, predicted, error, , errorBeside] = this.data.signals;
+    const show = (value) => (Number.isFinite(value) ? value.toFixed(2).replace("-", "−") : "–");
+    const parts = [["time", `${this.data.time[index].toFixed(3)} s`], ["measured", `${show(measured[index])} ${this.unit}`],
+      ["model", `${show(predicted[index])} ${this.unit}`], ["error", `${show(error[index])} ${this.unit}`]];
+    if (this.beside) parts.push(["error of the model beside", `${show(errorBeside[index])} ${this.unit}`]);
+    this.panel.querySelector("[data-cursor]").replaceChildren(
+      ...parts.map(([name, value]) => {
+        const span = document.createElement("span");
+        const number = document.createElement("b");
+        number.textContent = value;
+        span.append(`${name} `, number);
+        return span;
+      }),
+    );
+  }
+
+  key(event) {
+    if (!this.whole || event.ctrlKey || event.metaKey || event.target.closest("input, select, textarea, button, a")) return;
+    const [start, stop] = this.range ?? this.whole;
+    const span = stop - start;
+    const moves = { ArrowLeft: [-span / 4, -span / 4], ArrowRight: [span / 4, span / 4], "+": [span / 4, -span / 4], "-": [-span / 2, span / 2] };
+    const move = moves[event.key];
+    if (!move) return;
+    event.preventDefault();
+    const next = [Math.max(start + move[0], this.whole[0]), Math.min(stop + move[1], this.whole[1])];
+    const all = next[0] <= this.whole[0] && next[1] >= this.whole[1];
+    if (next[1] - next[0] > 1e-3) this.show(all ? null : next);
+  }
+
+  resize() {
+    if (!this.above) return;
+    for (const [plot, name] of [[this.above, "above"], [this.beneath, "beneath"]]) {
+      const place = this.panel.querySelector(`[data-${name}]`);
+      if (Math.abs(plot.width - place.clientWidth) > 1) plot.setSize({ width: place.clientWidth, height: place.clientHeight });
+    }
+    clearTimeout(this.refetch);
+    this.refetch = setTimeout(() => this.show(this.range), 200);
+  }
+
+  redraw() {
+    if (!this.data) return;
+    this.above?.destroy();
+    this.beneath?.destroy();
+    this.above = null;
+    this.draw();
+  }
+}
+
+for (const panel of document.querySelectorAll("[data-torque-plot]")) new TorquePlot(panel);

@@ -1,0 +1,105 @@
+"""The verdict of a diagnosis in one sentence, and what stands behind it, in an operator's words."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from api.pages.number_format import THIN, listing, percent, probability, significant
+
+VARIABLE_WORDS = {
+    "dq": ("speed", "speed"),
+    "velocity": ("speed", "speed"),
+    "speed": ("speed", "speed"),
+    "q": ("position", "position"),
+    "position": ("position", "position"),
+    "ddq": ("acceleration", "acceleration"),
+    "acceleration": ("acceleration", "acceleration"),
+    "load": ("load", "load"),
+    "time": ("time", "time"),
+    "temperature": ("temperature", "temperature"),
+}
+"""Variable of `where` in the contract's JSON -> words, and the dimension that its unit follows from."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """`kind` is the contract's verdict, or `unknown` before the first diagnosis."""
+
+    kind: str
+    sentence: str
+    detail: str
+
+
+def verdict_of(joint: Mapping[str, Any] | None, floor: float | None, titles: Mapping[str, str]) -> Verdict:
+    """Put the diagnosis of one joint into words; `titles` are names of effects as a person says them."""
+    if joint is None:
+        return Verdict(
+            "unknown",
+            "Not looked at yet.",
+            "Ask what is missing: the model is tried with every effect of the catalogue on motion it did not see.",
+        )
+    if joint["verdict"] == "missing":
+        names = [titles.get(name, name) for name in joint["missing"]]
+        return Verdict("missing", f"The model misses {listing(names)}.", _gain_words(joint))
+    if joint["verdict"] == "adequate":
+        rest = "No effect of the catalogue lowers the error on motion that the fit did not see."
+        if floor is not None:
+            rest = f"The noise floor is {percent(floor)}. {rest}"
+        return Verdict("adequate", "Nothing is missing: what is left is noise.", rest)
+    return Verdict(
+        "unexplained",
+        "Something is left that no effect of the catalogue explains.",
+        "The error has structure; below is where it sits. Look at the machine there, or describe an effect of your own.",
+    )
+
+
+def _gain_words(joint: Mapping[str, Any]) -> str:
+    first = next((each for each in joint["candidates"] if each["effect"] in joint["missing"]), None)
+    if first is None:
+        return ""
+    return (
+        f"With it the error on motion that the fit did not see falls from {percent(first['heldout_error_before'])} "
+        f"to {percent(first['heldout_error_after'])}."
+    )
+
+
+def evidence_words(candidate: Mapping[str, Any]) -> str:
+    """One line beneath a candidate's name."""
+    before, after = candidate["heldout_error_before"], candidate["heldout_error_after"]
+    if before and after is not None:
+        change = (after - before) / before
+        if abs(change) < 0.005:
+            return "changes nothing on motion that the fit did not see"
+        words = f"{percent(abs(change), 2)} {'less' if change < 0 else 'more'} error on unseen motion"
+    else:
+        words = "no motion left to check it on"
+    if candidate["p_value"] is not None:
+        chance = probability(candidate["p_value"])
+        words += f", by chance {chance if chance.startswith('<') else f'p = {chance}'}"
+    return words
+
+
+def where_words(place: Mapping[str, Any], units: Any) -> str:
+    """`speed −0.1 to 0.1 rad/s`."""
+    words, dimension = VARIABLE_WORDS.get(place["variable"], (place["variable"], ""))
+    low, high = place["from"], place["to"]
+    if not isinstance(low, int | float) or not isinstance(high, int | float):
+        return f"{words} {low}" if low == high or high is None else f"{words} {low} to {high}"
+    unit = f"{THIN}{units.of_dimension(dimension)}" if dimension else ""
+    return f"{words} {significant(low, 2)} to {significant(high, 2)}{unit}"
+
+
+def rival_words(candidates: Sequence[Mapping[str, Any]], titles: Mapping[str, str], missing: Sequence[str]) -> list[str]:
+    """One sentence for each candidate (of those that matter) that others explain alike."""
+    sentences = []
+    seen: set[frozenset[str]] = set()
+    for candidate in candidates:
+        rivals = candidate["indistinguishable_from"]
+        group = frozenset([candidate["effect"], *rivals])
+        if not rivals or group in seen or (missing and candidate["effect"] not in missing):
+            continue
+        seen.add(group)
+        name = titles.get(candidate["effect"], candidate["effect"])
+        others = listing([titles.get(rival, rival) for rival in rivals], "or")
+        sentences.append(f"These sessions cannot tell {name} from {others}: each explains them alike.")
+    return sentences

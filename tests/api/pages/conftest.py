@@ -1,0 +1,212 @@
+"""A laboratory for the pages without a bus: one joint like the paper's, three payloads, fitted by plain least squares.
+
+The torque is computed from the load- and velocity-dependent friction of eq. (25) with the values of Table II, the models
+are fitted here by `numpy.linalg.lstsq`, and what they return has the form of the contract (section 3).
+"""
+
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+JOINT = "j3"
+PAYLOADS = {"session-00.csv": ("none", 0.0), "session-01.csv": ("disk 3.5 kg", 3.4584), "session-02.csv": ("disk 7 kg", 6.97)}
+GRAVITY = 9.81
+ARM = 1.277  # m, joint to payload
+CATALOGUE_WORDS = {
+    "load-friction-asymmetric": "The dry friction grows with the load that the gear carries, and it grows more when the "
+    "motor drives the load than when the load drives the motor. Worm, harmonic and cycloidal gears do this. "
+    "Look at the lubrication and at the preload of the gear.",
+    "load-friction": "The dry friction grows with the load that the gear carries, alike in both directions of power flow.",
+    "stribeck": "Friction falls when the joint begins to slide and the lubricant film builds up.",
+    "viscous-asymmetric": "Viscous friction differs between the two directions of motion.",
+    "friction-warmup": "Friction falls while the gear warms up during the session.",
+}
+
+
+@dataclass
+class SampleIdentification:
+    """What `identify.identify` returns, as far as the pages use it."""
+
+    effects: list[dict[str, str]]
+    columns: dict[str, np.ndarray]
+    motion: dict[str, Any]
+    measured: np.ndarray
+    model: str = "usual"
+    fitted: np.ndarray = field(init=False)
+    parameters: dict[str, tuple[float, float]] = field(init=False)
+
+    def __post_init__(self) -> None:
+        W = np.stack(list(self.columns.values()), axis=1)
+        chi, *_ = np.linalg.lstsq(W, self.measured, rcond=None)
+        self.fitted = W @ chi
+        rest = self.measured - self.fitted
+        variance = float(rest @ rest) / (len(rest) - W.shape[1])
+        deviations = np.sqrt(variance * np.diag(np.linalg.inv(W.T @ W)))
+        self.condition = float(np.linalg.cond(W / np.linalg.norm(W, axis=0)))
+        self.parameters = {
+            name: (float(value), float(std)) for name, value, std in zip(self.columns, chi, deviations, strict=True)
+        }
+
+    def _rows(self, file: str) -> np.ndarray:
+        return self.motion["session"] == list(PAYLOADS).index(file)
+
+    def _relative(self, rows: np.ndarray) -> float:
+        return float(np.linalg.norm((self.measured - self.fitted)[rows]) / np.linalg.norm(self.measured[rows]))
+
+    def prediction(self, file: str, joint: str) -> SimpleNamespace:
+        assert joint == JOINT
+        rows = self._rows(file)
+        names = ("time", "position", "velocity", "acceleration", "load")
+        return SimpleNamespace(
+            **{name: self.motion[name][rows] for name in names},
+            measured=self.measured[rows],
+            predicted=self.fitted[rows],
+        )
+
+    def to_json(self) -> dict[str, Any]:
+        everything = np.ones(len(self.measured), bool)
+        error = self._relative(everything)
+        groupings = {"ZZ1R": "ZZ1 + Ia1", "MX1": "MX1", "payload ratio": "M_ae / M_aw, eq. (35)"}
+        units = {"ZZ1R": "kg m^2", "MX1": "kg m", "FC": "N m", "FV": "N m s/rad", "offset": "N m"}
+        return {
+            "experiment": "rx130l-joint3",
+            "model": self.model,
+            "effects": self.effects,
+            "relative_error": error,
+            "relative_error_validation": error * 1.06,
+            "joints": [
+                {"joint": JOINT, "relative_error": error, "relative_error_validation": error * 1.06, "noise_floor": 0.021}
+            ],
+            "sessions": [
+                {"file": file, "payload": payload, "relative_error": self._relative(self._rows(file))}
+                for file, (payload, _) in PAYLOADS.items()
+            ],
+            "parameters": [
+                {
+                    "name": name,
+                    "joint": JOINT,
+                    "value": value,
+                    "std": std,
+                    "std_robust": 2.7 * std,
+                    "relative_std_percent": abs(100 * std / value),
+                    "unit": units.get(name, "–"),
+                    "grouping": groupings.get(name, ""),
+                }
+                for name, (value, std) in self.parameters.items()
+            ],
+            "condition_number": self.condition,
+            "samples": len(self.measured),
+        }
+
+
+def _motion(rate: float = 100.0, seconds: float = 60.0) -> dict[str, np.ndarray]:
+    """Sinusoids and slow trapezoids, the same in each of the three sessions."""
+    t = np.arange(int(rate * seconds)) / rate
+    fast = 0.62 * np.sin(0.9 * t) + 0.34 * np.sin(1.83 * t + 0.4)
+    slow = 0.9 * np.sin(0.09 * t)
+    weight = 1 / (1 + np.exp(-(t - 36) / 1.5))
+    q = (1 - weight) * fast + weight * slow
+    dq = np.gradient(q, t)
+    ddq = np.gradient(dq, t)
+    sessions = len(PAYLOADS)
+    return {
+        "session": np.repeat(np.arange(sessions), len(t)),
+        "time": np.tile(t, sessions),
+        "position": np.tile(q, sessions),
+        "velocity": np.tile(dq, sessions),
+        "acceleration": np.tile(ddq, sessions),
+        "mass": np.repeat([mass for _, mass in PAYLOADS.values()], len(t)),
+    }
+
+
+def make_models() -> dict[str, SampleIdentification]:
+    """Three model versions of the same sessions, each with one effect more."""
+    motion = _motion()
+    q, dq, ddq, mass = motion["position"], motion["velocity"], motion["acceleration"], motion["mass"]
+    arm = mass * ARM * (ARM * ddq + GRAVITY * np.cos(q))
+    load = 33.0 * ddq + 22.6 * GRAVITY * np.cos(q - 0.6) * 0.55 + arm
+    motion["load"] = load
+    power = np.sign(load * dq)
+    expo = np.exp(-np.abs(dq) / 0.04)
+    motor, generator = (power > 0).astype(float), (power < 0).astype(float)
+    friction = motor * (0.09 + 0.24 * expo) * np.abs(load) + generator * (0.05 + 0.2 * expo) * np.abs(load)
+    torque = load + (friction + 21.0 * motor + 15.6 * generator) * np.sign(dq) + 42.0 * dq + 9.9
+    rng = np.random.default_rng(20261122)
+    noise = np.convolve(rng.normal(0, 5.5, len(q)), np.ones(4) / 4, "same")
+    measured = torque + noise
+
+    rigid = {
+        "ZZ1R": ddq,
+        "MX1": GRAVITY * np.cos(q),
+        "MY1": GRAVITY * np.sin(q),
+        "payload ratio": arm,
+        "offset": np.ones_like(q),
+    }
+    usual = rigid | {"FV": dq, "FC": np.sign(dq)}
+    names = ["viscous", "coulomb", "offset"]
+    steps = {"usual": usual}
+    steps["with load"] = usual | {
+        "alpha": np.abs(load) * np.sign(dq),
+        "c_g - c_m": generator * np.sign(dq),
+    }
+    steps["with stribeck"] = steps["with load"] | {
+        "gamma": expo * np.abs(load) * np.sign(dq),
+        "d": expo * np.sign(dq),
+    }
+    added = {"usual": [], "with load": ["load-friction-asymmetric"], "with stribeck": ["load-friction-asymmetric", "load-stribeck"]}
+    return {
+        key: SampleIdentification(
+            [{"effect": effect, "joint": JOINT} for effect in names + added[key]], columns, motion, measured
+        )
+        for key, columns in steps.items()
+    }
+
+
+def make_diagnosis(models: dict[str, SampleIdentification]) -> dict[str, Any]:
+    """The contract's diagnosis of the usual model."""
+    before = models["usual"].to_json()["relative_error"]
+    after = models["with load"].to_json()["relative_error"]
+    shares = {"load-friction-asymmetric": 1.0, "load-friction": 0.72, "stribeck": 0.41, "viscous-asymmetric": 0.11, "friction-warmup": 0.02}
+    candidates = []
+    for rank, (effect, share) in enumerate(shares.items(), start=1):
+        relative_after = before - share * (before - after)
+        candidates.append(
+            {
+                "effect": effect,
+                "rank": rank,
+                "relative_error_before": before,
+                "relative_error_after": relative_after,
+                "heldout_error_before": before * 1.05,
+                "heldout_error_after": relative_after * 1.07,
+                "p_value": (1e-30, 1e-19, 3e-8, 0.04, 0.6)[rank - 1],
+                "indistinguishable_from": ["load-friction"] if rank == 1 else [],
+                "explanation": CATALOGUE_WORDS[effect],
+            }
+        )
+    return {
+        "experiment": "rx130l-joint3",
+        "model": "usual",
+        "relative_error": before,
+        "noise_floor": 0.021,
+        "joints": [
+            {
+                "joint": JOINT,
+                "verdict": "missing",
+                "missing": ["load-friction-asymmetric"],
+                "candidates": candidates,
+                "where": [
+                    {"variable": "dq", "from": -0.1, "to": 0.1, "share_of_error": 0.58},
+                    {"variable": "load", "from": 150.0, "to": 240.0, "share_of_error": 0.44},
+                    {"variable": "q", "from": -0.4, "to": 0.3, "share_of_error": 0.31},
+                ],
+            }
+        ],
+    }
+
+
+@pytest.fixture(scope="session")
+def models() -> dict[str, SampleIdentification]:
+    return make_models()
