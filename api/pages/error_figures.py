@@ -59,8 +59,7 @@ def error_figures(
     first_map = quadrant_map(first.velocity, first.load, first.error, velocity_edges, load_edges)
     scale = full_scale(first_map.mean)
     cells = quadrant_map(shown.velocity, shown.load, shown.error, velocity_edges, load_edges)
-    reach = _reach(first)
-    over = []
+    bands = []
     for name, words, unit in (
         ("velocity", "speed", units.speed),
         ("position", "position", units.position),
@@ -68,9 +67,16 @@ def error_figures(
         ("time", "time in the session", "s"),
     ):
         edges = even_edges(getattr(first, name))
-        band = error_band(getattr(shown, name), shown.error, edges)
-        behind = error_band(getattr(other, name), other.error, edges) if other is not None else None
-        over.append(draw_error_band(band, words, unit, units.load, reach, behind))
+        of_first, of_shown, of_other = (
+            error_band(getattr(samples, name), samples.error, edges) if samples is not None else None
+            for samples in (first, shown, other)
+        )
+        bands.append((words, unit, of_first, of_shown, of_other))
+    reach = _reach([of_first for _, _, of_first, _, _ in bands])
+    over = [
+        draw_error_band(of_shown, words, unit, units.load, reach, of_other)
+        for words, unit, _, of_shown, of_other in bands
+    ]
     models = [shown] if other is None else [shown, other]
     payloads = draw_group_bars(
         [(row.words, row.errors) for row in error_tables.by_payload(models, payload_of)], "payload"
@@ -100,9 +106,11 @@ def _band(samples: JointSamples, own: OwnVariable, edges: np.ndarray) -> ErrorBa
     return error_band(getattr(samples, own.array), samples.turned_error if own.turned else samples.error, edges)
 
 
-def _reach(samples: JointSamples) -> float:
-    """The vertical range of the bands: what holds all but one in 200 of the first model's errors."""
-    return float(np.quantile(np.abs(samples.error), 0.995)) or 1.0
+def _reach(bands: Sequence[ErrorBand]) -> float:
+    """The vertical range of the bands: holds the first model's but for a fiftieth of the intervals."""
+    ends = np.concatenate([np.abs(end) for band in bands for end in (band.low, band.high)])
+    ends = ends[np.isfinite(ends)]
+    return float(np.quantile(ends, 0.98)) * 1.1 if ends.size and ends.any() else 1.0
 
 
 def tables(models: Sequence[JointSamples], payload_of: Mapping[str, str]) -> dict[str, list[error_tables.ErrorRow]]:

@@ -3,10 +3,13 @@
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
-from typing import Any
+from typing import Generic, TypeVar
 
 
-class Kept[Value]:
+Value = TypeVar("Value")
+
+
+class Kept(Generic[Value]):
     """The `size` results used last, by key."""
 
     def __init__(self, size: int) -> None:
@@ -27,7 +30,7 @@ class Kept[Value]:
                 self._results.popitem(last=False)
         return made
 
-    def clear(self) -> Any:
+    def clear(self) -> None:
         """Forget everything."""
         with self._lock:
             self._results.clear()

@@ -11,11 +11,12 @@ from api.pages.catalogue_words import effect_titles, entry_of
 from api.pages.error_figures import JointUnits, effect_picture
 from api.pages.figures.group_bars import draw_shares
 from api.pages.figures.step_chart import ModelStep, draw_step_chart
+from api.pages.job_views import job_state
 from api.pages.layout import experiment_link, frame
 from api.pages.model_page import FIGURE_SAMPLES, JointChoice, experiment_context
 from api.pages.rendering import PREFIX, page
 from api.pages.stored_models import ShownModel, StoredExperiment
-from api.pages.verdict_words import evidence_words, rival_words, verdict_of, where_words
+from api.pages.verdict_words import rival_words, verdict_of, where_words
 from api.service import access
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
@@ -35,7 +36,9 @@ def missing_page(
     context |= experiment_context(stored, joint, shown, "missing")
     if shown is None:
         return page(request, "no_model.html", **context)
-    return page(request, "missing.html", **context, **body_context(stored, shown, joint, effect))
+    context |= body_context(stored, shown, joint, effect)
+    context |= job_state(access.service_of(request).jobs, experiment, joint)
+    return page(request, "missing.html", **context)
 
 
 @router.get("/experiments/{experiment}/missing/evidence")
@@ -106,13 +109,13 @@ def _candidates(
 ) -> list[dict[str, Any]]:
     if diagnosis is None:
         return []
-    rows = []
+    rows, titles = [], effect_titles()
     for candidate in sorted(diagnosis["candidates"], key=lambda each: each["rank"]):
         query = urlencode({"joint": joint, "effect": candidate["effect"]})
         rows.append(
             candidate
             | {
-                "evidence": evidence_words(candidate),
+                "title": titles.get(candidate["effect"], ""),
                 "gain": _gain(candidate, floor),
                 "link": f"{experiment_link(stored.id, 'missing')}?{query}",
                 "fragment_link": f"{experiment_link(stored.id, 'missing/evidence')}?{query}",

@@ -4,8 +4,11 @@ A figure that cannot be given is an en dash, never a zero.
 """
 
 import math
+import re
 from collections.abc import Iterable
 from datetime import UTC, datetime
+
+from markupsafe import Markup, escape
 
 MISSING = "–"
 THIN = "\u202f"  # narrow space that does not break
@@ -61,13 +64,26 @@ def percent_number(fraction: float | None, digits: int = 3) -> str:
     return number(value, max(0, decimals - (3 - digits)))
 
 
-def probability(value: float | None) -> str:
-    """A p-value in the words of a table: `< 10⁻¹²` rather than a run of noise digits."""
+def probability(value: float | None) -> Markup:
+    """A p-value as markup: an order of magnitude below 0.001, rather than a run of noise digits."""
     if value is None or not math.isfinite(value):
-        return MISSING
-    if value < 1e-12:
-        return f"<{THIN}10{_superscript(-12)}"
-    return significant(value, 2)
+        return Markup(MISSING)
+    if value >= 1e-3:
+        return Markup(significant(value, 2))
+    exponent = max(math.ceil(math.log10(value)) if value > 0 else -12, -12)
+    return Markup(f"<{THIN}10<sup>{number(exponent, 0)}</sup>".replace("<" + THIN, "&lt;" + THIN))
+
+
+def equation(words: str) -> Markup:
+    """A formula of the catalogue with its subscripts (`_`) and superscripts (`^`) set."""
+    safe = str(escape(words))
+    safe = re.sub(r"_\{?([A-Za-z0-9+−,]+)\}?", r"<sub>\1</sub>", safe)
+    return Markup(re.sub(r"\^\{?([A-Za-z0-9+−]+)\}?", r"<sup>\1</sup>", safe))
+
+
+def unit(words: str | None) -> str:
+    """A unit as it is printed: `kg m^2` is `kg m²`."""
+    return (words or "").replace("^2", "²").replace("^3", "³")
 
 
 def duration(seconds: float | None) -> str:

@@ -82,7 +82,7 @@ def environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    for name in ("number", "significant", "percent", "percent_number", "probability", "duration", "moment", "listing"):
+    for name in ("number", "significant", "percent", "percent_number", "probability", "duration", "moment", "listing", "equation", "unit"):
         made.filters[name] = getattr(number_format, name)
     made.filters["with_deviation"] = number_format.with_deviation
     made.globals.update(static=static_address, prefix=PREFIX, steps=STEPS)

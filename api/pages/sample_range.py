@@ -65,7 +65,7 @@ def _curves_of(
 def end_to_end(samples: JointSamples) -> dict[str, np.ndarray]:
     """Time (float64, s), measured, predicted and error (float32), (samples,) each.
 
-    Several sessions follow one another with a row of NaN between them, so that no line joins them.
+    Several sessions follow one another with a pause of NaN between them, so that no line joins them.
     """
     names = ("measured", "predicted", "error")
     if len(samples.files) == 1:
@@ -77,8 +77,14 @@ def end_to_end(samples: JointSamples) -> dict[str, np.ndarray]:
         if not rows.any():
             continue
         time = samples.time[rows] - samples.time[rows][0] + offset
+        # As many empty rows as the pause has samples: a block of an envelope that lies in it holds nothing else.
+        step = (time[-1] - time[0]) / max(len(time) - 1, 1) or BETWEEN_SESSIONS
+        pause = np.arange(time[-1] + step, time[-1] + BETWEEN_SESSIONS, step)
         offset = float(time[-1]) + BETWEEN_SESSIONS
-        pieces["time"] += [time, np.array([offset - BETWEEN_SESSIONS / 2])]
+        pieces["time"] += [time, pause]
         for name in names:
-            pieces[name] += [getattr(samples, name)[rows].astype(np.float32), np.array([np.nan], np.float32)]
+            pieces[name] += [
+                getattr(samples, name)[rows].astype(np.float32),
+                np.full(len(pause), np.nan, np.float32),
+            ]
     return {name: np.concatenate(parts[:-1]) for name, parts in pieces.items()}

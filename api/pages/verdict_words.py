@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from api.pages.number_format import THIN, listing, percent, probability, significant
+from api.pages.number_format import THIN, listing, percent, significant
 
 VARIABLE_WORDS = {
     "dq": ("speed", "speed"),
@@ -61,22 +61,6 @@ def _gain_words(joint: Mapping[str, Any]) -> str:
         f"With it the error on motion that the fit did not see falls from {percent(first['heldout_error_before'])} "
         f"to {percent(first['heldout_error_after'])}."
     )
-
-
-def evidence_words(candidate: Mapping[str, Any]) -> str:
-    """One line beneath a candidate's name."""
-    before, after = candidate["heldout_error_before"], candidate["heldout_error_after"]
-    if before and after is not None:
-        change = (after - before) / before
-        if abs(change) < 0.005:
-            return "changes nothing on motion that the fit did not see"
-        words = f"{percent(abs(change), 2)} {'less' if change < 0 else 'more'} error on unseen motion"
-    else:
-        words = "no motion left to check it on"
-    if candidate["p_value"] is not None:
-        chance = probability(candidate["p_value"])
-        words += f", by chance {chance if chance.startswith('<') else f'p = {chance}'}"
-    return words
 
 
 def where_words(place: Mapping[str, Any], units: Any) -> str:

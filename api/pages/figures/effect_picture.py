@@ -76,8 +76,8 @@ def draw_effect_picture(
     variable_unit: str,
     error_unit: str,
     turned: bool,
-    width: float = 520,
-    height: float = 268,
+    width: float = 590,
+    height: float = 262,
 ) -> Markup:
     """Draw the residual without the effect (grey band, medians as dots) and with it (violet)."""
     left, right, top, bottom = 52.0, width - 10.0, 12.0, height - 38.0

@@ -46,13 +46,13 @@ def draw_error_band(
     reach: float,
     other: ErrorBand | None = None,
     width: float = 420,
-    height: float = 118,
+    height: float = 112,
 ) -> Markup:
     """Draw the band with ±`reach` (error_unit) as the vertical range; `other` is the model compared with, dashed."""
     left, right, top, bottom = 46.0, width - 8.0, 8.0, height - 32.0
     x = Scale(float(band.centre[0]), float(band.centre[-1]), left, right)
     y = Scale(-reach, reach, bottom, top)
-    ticks = round_ticks(-reach, reach, 3)
+    ticks = round_ticks(-reach, reach, 4)
     content = [line(left, y(tick), right, y(tick), "zero-line" if tick == 0 else "grid-line") for tick in ticks]
     content += [text(left - 7, y(tick) + 3.8, tick_text(tick, ticks), "end") for tick in ticks]
     if other is not None:

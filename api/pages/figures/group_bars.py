@@ -34,10 +34,10 @@ def draw_group_bars(
     return picture(width, height, f"Relative error by {words}", *content)
 
 
-def draw_shares(rows: Sequence[tuple[str, float]], width: float = 420) -> Markup:
+def draw_shares(rows: Sequence[tuple[str, float]], width: float = 580) -> Markup:
     """Draw for each (words, share of the squared error 0..1) a bar on a ground that is the whole."""
     slot = 24.0
-    left, right = 196.0, width - 44.0
+    left, right = 190.0, width - 44.0
     x = Scale(0.0, 1.0, left, right)
     content = []
     for row, (words, share) in enumerate(rows):

@@ -62,7 +62,7 @@ def full_scale(mean: np.ndarray) -> float:
 
 
 def draw_quadrant_map(
-    cells: QuadrantMap, scale: float, velocity_unit: str, load_unit: str, width: float = 460, height: float = 322
+    cells: QuadrantMap, scale: float, velocity_unit: str, load_unit: str, width: float = 430, height: float = 330
 ) -> Markup:
     """Draw the map; `scale` (load_unit) is the end of the colour scale, fixed by the caller over model versions."""
     left, right, top, bottom = 46.0, width - 74.0, 16.0, height - 36.0

@@ -21,13 +21,13 @@ class ModelStep:
 
 
 def draw_step_chart(
-    steps: Sequence[ModelStep], noise_floor: float | None, width: float = 420, height: float = 196
+    steps: Sequence[ModelStep], noise_floor: float | None, width: float = 420, height: float = 190
 ) -> Markup:
     """Draw the relative error (fractions, shown in percent) of each version from left to right."""
-    left, right, top, bottom = 40.0, width - 10.0, 14.0, height - 34.0
+    left, right, top, bottom = 40.0, width - 10.0, 18.0, height - 34.0
     errors = [step.relative_error for step in steps]
     errors += [step.relative_error_validation for step in steps if step.relative_error_validation is not None]
-    y = Scale(0.0, (max(errors, default=0.0) or 0.01) * 1.12, bottom, top)
+    y = Scale(0.0, (max(errors, default=0.0) or 0.01) * 1.08, bottom, top)
     slot = (right - left) / max(len(steps), 4)
     ticks = round_ticks(0.0, y.high * 100, 4)
     decimals = 1 if len(ticks) > 1 and ticks[1] < 1 else 0
@@ -71,8 +71,9 @@ def _staircase(steps: Sequence[ModelStep], left: float, slot: float, y: Scale) -
         centre = left + (index + 0.5) * slot
         state = " now" if step.current else " undone" if step.undone else ""
         content.append(element("circle", cx=centre, cy=y(step.relative_error), r=4.0, class_=f"node{state}"))
+        above = max(step.relative_error, step.relative_error_validation or 0.0)
         content.append(
-            text(centre, y(step.relative_error) - 9, number(100 * step.relative_error, 2), "middle strong" if step.current else "middle")
+            text(centre, y(above) - 7, number(100 * step.relative_error, 2), "middle strong" if step.current else "middle")
         )
         content += [
             text(centre, y.start + 14 + 12 * row, words, "middle title" if step.current else "middle")

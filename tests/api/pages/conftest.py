@@ -4,12 +4,18 @@ The torque is computed from the load- and velocity-dependent friction of eq. (25
 are fitted here by `numpy.linalg.lstsq`, and what they return has the form of the contract (section 3).
 """
 
+import json
 from dataclasses import dataclass, field
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+import yaml
+
+from api.service.model_story import Fit, ModelStory, data_fingerprint, now_text
+from api.service.prediction_files import write_prediction
 
 JOINT = "j3"
 PAYLOADS = {"session-00.csv": ("none", 0.0), "session-01.csv": ("disk 3.5 kg", 3.4584), "session-02.csv": ("disk 7 kg", 6.97)}
@@ -126,8 +132,8 @@ def make_models() -> dict[str, SampleIdentification]:
     """Three model versions of the same sessions, each with one effect more."""
     motion = _motion()
     q, dq, ddq, mass = motion["position"], motion["velocity"], motion["acceleration"], motion["mass"]
-    arm = mass * ARM * (ARM * ddq + GRAVITY * np.cos(q))
-    load = 33.0 * ddq + 22.6 * GRAVITY * np.cos(q - 0.6) * 0.55 + arm
+    arm = mass * ARM * (ARM * ddq + GRAVITY * np.sin(q))
+    load = 33.0 * ddq + 15.0 * GRAVITY * np.sin(q) + 2.0 * GRAVITY * np.cos(q) + arm
     motion["load"] = load
     power = np.sign(load * dq)
     expo = np.exp(-np.abs(dq) / 0.04)
@@ -210,3 +216,102 @@ def make_diagnosis(models: dict[str, SampleIdentification]) -> dict[str, Any]:
 @pytest.fixture(scope="session")
 def models() -> dict[str, SampleIdentification]:
     return make_models()
+
+
+def write_stored_experiment(folder: Path) -> None:
+    """An experiment with three models on disk, in the form in which the service keeps it: nothing is fitted again."""
+    models, motion = make_models(), _motion()
+    rows = len(motion["time"]) // len(PAYLOADS)
+    declared = {
+        "format": 1,
+        "name": "rx130l-joint3",
+        "robot": {
+            "gravity": [0.0, -GRAVITY, 0.0],
+            "joints": [{"name": JOINT, "type": "revolute", "drive_gain": 35.15}],
+        },
+        "payloads": [{"name": name, "mass": mass, "com": [ARM, 0.0, 0.0]} for name, mass in PAYLOADS.values()],
+        "sessions": [{"file": file, "payload": payload} for file, (payload, _) in PAYLOADS.items()],
+    }
+    folder.mkdir(parents=True)
+    (folder / "experiment.yaml").write_text(yaml.safe_dump(declared))
+    for index, file in enumerate(PAYLOADS):
+        chosen = slice(index * rows, (index + 1) * rows)
+        columns = (motion["time"], motion["position"], models["usual"].measured / 35.15)
+        table = np.column_stack([column[chosen] for column in columns])
+        np.savetxt(folder / file, table, delimiter=",", header="t,q1,v1", comments="", fmt="%.8g")
+    story = ModelStory(folder)
+    fingerprint = data_fingerprint(folder)
+    added: list[str] = []
+    for number, (key, model) in enumerate(models.items(), start=1):
+        fit_folder = story.new_fit_folder(f"m{number}", "f1")
+        fit_folder.mkdir(parents=True)
+        document = model.to_json()
+        (fit_folder / "identification.json").write_text(json.dumps(document))
+        for session, file in enumerate(PAYLOADS):
+            write_prediction(fit_folder, session, 0, model.prediction(file, JOINT))
+        change = None if key == "usual" else f"{model.effects[-1]['effect']}@{JOINT}"
+        added = [*added, change] if change else added
+        story.add_version(
+            model="usual",
+            add=added,
+            cause="effect added" if change else "fit",
+            change=change,
+            user="ada",
+            fit=Fit(
+                id="f1",
+                data=fingerprint,
+                sessions=3,
+                created=now_text(),
+                relative_error=document["relative_error"],
+                relative_error_validation=document["relative_error_validation"],
+            ),
+        )
+    story.store_diagnosis("m1", make_diagnosis(models))
+    story.store_diagnosis("m2", make_second_diagnosis(models))
+    story.store_diagnosis("m3", make_last_diagnosis(models))
+    story.undo()
+
+
+def _candidate(effect: str, rank: int, before: float, after: float, p_value: float) -> dict[str, Any]:
+    return {
+        "effect": effect,
+        "rank": rank,
+        "relative_error_before": before,
+        "relative_error_after": after,
+        "heldout_error_before": before * 1.05,
+        "heldout_error_after": after * 1.06,
+        "p_value": p_value,
+        "indistinguishable_from": [],
+        "explanation": CATALOGUE_WORDS.get(effect, "Friction depends on load and speed together."),
+    }
+
+
+def _diagnosis(model: str, error: float, verdict: str, missing: list[str], candidates: list, where: list) -> dict:
+    joint = {"joint": JOINT, "verdict": verdict, "missing": missing, "candidates": candidates, "where": where}
+    return {"experiment": "rx130l-joint3", "model": model, "relative_error": error, "noise_floor": 0.021, "joints": [joint]}
+
+
+def make_second_diagnosis(models: dict[str, SampleIdentification]) -> dict[str, Any]:
+    """The model with load friction still misses what happens at low speed."""
+    before, after = (models[key].to_json()["relative_error"] for key in ("with load", "with stribeck"))
+    candidates = [
+        _candidate("load-stribeck", 1, before, after, 1e-25),
+        _candidate("stribeck", 2, before, before - 0.6 * (before - after), 1e-11),
+        _candidate("viscous-power", 3, before, before - 0.2 * (before - after), 2e-4),
+    ]
+    candidates[0]["indistinguishable_from"] = ["stribeck"]
+    where = [{"variable": "dq", "from": -0.06, "to": 0.06, "share_of_error": 0.71}]
+    return _diagnosis("usual", before, "missing", ["load-stribeck"], candidates, where)
+
+
+def make_last_diagnosis(models: dict[str, SampleIdentification]) -> dict[str, Any]:
+    """Nothing is missing any more."""
+    return _diagnosis("usual", models["with stribeck"].to_json()["relative_error"], "adequate", [], [], [])
+
+
+@pytest.fixture(scope="session")
+def stored_laboratory(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A data folder of the service with one experiment of three sessions and three models."""
+    folder = tmp_path_factory.mktemp("laboratory")
+    write_stored_experiment(folder / "experiments" / "rx130l-joint3")
+    return folder

@@ -1,0 +1,42 @@
+"""Jobs on the pages: what is being computed, how far it is, and how a page follows it."""
+
+from typing import Any
+from urllib.parse import urlencode
+
+from api.pages.layout import experiment_link
+from api.service.jobs import Job, JobRunner
+
+JOB_TITLES = {
+    "identify": "Fitting the model to all sessions",
+    "diagnose": "Looking for what is missing",
+    "improve": "Adding effects step by step",
+    "plan": "Planning the motion",
+}
+
+
+def job_state(jobs: JobRunner, experiment: str, joint: str, ended: Job | None = None) -> dict[str, Any]:
+    """What "what is missing" says of jobs: the one under way, or why the one that has just ended found nothing."""
+    running = jobs.active(experiment)
+    return {
+        "running": job_context(running, experiment, joint) if running else None,
+        "failed": ended.words if ended is not None and ended.state in ("failed", "lost") else None,
+    }
+
+
+def job_context(job: Job, experiment: str, joint: str | None) -> dict[str, Any]:
+    """Context of the progress of a job on "what is missing"."""
+    steps = experiment_link(experiment, "steps")
+    query = {"joint": joint or ""}
+    return _progress(job) | {
+        "poll_link": f"{steps}/progress?{urlencode({'job': job.id} | query)}",
+        "cancel_link": f"{steps}/cancel?{urlencode(query)}",
+    }
+
+
+def strip_context(job: Job, experiment: str) -> dict[str, Any]:
+    """Context of the progress strip of the experiment's other pages."""
+    return _progress(job) | {"poll_link": f"{experiment_link(experiment, 'job')}?{urlencode({'job': job.id})}"}
+
+
+def _progress(job: Job) -> dict[str, Any]:
+    return {"fraction": job.fraction, "words": job.words, "title": JOB_TITLES.get(job.kind, job.kind)}

@@ -1,0 +1,47 @@
+"""All pages of the service, and what a browser sees when something is wrong."""
+
+from urllib.parse import quote
+
+from fastapi import APIRouter, Request
+from fastapi.responses import FileResponse, RedirectResponse, Response
+
+from api.pages import missing_page, model_page, sample_range, step_actions
+from api.pages.rendering import PREFIX, page, static_files
+from api.service import access
+from api.service.problems import Problem
+
+router = APIRouter()
+for part in (model_page, sample_range, missing_page, step_actions):
+    router.include_router(part.router)
+
+
+@router.get("/", include_in_schema=False)
+@router.get(PREFIX, include_in_schema=False)
+@router.get(f"{PREFIX}/", include_in_schema=False)
+def start(_user: access.Viewer) -> Response:
+    """The service's address leads to the rig."""
+    return RedirectResponse(f"{PREFIX}/rig")
+
+
+@router.get(f"{PREFIX}/static/{{digest}}/{{name:path}}", include_in_schema=False, dependencies=[access.Public])
+def static_file(digest: str, name: str) -> Response:
+    """A static file of ours by its name; the digest in the address changes with the content, so it is kept for good."""
+    file = static_files().get(name)
+    if file is None:
+        raise Problem(404, f"There is no file {name}.")
+    return FileResponse(file, headers={"Cache-Control": "public, max-age=31536000, immutable"})
+
+
+def problem_page(request: Request, problem: Problem) -> Response:
+    """An error for a browser: the sign-in page at 401, else one sentence, in the place where htmx asked for it."""
+    if problem.status == 401:
+        address = f"{PREFIX}/sign-in?then={quote(request.url.path)}"
+        if "hx-request" in request.headers:
+            return Response(status_code=401, headers={"HX-Redirect": address})
+        return RedirectResponse(address, status_code=303)
+    if "hx-request" in request.headers:
+        response = page(request, "problem_message.html", status=problem.status, detail=problem.detail)
+        response.headers["HX-Retarget"] = "#problem"
+        response.headers["HX-Reswap"] = "innerHTML"
+        return response
+    return page(request, "problem.html", status=problem.status, detail=problem.detail, problem_status=problem.status)

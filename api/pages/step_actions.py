@@ -1,0 +1,109 @@
+"""The steps of the model from the page: diagnose, add, remove, undo, redo; each answers with the exchanged part."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Query, Request
+from fastapi.responses import HTMLResponse, Response
+
+from api.pages.job_views import job_context, job_state, strip_context
+from api.pages.layout import frame
+from api.pages.missing_page import EffectChoice, body_context
+from api.pages.model_page import JointChoice, experiment_context
+from api.pages.rendering import PREFIX, page
+from api.pages.stored_models import StoredExperiment
+from api.service import access
+from api.service.accounts import User
+from api.service.jobs import Job
+from api.service.problems import Problem
+
+router = APIRouter(prefix=f"{PREFIX}/experiments/{{experiment}}", include_in_schema=False)
+
+
+@router.post("/steps/diagnose")
+def diagnose(request: Request, user: access.Operator, experiment: str, joint: JointChoice = None) -> HTMLResponse:
+    """Ask what the model that stands misses."""
+    access.service_of(request).models.diagnose(experiment, user.name)
+    return body(request, user, experiment, joint)
+
+
+@router.post("/steps/add")
+def add(
+    request: Request, user: access.Operator, experiment: str, joint: JointChoice, effect: EffectChoice
+) -> HTMLResponse:
+    """Add an effect to the joint's model."""
+    access.service_of(request).models.add_effect(experiment, user.name, effect or "", joint)
+    return body(request, user, experiment, joint)
+
+
+@router.post("/steps/remove")
+def remove(
+    request: Request, user: access.Operator, experiment: str, joint: JointChoice, effect: EffectChoice
+) -> HTMLResponse:
+    """Remove an effect from the joint's model."""
+    name, _, of_joint = (effect or "").partition("@")
+    access.service_of(request).models.remove_effect(experiment, user.name, name, of_joint or None)
+    return body(request, user, experiment, joint)
+
+
+@router.post("/steps/undo")
+def undo(request: Request, user: access.Operator, experiment: str, joint: JointChoice = None) -> HTMLResponse:
+    """Back to the model before."""
+    access.service_of(request).models.undo(experiment, user.name)
+    return body(request, user, experiment, joint)
+
+
+@router.post("/steps/redo")
+def redo(request: Request, user: access.Operator, experiment: str, joint: JointChoice = None) -> HTMLResponse:
+    """Forward again."""
+    access.service_of(request).models.redo(experiment, user.name)
+    return body(request, user, experiment, joint)
+
+
+@router.post("/steps/cancel")
+def cancel(request: Request, user: access.Operator, experiment: str, joint: JointChoice = None) -> HTMLResponse:
+    """Cancel what is being computed."""
+    jobs = access.service_of(request).jobs
+    if (job := jobs.active(experiment)) is not None:
+        jobs.cancel(job.id)
+    return body(request, user, experiment, joint)
+
+
+@router.get("/steps/progress")
+def progress(
+    request: Request, user: access.Viewer, experiment: str, job: Annotated[str, Query(max_length=32)], joint: JointChoice = None
+) -> HTMLResponse:
+    """How far the job is; when it has ended, the whole part of the page with what it found."""
+    jobs = access.service_of(request).jobs
+    found = jobs.get(job)
+    if found is not None and not found.state.final:
+        return page(request, "job_progress.html", **job_context(found, experiment, joint))
+    response = body(request, user, experiment, joint, ended=found)
+    response.headers["HX-Retarget"] = "#steps-body"
+    response.headers["HX-Reswap"] = "outerHTML"
+    return response
+
+
+@router.get("/job")
+def job_strip(
+    request: Request, _user: access.Viewer, experiment: str, job: Annotated[str, Query(max_length=32)]
+) -> Response:
+    """The strip on the other pages of the experiment: progress, and a fresh page once the job has ended."""
+    found = access.service_of(request).jobs.get(job)
+    if found is None or found.state.final:
+        return Response(headers={"HX-Refresh": "true"})
+    return page(request, "job_strip.html", job=strip_context(found, experiment))
+
+
+def body(
+    request: Request, user: User, experiment: str, joint: str | None, ended: Job | None = None
+) -> HTMLResponse:
+    """The part of "what is missing" that a step exchanges."""
+    service = access.service_of(request)
+    stored = StoredExperiment(service.experiments, experiment)
+    joint = stored.joint_or_first(joint)
+    shown = stored.current()
+    if shown is None:
+        raise Problem(409, "There is no model yet: measure or import a session first.")
+    context = frame(request, user, "missing", experiment) | experiment_context(stored, joint, shown, "missing")
+    context |= body_context(stored, shown, joint) | job_state(service.jobs, experiment, joint, ended)
+    return page(request, "missing_body.html", **context)
