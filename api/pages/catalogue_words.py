@@ -3,13 +3,13 @@
 from functools import cache
 from typing import Any
 
-import identify
+from identify.effects import catalogue as effects
 
 
 @cache
 def catalogue() -> dict[str, dict[str, Any]]:
     """Entry of `coulomb effects` by the effect's name."""
-    return {entry["effect"]: entry for entry in identify.catalogue()}
+    return {entry["effect"]: entry for entry in effects.catalogue()}
 
 
 def entry_of(effect: str) -> dict[str, Any]:

@@ -81,7 +81,9 @@ def error_figures(
     payloads = draw_group_bars(
         [(row.words, row.errors) for row in error_tables.by_payload(models, payload_of)], "payload"
     )
-    return ErrorFigures(draw_quadrant_map(cells, scale, units.speed, units.load), tuple(over), payloads, scale)
+    return ErrorFigures(
+        draw_quadrant_map(cells, scale, units.speed, units.load), tuple(over), payloads, scale
+    )
 
 
 def effect_picture(
@@ -103,7 +105,9 @@ def effect_picture(
 
 
 def _band(samples: JointSamples, own: OwnVariable, edges: np.ndarray) -> ErrorBand:
-    return error_band(getattr(samples, own.array), samples.turned_error if own.turned else samples.error, edges)
+    return error_band(
+        getattr(samples, own.array), samples.turned_error if own.turned else samples.error, edges
+    )
 
 
 def _reach(bands: Sequence[ErrorBand]) -> float:
@@ -113,7 +117,9 @@ def _reach(bands: Sequence[ErrorBand]) -> float:
     return float(np.quantile(ends, 0.98)) * 1.1 if ends.size and ends.any() else 1.0
 
 
-def tables(models: Sequence[JointSamples], payload_of: Mapping[str, str]) -> dict[str, list[error_tables.ErrorRow]]:
+def tables(
+    models: Sequence[JointSamples], payload_of: Mapping[str, str]
+) -> dict[str, list[error_tables.ErrorRow]]:
     """The tables of relative errors, by the name that the template knows."""
     return {
         "speed": error_tables.by_speed(models),

@@ -35,7 +35,9 @@ def job_context(job: Job, experiment: str, joint: str | None) -> dict[str, Any]:
 
 def strip_context(job: Job, experiment: str) -> dict[str, Any]:
     """Context of the progress strip of the experiment's other pages."""
-    return _progress(job) | {"poll_link": f"{experiment_link(experiment, 'job')}?{urlencode({'job': job.id})}"}
+    return _progress(job) | {
+        "poll_link": f"{experiment_link(experiment, 'job')}?{urlencode({'job': job.id})}"
+    }
 
 
 def _progress(job: Job) -> dict[str, Any]:

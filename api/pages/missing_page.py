@@ -26,7 +26,11 @@ EffectChoice = Annotated[str | None, Query(max_length=100)]
 
 @router.get("/experiments/{experiment}/missing")
 def missing_page(
-    request: Request, user: access.Viewer, experiment: str, joint: JointChoice = None, effect: EffectChoice = None
+    request: Request,
+    user: access.Viewer,
+    experiment: str,
+    joint: JointChoice = None,
+    effect: EffectChoice = None,
 ) -> HTMLResponse:
     """The page."""
     stored = StoredExperiment(access.service_of(request).experiments, experiment)
@@ -43,7 +47,11 @@ def missing_page(
 
 @router.get("/experiments/{experiment}/missing/evidence")
 def evidence(
-    request: Request, _user: access.Viewer, experiment: str, joint: JointChoice = None, effect: EffectChoice = None
+    request: Request,
+    _user: access.Viewer,
+    experiment: str,
+    joint: JointChoice = None,
+    effect: EffectChoice = None,
 ) -> HTMLResponse:
     """The fragment that shows one effect."""
     stored = StoredExperiment(access.service_of(request).experiments, experiment)
@@ -245,5 +253,3 @@ def _next_words(diagnosis: Mapping[str, Any] | None) -> str | None:
     if isinstance(proposal, Mapping):
         return proposal.get("words")
     return proposal or None
-
-

@@ -66,7 +66,9 @@ def model_page(
         "without_payload": [],
         "parameter_tables": [_parameter_table(model, joint) for model in models],
         "samples_link": f"{experiment_link(experiment, 'samples')}?"
-        + urlencode({"joint": joint, "session": session, "version": shown.version.id, "beside": beside or ""}),
+        + urlencode(
+            {"joint": joint, "session": session, "version": shown.version.id, "beside": beside or ""}
+        ),
     }
     return page(request, "model.html", **context)
 
@@ -112,12 +114,20 @@ def files_of_session(
 
 
 def _session_choices(
-    stored: StoredExperiment, shown: ShownModel, joint: str, here: str, version: str | None, beside: str | None
+    stored: StoredExperiment,
+    shown: ShownModel,
+    joint: str,
+    here: str,
+    version: str | None,
+    beside: str | None,
 ) -> list[dict[str, Any]]:
     kept = {"joint": joint, "version": version or "", "beside": beside or ""}
     base = experiment_link(stored.id, "model")
     choices = [(ALL_SESSIONS, "All sessions")]
-    choices += [(file, f"{index} · {stored.payload_of[file]}") for index, file in enumerate(stored.fitted_files(shown), 1)]
+    choices += [
+        (file, f"{index} · {stored.payload_of[file]}")
+        for index, file in enumerate(stored.fitted_files(shown), 1)
+    ]
     return [
         {"words": words, "here": value == here, "link": f"{base}?{urlencode(kept | {'session': value})}"}
         for value, words in choices
@@ -145,7 +155,9 @@ def _headline(shown: ShownModel, joint: str, samples: Any) -> dict[str, Any]:
 def _by_joint(stored: StoredExperiment, models: list[ShownModel]) -> list[error_tables.ErrorRow]:
     return [
         error_tables.ErrorRow(
-            name, models[0].document["samples"], tuple(model.joint(name)["relative_error"] for model in models)
+            name,
+            models[0].document["samples"],
+            tuple(model.joint(name)["relative_error"] for model in models),
         )
         for name in stored.joint_names
     ]

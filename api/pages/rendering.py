@@ -39,6 +39,21 @@ PAGE_HEADERS = {
     "Cache-Control": "no-store",
 }
 
+FILTERS = (
+    "number",
+    "significant",
+    "with_deviation",
+    "percent",
+    "percent_number",
+    "probability",
+    "duration",
+    "moment",
+    "listing",
+    "equation",
+    "unit",
+)
+"""Functions of `number_format` that templates use."""
+
 STEPS = (
     ("rig", "Rig"),
     ("new-session", "New session"),
@@ -54,7 +69,9 @@ STEPS = (
 def static_files() -> dict[str, Path]:
     """Every file that a browser may ask for, by its name under the static address; nothing else is reachable."""
     return {
-        file.relative_to(STATIC_FOLDER).as_posix(): file for file in STATIC_FOLDER.rglob("*") if file.is_file()
+        file.relative_to(STATIC_FOLDER).as_posix(): file
+        for file in STATIC_FOLDER.rglob("*")
+        if file.is_file()
     }
 
 
@@ -82,9 +99,8 @@ def environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    for name in ("number", "significant", "percent", "percent_number", "probability", "duration", "moment", "listing", "equation", "unit"):
+    for name in FILTERS:
         made.filters[name] = getattr(number_format, name)
-    made.filters["with_deviation"] = number_format.with_deviation
     made.globals.update(static=static_address, prefix=PREFIX, steps=STEPS)
     return made
 

@@ -5,13 +5,13 @@ from urllib.parse import quote
 from fastapi import APIRouter, Request
 from fastapi.responses import FileResponse, RedirectResponse, Response
 
-from api.pages import missing_page, model_page, sample_range, step_actions
+from api.pages import account_pages, experiments_page, missing_page, model_page, sample_range, step_actions
 from api.pages.rendering import PREFIX, page, static_files
 from api.service import access
 from api.service.problems import Problem
 
 router = APIRouter()
-for part in (model_page, sample_range, missing_page, step_actions):
+for part in (account_pages, experiments_page, model_page, sample_range, missing_page, step_actions):
     router.include_router(part.router)
 
 
@@ -23,7 +23,9 @@ def start(_user: access.Viewer) -> Response:
     return RedirectResponse(f"{PREFIX}/rig")
 
 
-@router.get(f"{PREFIX}/static/{{digest}}/{{name:path}}", include_in_schema=False, dependencies=[access.Public])
+@router.get(
+    f"{PREFIX}/static/{{digest}}/{{name:path}}", include_in_schema=False, dependencies=[access.Public]
+)
 def static_file(digest: str, name: str) -> Response:
     """A static file of ours by its name; the digest in the address changes with the content, so it is kept for good."""
     file = static_files().get(name)
@@ -44,4 +46,6 @@ def problem_page(request: Request, problem: Problem) -> Response:
         response.headers["HX-Retarget"] = "#problem"
         response.headers["HX-Reswap"] = "innerHTML"
         return response
-    return page(request, "problem.html", status=problem.status, detail=problem.detail, problem_status=problem.status)
+    return page(
+        request, "problem.html", status=problem.status, detail=problem.detail, problem_status=problem.status
+    )

@@ -52,7 +52,9 @@ def samples_of_a_range(
             signals |= {f"{name} beside": behind[name][rows] for name in ("predicted", "error")}
     origin, reduced = envelope(curves["time"][rows], signals, points)
     head = np.array(origin, "<f8").tobytes() + np.array(reduced.shape, "<u4").tobytes()
-    return Response(head + np.ascontiguousarray(reduced, "<f4").tobytes(), media_type="application/octet-stream")
+    return Response(
+        head + np.ascontiguousarray(reduced, "<f4").tobytes(), media_type="application/octet-stream"
+    )
 
 
 def _curves_of(

@@ -20,7 +20,9 @@ router = APIRouter(prefix=f"{PREFIX}/experiments/{{experiment}}", include_in_sch
 
 
 @router.post("/steps/diagnose")
-def diagnose(request: Request, user: access.Operator, experiment: str, joint: JointChoice = None) -> HTMLResponse:
+def diagnose(
+    request: Request, user: access.Operator, experiment: str, joint: JointChoice = None
+) -> HTMLResponse:
     """Ask what the model that stands misses."""
     access.service_of(request).models.diagnose(experiment, user.name)
     return body(request, user, experiment, joint)
@@ -60,7 +62,9 @@ def redo(request: Request, user: access.Operator, experiment: str, joint: JointC
 
 
 @router.post("/steps/cancel")
-def cancel(request: Request, user: access.Operator, experiment: str, joint: JointChoice = None) -> HTMLResponse:
+def cancel(
+    request: Request, user: access.Operator, experiment: str, joint: JointChoice = None
+) -> HTMLResponse:
     """Cancel what is being computed."""
     jobs = access.service_of(request).jobs
     if (job := jobs.active(experiment)) is not None:
@@ -70,7 +74,11 @@ def cancel(request: Request, user: access.Operator, experiment: str, joint: Join
 
 @router.get("/steps/progress")
 def progress(
-    request: Request, user: access.Viewer, experiment: str, job: Annotated[str, Query(max_length=32)], joint: JointChoice = None
+    request: Request,
+    user: access.Viewer,
+    experiment: str,
+    job: Annotated[str, Query(max_length=32)],
+    joint: JointChoice = None,
 ) -> HTMLResponse:
     """How far the job is; when it has ended, the whole part of the page with what it found."""
     jobs = access.service_of(request).jobs
@@ -104,6 +112,8 @@ def body(
     shown = stored.current()
     if shown is None:
         raise Problem(409, "There is no model yet: measure or import a session first.")
-    context = frame(request, user, "missing", experiment) | experiment_context(stored, joint, shown, "missing")
+    context = frame(request, user, "missing", experiment) | experiment_context(
+        stored, joint, shown, "missing"
+    )
     context |= body_context(stored, shown, joint) | job_state(service.jobs, experiment, joint, ended)
     return page(request, "missing_body.html", **context)

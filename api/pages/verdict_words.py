@@ -73,7 +73,9 @@ def where_words(place: Mapping[str, Any], units: Any) -> str:
     return f"{words} {significant(low, 2)} to {significant(high, 2)}{unit}"
 
 
-def rival_words(candidates: Sequence[Mapping[str, Any]], titles: Mapping[str, str], missing: Sequence[str]) -> list[str]:
+def rival_words(
+    candidates: Sequence[Mapping[str, Any]], titles: Mapping[str, str], missing: Sequence[str]
+) -> list[str]:
     """One sentence for each candidate (of those that matter) that others explain alike."""
     sentences = []
     seen: set[frozenset[str]] = set()

@@ -1,5 +1,6 @@
 """The error over one variable: median and the band from the 10th to the 90th percentile, per interval."""
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,7 +24,7 @@ def error_band(variable: np.ndarray, error: np.ndarray, edges: np.ndarray, at_le
     order = np.argsort(variable, kind="stable")
     bounds = np.searchsorted(variable[order], edges)
     percentiles = np.full((len(edges) - 1, 3), np.nan)
-    for index, (start, stop) in enumerate(zip(bounds[:-1], bounds[1:], strict=True)):
+    for index, (start, stop) in enumerate(itertools.pairwise(bounds)):
         if stop - start >= at_least:
             percentiles[index] = np.quantile(error[order[start:stop]], [0.1, 0.5, 0.9])
     return ErrorBand((edges[:-1] + edges[1:]) / 2, *percentiles.T)
@@ -53,7 +54,9 @@ def draw_error_band(
     x = Scale(float(band.centre[0]), float(band.centre[-1]), left, right)
     y = Scale(-reach, reach, bottom, top)
     ticks = round_ticks(-reach, reach, 4)
-    content = [line(left, y(tick), right, y(tick), "zero-line" if tick == 0 else "grid-line") for tick in ticks]
+    content = [
+        line(left, y(tick), right, y(tick), "zero-line" if tick == 0 else "grid-line") for tick in ticks
+    ]
     content += [text(left - 7, y(tick) + 3.8, tick_text(tick, ticks), "end") for tick in ticks]
     if other is not None:
         content.append(area(x.array(other.centre), _clip(y, other.low), _clip(y, other.high), "band before"))
@@ -67,7 +70,13 @@ def draw_error_band(
     content.append(line(left, bottom, right, bottom, "axis"))
     content.append(text((left + right) / 2, height - 3, f"{variable}, {unit}", "middle title"))
     content.append(
-        text(10, (top + bottom) / 2, error_unit, "middle faint", transform=f"rotate(-90 10 {(top + bottom) / 2:g})")
+        text(
+            10,
+            (top + bottom) / 2,
+            error_unit,
+            "middle faint",
+            transform=f"rotate(-90 10 {(top + bottom) / 2:g})",
+        )
     )
     return picture(width, height, f"Error over {variable}: median and 10 to 90 % band", *content)
 

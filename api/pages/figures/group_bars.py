@@ -29,7 +29,9 @@ def draw_group_bars(
                 content.append(text(left + 4, y + 9.5, "no samples", "faint"))
                 continue
             class_ = "bar-error" if index == 0 else "bar-before"
-            content.append(element("rect", x=left, y=y + 1, width=x(error) - left, height=10.0, class_=class_))
+            content.append(
+                element("rect", x=left, y=y + 1, width=x(error) - left, height=10.0, class_=class_)
+            )
             content.append(text(x(error) + 6, y + 9.8, percent(error), "strong" if index == 0 else ""))
     return picture(width, height, f"Relative error by {words}", *content)
 
@@ -44,6 +46,8 @@ def draw_shares(rows: Sequence[tuple[str, float]], width: float = 580) -> Markup
         y = row * slot + 4
         content.append(text(left - 9, y + 12, words, "end title"))
         content.append(element("rect", x=left, y=y + 3, width=right - left, height=10.0, class_="bar-ground"))
-        content.append(element("rect", x=left, y=y + 3, width=x(min(share, 1.0)) - left, height=10.0, class_="bar-error"))
+        content.append(
+            element("rect", x=left, y=y + 3, width=x(min(share, 1.0)) - left, height=10.0, class_="bar-error")
+        )
         content.append(text(right + 7, y + 12, percent(share, 2), "strong"))
     return picture(width, slot * max(len(rows), 1) + 4, "Share of the error by range", *content)

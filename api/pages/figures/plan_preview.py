@@ -3,7 +3,17 @@
 import numpy as np
 from markupsafe import Markup
 
-from api.pages.figures.drawing import Scale, curve, element, line, padded_range, picture, round_ticks, text, tick_text
+from api.pages.figures.drawing import (
+    Scale,
+    curve,
+    element,
+    line,
+    padded_range,
+    picture,
+    round_ticks,
+    text,
+    tick_text,
+)
 
 
 def draw_plan_signal(
@@ -30,12 +40,21 @@ def draw_plan_signal(
     content = []
     lower, upper = limits
     if upper is not None:
-        content.append(element("rect", x=left, y=top, width=right - left, height=max(y(upper) - top, 0.0), class_="over"))
+        content.append(
+            element("rect", x=left, y=top, width=right - left, height=max(y(upper) - top, 0.0), class_="over")
+        )
         content.append(line(left, y(upper), right, y(upper), "limit"))
         content.append(text(right + 6, y(upper) + 3.8, tick_label(upper), "limit-text"))
     if lower is not None:
         content.append(
-            element("rect", x=left, y=y(lower), width=right - left, height=max(bottom - y(lower), 0.0), class_="over")
+            element(
+                "rect",
+                x=left,
+                y=y(lower),
+                width=right - left,
+                height=max(bottom - y(lower), 0.0),
+                class_="over",
+            )
         )
         content.append(line(left, y(lower), right, y(lower), "limit"))
         content.append(text(right + 6, y(lower) + 3.8, tick_label(lower), "limit-text"))
@@ -48,7 +67,9 @@ def draw_plan_signal(
     content.append(line(left, bottom, right, bottom, "axis"))
     content.append(text(right + 6, bottom + 14, "s", "faint"))
     middle = (top + bottom) / 2
-    content.append(text(11, middle, f"{words}, {unit}", "middle title", transform=f"rotate(-90 11 {middle:g})"))
+    content.append(
+        text(11, middle, f"{words}, {unit}", "middle title", transform=f"rotate(-90 11 {middle:g})")
+    )
     return picture(width, height, f"Planned {words} against its limits", *content)
 
 

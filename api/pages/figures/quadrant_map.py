@@ -62,7 +62,12 @@ def full_scale(mean: np.ndarray) -> float:
 
 
 def draw_quadrant_map(
-    cells: QuadrantMap, scale: float, velocity_unit: str, load_unit: str, width: float = 430, height: float = 330
+    cells: QuadrantMap,
+    scale: float,
+    velocity_unit: str,
+    load_unit: str,
+    width: float = 430,
+    height: float = 330,
 ) -> Markup:
     """Draw the map; `scale` (load_unit) is the end of the colour scale, fixed by the caller over model versions."""
     left, right, top, bottom = 46.0, width - 74.0, 16.0, height - 36.0
@@ -86,7 +91,13 @@ def draw_quadrant_map(
     ticks = round_ticks(y.low, y.high, 6)
     content += [text(left - 7, y(tick) + 3.8, tick_text(tick, ticks), "end") for tick in ticks]
     content.append(
-        text(11, (top + bottom) / 2, f"load, {load_unit}", "middle", transform=f"rotate(-90 11 {(top + bottom) / 2:g})")
+        text(
+            11,
+            (top + bottom) / 2,
+            f"load, {load_unit}",
+            "middle",
+            transform=f"rotate(-90 11 {(top + bottom) / 2:g})",
+        )
     )
     content += _colour_bar(scale, load_unit, right + 20, top, bottom)
     return picture(width, height, "Mean error over speed and load, by quadrant", *content)

@@ -31,10 +31,13 @@ def draw_step_chart(
     slot = (right - left) / max(len(steps), 4)
     ticks = round_ticks(0.0, y.high * 100, 4)
     decimals = 1 if len(ticks) > 1 and ticks[1] < 1 else 0
-    content = [line(left, y(tick / 100), right, y(tick / 100), "axis" if tick == 0 else "grid-line") for tick in ticks]
+    content = [
+        line(left, y(tick / 100), right, y(tick / 100), "axis" if tick == 0 else "grid-line")
+        for tick in ticks
+    ]
     content += [text(left - 7, y(tick / 100) + 3.8, number(tick, decimals), "end") for tick in ticks]
     content.append(text(left - 7, top - 4, "%", "end faint"))
-    content += _staircase([step for step in steps], left, slot, y)
+    content += _staircase(list(steps), left, slot, y)
     if noise_floor is not None and noise_floor < y.high:
         content.append(line(left, y(noise_floor), right, y(noise_floor), "floor"))
         below = y(noise_floor) + 12 < bottom
@@ -52,7 +55,9 @@ def draw_step_chart(
 def _staircase(steps: Sequence[ModelStep], left: float, slot: float, y: Scale) -> list[str]:
     done = [step for step in steps if not step.undone]
     content = []
-    checked = [(i, step.relative_error_validation) for i, step in enumerate(done) if step.relative_error_validation]
+    checked = [
+        (i, step.relative_error_validation) for i, step in enumerate(done) if step.relative_error_validation
+    ]
     if checked:
         x, values = [], []
         for index, value in checked:
@@ -73,7 +78,12 @@ def _staircase(steps: Sequence[ModelStep], left: float, slot: float, y: Scale) -
         content.append(element("circle", cx=centre, cy=y(step.relative_error), r=4.0, class_=f"node{state}"))
         above = max(step.relative_error, step.relative_error_validation or 0.0)
         content.append(
-            text(centre, y(above) - 7, number(100 * step.relative_error, 2), "middle strong" if step.current else "middle")
+            text(
+                centre,
+                y(above) - 7,
+                number(100 * step.relative_error, 2),
+                "middle strong" if step.current else "middle",
+            )
         )
         content += [
             text(centre, y.start + 14 + 12 * row, words, "middle title" if step.current else "middle")

@@ -29,7 +29,19 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () =>
 
 // The guard asks for the token with everything that changes something.
 document.addEventListener("htmx:configRequest", (event) => {
+  event.detail.headers.Accept = "text/html";
   event.detail.headers["X-CSRF-Token"] = document.querySelector('meta[name="csrf-token"]').content;
+});
+
+// What went wrong is said in one place; the next thing that goes right clears it.
+document.addEventListener("htmx:beforeRequest", () => document.querySelector("#problem")?.replaceChildren());
+document.addEventListener("htmx:sendError", () => {
+  const place = document.querySelector("#problem");
+  if (!place) return;
+  const message = document.createElement("div");
+  message.className = "message warn";
+  message.textContent = "The service does not answer. Nothing was changed; try again when the connection is back.";
+  place.replaceChildren(message);
 });
 
 watchTheRun();

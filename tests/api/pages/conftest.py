@@ -5,20 +5,33 @@ are fitted here by `numpy.linalg.lstsq`, and what they return has the form of th
 """
 
 import json
+import socket
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import httpx
 import numpy as np
 import pytest
+import uvicorn
 import yaml
+from fastapi import FastAPI
 
+from api.service.application import create_application
 from api.service.model_story import Fit, ModelStory, data_fingerprint, now_text
 from api.service.prediction_files import write_prediction
+from api.service.settings import ServiceSettings
 
 JOINT = "j3"
-PAYLOADS = {"session-00.csv": ("none", 0.0), "session-01.csv": ("disk 3.5 kg", 3.4584), "session-02.csv": ("disk 7 kg", 6.97)}
+PAYLOADS = {
+    "session-00.csv": ("none", 0.0),
+    "session-01.csv": ("disk 3.5 kg", 3.4584),
+    "session-02.csv": ("disk 7 kg", 6.97),
+}
 GRAVITY = 9.81
 ARM = 1.277  # m, joint to payload
 CATALOGUE_WORDS = {
@@ -53,14 +66,17 @@ class SampleIdentification:
         deviations = np.sqrt(variance * np.diag(np.linalg.inv(W.T @ W)))
         self.condition = float(np.linalg.cond(W / np.linalg.norm(W, axis=0)))
         self.parameters = {
-            name: (float(value), float(std)) for name, value, std in zip(self.columns, chi, deviations, strict=True)
+            name: (float(value), float(std))
+            for name, value, std in zip(self.columns, chi, deviations, strict=True)
         }
 
     def _rows(self, file: str) -> np.ndarray:
         return self.motion["session"] == list(PAYLOADS).index(file)
 
     def _relative(self, rows: np.ndarray) -> float:
-        return float(np.linalg.norm((self.measured - self.fitted)[rows]) / np.linalg.norm(self.measured[rows]))
+        return float(
+            np.linalg.norm((self.measured - self.fitted)[rows]) / np.linalg.norm(self.measured[rows])
+        )
 
     def prediction(self, file: str, joint: str) -> SimpleNamespace:
         assert joint == JOINT
@@ -84,7 +100,12 @@ class SampleIdentification:
             "relative_error": error,
             "relative_error_validation": error * 1.06,
             "joints": [
-                {"joint": JOINT, "relative_error": error, "relative_error_validation": error * 1.06, "noise_floor": 0.021}
+                {
+                    "joint": JOINT,
+                    "relative_error": error,
+                    "relative_error_validation": error * 1.06,
+                    "noise_floor": 0.021,
+                }
             ],
             "sessions": [
                 {"file": file, "payload": payload, "relative_error": self._relative(self._rows(file))}
@@ -162,7 +183,11 @@ def make_models() -> dict[str, SampleIdentification]:
         "gamma": expo * np.abs(load) * np.sign(dq),
         "d": expo * np.sign(dq),
     }
-    added = {"usual": [], "with load": ["load-friction-asymmetric"], "with stribeck": ["load-friction-asymmetric", "load-stribeck"]}
+    added = {
+        "usual": [],
+        "with load": ["load-friction-asymmetric"],
+        "with stribeck": ["load-friction-asymmetric", "load-stribeck"],
+    }
     return {
         key: SampleIdentification(
             [{"effect": effect, "joint": JOINT} for effect in names + added[key]], columns, motion, measured
@@ -175,7 +200,13 @@ def make_diagnosis(models: dict[str, SampleIdentification]) -> dict[str, Any]:
     """The contract's diagnosis of the usual model."""
     before = models["usual"].to_json()["relative_error"]
     after = models["with load"].to_json()["relative_error"]
-    shares = {"load-friction-asymmetric": 1.0, "load-friction": 0.72, "stribeck": 0.41, "viscous-asymmetric": 0.11, "friction-warmup": 0.02}
+    shares = {
+        "load-friction-asymmetric": 1.0,
+        "load-friction": 0.72,
+        "stribeck": 0.41,
+        "viscous-asymmetric": 0.11,
+        "friction-warmup": 0.02,
+    }
     candidates = []
     for rank, (effect, share) in enumerate(shares.items(), start=1):
         relative_after = before - share * (before - after)
@@ -229,7 +260,9 @@ def write_stored_experiment(folder: Path) -> None:
             "gravity": [0.0, -GRAVITY, 0.0],
             "joints": [{"name": JOINT, "type": "revolute", "drive_gain": 35.15}],
         },
-        "payloads": [{"name": name, "mass": mass, "com": [ARM, 0.0, 0.0]} for name, mass in PAYLOADS.values()],
+        "payloads": [
+            {"name": name, "mass": mass, "com": [ARM, 0.0, 0.0]} for name, mass in PAYLOADS.values()
+        ],
         "sessions": [{"file": file, "payload": payload} for file, (payload, _) in PAYLOADS.items()],
     }
     folder.mkdir(parents=True)
@@ -286,9 +319,17 @@ def _candidate(effect: str, rank: int, before: float, after: float, p_value: flo
     }
 
 
-def _diagnosis(model: str, error: float, verdict: str, missing: list[str], candidates: list, where: list) -> dict:
+def _diagnosis(
+    model: str, error: float, verdict: str, missing: list[str], candidates: list, where: list
+) -> dict:
     joint = {"joint": JOINT, "verdict": verdict, "missing": missing, "candidates": candidates, "where": where}
-    return {"experiment": "rx130l-joint3", "model": model, "relative_error": error, "noise_floor": 0.021, "joints": [joint]}
+    return {
+        "experiment": "rx130l-joint3",
+        "model": model,
+        "relative_error": error,
+        "noise_floor": 0.021,
+        "joints": [joint],
+    }
 
 
 def make_second_diagnosis(models: dict[str, SampleIdentification]) -> dict[str, Any]:
@@ -315,3 +356,39 @@ def stored_laboratory(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("laboratory")
     write_stored_experiment(folder / "experiments" / "rx130l-joint3")
     return folder
+
+
+@pytest.fixture(scope="session")
+def browser_client(stored_laboratory: Path) -> Iterator[httpx.Client]:
+    """The running service with that data folder, asked as a browser asks, by the local operator."""
+    settings = ServiceSettings(data_folder=stored_laboratory)
+    headers = {"Accept": "text/html"}
+    with (
+        listening(create_application(settings)) as address,
+        httpx.Client(base_url=address, headers=headers) as client,
+    ):
+        yield client
+
+
+@contextmanager
+def listening(application: FastAPI) -> Iterator[str]:
+    """Serve on a free port of this machine; gives the address."""
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        server = uvicorn.Server(uvicorn.Config(application, log_level="warning", ws="websockets-sansio"))
+        ready = threading.Event()
+        begin = server.startup
+
+        async def startup(sockets: list[socket.socket] | None = None) -> None:
+            await begin(sockets)
+            ready.set()
+
+        server.startup = startup  # type: ignore[method-assign]
+        thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
+        thread.start()
+        assert ready.wait(20), "the service did not start"
+        try:
+            yield f"http://127.0.0.1:{listener.getsockname()[1]}"
+        finally:
+            server.should_exit = True
+            thread.join(20)
