@@ -26,18 +26,8 @@ _POSITION_MODES = (Mode.INTERPOLATED_POSITION, Mode.CYCLIC_SYNCHRONOUS_POSITION)
 _FOLLOWING_ERROR_CODE = 0x8611
 _AT_REST = 0.05  # rad/s of the motor: slower than that, a stopping axis counts as stopped
 
-# Error register bits by the upper byte of an error code, CiA 301 section 7.5.2.2; the generic bit is always
-# set.
-_REGISTER_OF_CLASS = {0x2: 0x02, 0x3: 0x04, 0x4: 0x08}
-_COMMUNICATION, _DEVICE_PROFILE = 0x10, 0x20
-
-
-def _register_of(code: int) -> int:
-    if code >> 8 in (0x75, 0x81, 0x82):
-        return 0x01 | _COMMUNICATION
-    if 0x83 <= code >> 8 <= 0x8A:
-        return 0x01 | _DEVICE_PROFILE
-    return 0x01 | _REGISTER_OF_CLASS.get(code >> 12, 0)
+# Error register bits of the error codes' classes, CiA 301.
+_REGISTER_OF_CLASS = {0x2: 0x02, 0x3: 0x04, 0x4: 0x08, 0x8: 0x10}
 
 
 class SimulatedDrive:
@@ -129,7 +119,7 @@ class SimulatedDrive:
         if self.machine.state in (State.FAULT, State.FAULT_REACTION_ACTIVE):
             return
         self.image[slot.ERROR_CODE] = code
-        self.image[slot.ERROR_REGISTER] = _register_of(code)
+        self.image[slot.ERROR_REGISTER] = 0x01 | _REGISTER_OF_CLASS.get(code >> 12, 0)
         before = self.machine.state
         self.machine.fail()
         self._entered(before, self.machine.state)

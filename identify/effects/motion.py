@@ -62,6 +62,8 @@ class JointMotion:
     """N m, the part of the load that is known beforehand: weighed payloads and external forces"""
     payload: int
     """index of the session's payload among those of the experiment"""
+    session: int
+    """index of the session among those of the experiment"""
     temperature: Array | None
     motor_velocity: Array
     """velocity of the motor that owns the effect, in units of its own joint: c_m · dq (see `motor_shares`)"""

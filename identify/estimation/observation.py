@@ -116,6 +116,7 @@ class JointContext:
 
     block: MotionBlock
     entry: SessionEntry
+    session: int
     session_start: float
     record_start: float
     inertial: list[Array]
@@ -152,6 +153,7 @@ class JointContext:
             model_torque=self.torque[:, joint],
             known_load=self.known[:, joint],
             payload=body.payload_index(payload),
+            session=self.session,
             temperature=None if block.temperature is None else block.temperature[:, joint],
             motor_velocity=block.dq @ motor,
             motor_acceleration=block.ddq @ motor,
@@ -168,6 +170,7 @@ def contexts(record: Record, entry: SessionEntry, fitted: FittedTorque | None) -
     """The blocks of a session with everything that columns are made of."""
     memory = BlockMemory()
     segment = -1
+    session = [own.file for own in record.experiment.sessions].index(entry.file)
     start = float(record.session(entry).time[0])
     before = record.started(entry)
     for block in record.blocks(entry):
@@ -179,7 +182,7 @@ def contexts(record: Record, entry: SessionEntry, fitted: FittedTorque | None) -
         chi = np.zeros(len(record.body.base)) if fitted is None else fitted.chi
         load = known if fitted is None else record.body.load(inertial, chi, known)
         context = JointContext(
-            block, entry, start, before, inertial, known, load, load, memory, record, fitted
+            block, entry, session, start, before, inertial, known, load, load, memory, record, fitted
         )
         if fitted is not None:
             context.torque = model_torque(context, fitted)

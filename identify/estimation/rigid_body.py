@@ -91,6 +91,8 @@ class RigidBody:
         Where gravity makes no torque on the joint its first moments are not among the base parameters; then a
         tilt shows as an unknown multiple of cos q and sin q.
         """
+        if self.base.geometry.prismatic[joint] and self.axis_along_gravity(joint):
+            return np.ones((len(q), 2))  # a tilted slide feels a constant force, as the offset does
         if self.axis_along_gravity(joint):
             return np.column_stack([np.cos(q[:, joint]), np.sin(q[:, joint])])
         still = np.zeros(q.shape)

@@ -1,0 +1,206 @@
+"""The error that a model makes on motion that its fit did not see, for many candidates at once.
+
+Everything here is algebra on the products WᵀW, WᵀY of blocks of time, which the factors give. For a training set the
+base columns B are eliminated once (Schur complement); what is left of every candidate column and of Y beside B then
+gives each candidate's fit, and the same combination on the blocks left out gives its error there.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.estimation.observation import Observation
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+RIDGE = 1e-12
+"""relative; keeps the elimination of nearly dependent columns stable without moving any estimate noticeably"""
+DEPENDENT = 1e-6
+"""A candidate column of whose power less than this is left beside the base adds nothing that could be seen."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A candidate: for every choice of its constants the global columns it adds."""
+
+    variants: tuple[Index, ...]
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Errors of a candidate on the rows of one joint, squared norms.
+
+    trained : on the data of the fit, the best variant on all data
+    fold    : (folds,) on each fold left out, with the variant chosen without that fold
+    variant : the best variant on all data
+    """
+
+    trained: float
+    fold: Array
+    variant: int
+
+    @property
+    def total(self) -> float:
+        """Sum over the folds."""
+        return float(self.fold.sum())
+
+
+class FoldedProducts:
+    """Products of all columns, by fold, for the rows of each joint.
+
+    folds : (blocks,) index of the fold that each block belongs to
+    """
+
+    def __init__(self, observation: Observation, weights: Array, folds: Index) -> None:
+        self.observation, self.weights, self.folds = observation, weights, folds
+        self.count = int(folds.max()) + 1
+        self.local: list[dict[int, int]] = []
+        self.products: list[Array] = []
+        for joint, columns in enumerate(observation.joint_columns):
+            width = len(columns) + 2
+            products = np.zeros((self.count, width, width))
+            for block, factors in enumerate(observation.factors):
+                products[folds[block]] += factors[joint].gram()
+            self.products.append(products)
+            self.local.append({int(column): place for place, column in enumerate(columns)})
+
+    def measured(self, joint: int) -> float:
+        """Squared norm of the joint's measured torque."""
+        return float(self.products[joint][:, -1, -1].sum())
+
+    def evaluate(self, joint: int, base: Index, trials: Sequence[Trial]) -> list[HeldOut]:
+        """Errors on a joint's rows of the base with each trial added."""
+        columns = np.unique(np.concatenate([np.concatenate(trial.variants) for trial in trials] + [base[:0]]))
+        columns = np.setdiff1d(columns, base)
+        place = {int(column): index for index, column in enumerate(columns)}
+        # the scale of a column is its norm over all rows that it is on
+        everything = self._system(base, columns, None)
+        fold_systems = [self._reduced(joint, base, columns, everything, fold) for fold in range(self.count)]
+        whole = self._reduced(joint, base, columns, everything, None)
+        return [self._judge(trial, place, whole, fold_systems) for trial in trials]
+
+    def _judge(
+        self, trial: Trial, place: dict[int, int], whole: "_Reduced", folds: Sequence["_Reduced"]
+    ) -> HeldOut:
+        options = [
+            np.array([place[int(c)] for c in variant if int(c) in place], np.intp)
+            for variant in trial.variants
+        ]
+        trained = [whole.fit(option) for option in options]
+        best = int(np.argmax([gain for _, gain in trained]))
+        errors = []
+        for reduced in folds:
+            fits = [reduced.fit(option) for option in options]
+            chosen = int(np.argmax([gain for _, gain in fits]))
+            errors.append(reduced.error(options[chosen], fits[chosen][0]))
+        return HeldOut(whole.error(options[best], trained[best][0]), np.array(errors), best)
+
+    def _system(self, base: Index, columns: Index, without: int | None) -> "_System":
+        """Weighted products over all joints, [base, columns, Y], less those of a fold."""
+        wanted = np.concatenate([base, columns])
+        size = len(wanted) + 1
+        total = np.zeros((size, size))
+        for joint, products in enumerate(self.products):
+            own = products.sum(0) if without is None else products.sum(0) - products[without]
+            places, local = self._places(joint, wanted)
+            places = np.append(places, size - 1)
+            local = np.append(local, own.shape[0] - 2)
+            total[np.ix_(places, places)] += self.weights[joint] ** 2 * own[np.ix_(local, local)]
+        return _System(total, len(base))
+
+    def _places(self, joint: int, wanted: Index) -> tuple[Index, Index]:
+        known = self.local[joint]
+        places = np.array([i for i, column in enumerate(wanted) if int(column) in known], np.intp)
+        return places, np.array([known[int(wanted[i])] for i in places], np.intp)
+
+    def _reduced(
+        self, joint: int, base: Index, columns: Index, everything: "_System", fold: int | None
+    ) -> "_Reduced":
+        system = everything if fold is None else self._system(base, columns, fold)
+        wanted = np.concatenate([base, columns])
+        own = self.products[joint].sum(0) if fold is None else self.products[joint][fold]
+        places, local = self._places(joint, wanted)
+        size = len(wanted) + 1
+        judged = np.zeros((size, size))
+        places, local = np.append(places, size - 1), np.append(local, own.shape[0] - 2)
+        judged[np.ix_(places, places)] = own[np.ix_(local, local)]
+        return _Reduced.of(system, judged)
+
+
+@dataclass(frozen=True)
+class _System:
+    """Products [base, columns, Y] of a training set."""
+
+    products: Array
+    base: int
+
+
+@dataclass(frozen=True)
+class _Reduced:
+    """What is left of columns and Y beside the base: on the training set, and with the same combination elsewhere."""
+
+    left: Array
+    """(c + 1, c + 1) Schur complement on the training set"""
+    size: Array
+    """(c,) power of each column before the elimination"""
+    judged: Array
+    """(c + 1, c + 1) the same combinations on the rows to be judged"""
+
+    @classmethod
+    def of(cls, system: _System, judged: Array) -> "_Reduced":
+        products, b = system.products, system.base
+        scale = np.sqrt(np.maximum(np.diag(products)[:b], 1e-300))
+        inner = products[:b, :b] / np.outer(scale, scale)
+        inner[np.diag_indices(b)] += RIDGE
+        rest = products[b:, b:]
+        if b:
+            combination = np.linalg.solve(inner, products[:b, b:] / scale[:, None]) / scale[:, None]
+            left = rest - products[b:, :b] @ combination
+            onto = np.vstack([-combination, np.eye(len(rest))])
+            elsewhere = onto.T @ judged @ onto
+        else:
+            left, elsewhere = rest, judged
+        return cls(left, np.diag(rest)[:-1], elsewhere)
+
+    def fit(self, option: Index) -> tuple[Array, float]:
+        """Parameters of some columns and how much they lower the squared error of the training set."""
+        if not len(option):
+            return np.zeros(0), 0.0
+        power = np.diag(self.left)[option]
+        seen = power > DEPENDENT * np.maximum(self.size[option], 1e-300)
+        values = np.zeros(len(option))
+        if not seen.any():
+            return values, 0.0
+        kept = option[seen]
+        scale = np.sqrt(power[seen])
+        inner = self.left[np.ix_(kept, kept)] / np.outer(scale, scale)
+        inner[np.diag_indices(len(kept))] += 1e-9
+        product = self.left[kept, -1] / scale
+        solved = np.linalg.solve(inner, product)
+        values[seen] = solved / scale
+        return values, float(product @ solved)
+
+    def error(self, option: Index, values: Array) -> float:
+        """Squared error on the judged rows with these parameters."""
+        whole = self.judged[-1, -1]
+        if not len(option):
+            return float(whole)
+        inner = self.judged[np.ix_(option, option)]
+        return float(whole - 2 * values @ self.judged[option, -1] + values @ inner @ values)
+
+
+def folds_of_motion(observation: Observation, per_session: int) -> Index:
+    """Fold of every block: the k-th stretch of every session makes fold k, so that each session stays in each fit."""
+    found = np.zeros(len(observation.blocks), np.intp)
+    for session in range(len(observation.entries)):
+        own = observation.blocks_of(session)
+        found[own] = np.arange(len(own)) * per_session // max(1, len(own))
+    return found
+
+
+def folds_of_sessions(observation: Observation) -> Index:
+    """Fold of every block: its session."""
+    return np.array([block.session for block in observation.blocks], np.intp)

@@ -1,0 +1,115 @@
+"""`improve`: diagnose and add, step by step, until nothing more is justified."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from identify.diagnosis.diagnosis import Diagnosis, diagnose_record
+from identify.effects.model import Model, Term
+from identify.estimation.fitting import FittedModel, Progress, fit_model
+from identify.estimation.identification import block_errors, number, open_record, requested_model
+from identify.recording import Experiment
+
+MOST_ROUNDS = 4
+"""diagnoses in a row; a joint's effects are found together in one, later ones find what these uncovered"""
+
+
+@dataclass(frozen=True)
+class Step:
+    """A model of the story: what was added, and its errors."""
+
+    added: Term | None
+    fitted: FittedModel
+    relative_error: float
+    relative_error_validation: float | None
+
+
+@dataclass(frozen=True)
+class Improvement:
+    """The result of `improve`: the steps, the start being the first, and what the last diagnosis says."""
+
+    experiment: Experiment
+    model: str
+    steps: tuple[Step, ...]
+    diagnosis: Diagnosis
+
+    @property
+    def verdict(self) -> str:
+        """The worst verdict over the joints at the end; `missing` where an effect is justified but did not hold."""
+        verdicts = {joint.verdict for joint in self.diagnosis.joints}
+        return next(word for word in ("missing", "unexplained", "adequate") if word in verdicts)
+
+    def to_json(self) -> dict[str, Any]:
+        """The contract's `improve --json`, section 3."""
+        names = self.steps[0].fitted.record.joint_names
+        return {
+            "experiment": self.experiment.name,
+            "model": self.model,
+            "steps": [
+                {
+                    "added": None
+                    if step.added is None
+                    else {"effect": step.added.effect.name, "joint": names[step.added.joint]},
+                    "relative_error": number(step.relative_error),
+                    "relative_error_validation": number(step.relative_error_validation),
+                }
+                for step in self.steps
+            ],
+            "verdict": self.verdict,
+        }
+
+
+def improve(
+    experiment: Experiment, model: str = "usual", add: Sequence[str] = (), progress: Progress | None = None
+) -> Improvement:
+    """Diagnose a model and add what is missing, one effect after the other, as long as each holds on the validation
+    sessions (where there are some).
+
+    :raises InputError: the experiment, the model or an effect is wrong.
+    """
+    record = open_record(experiment)
+    present = requested_model(record, model, add)
+    told = progress or (lambda fraction, words: None)
+    steps = [_step(None, fit_model(record, present))]
+    refused: set[tuple[str, int]] = set()
+    while True:
+        round_ = len(steps) - 1
+        told(min(0.9, round_ / 6), f"diagnosis {round_ + 1}")
+        diagnosis = diagnose_record(record, model, steps[-1].fitted.model)
+        found = [term for joint in diagnosis.joints for term in joint.missing if term.key not in refused]
+        progressed = False
+        for term in found:
+            step = _step(term, fit_model(record, _with(steps[-1].fitted.model, term)))
+            if _holds(steps[-1], step):
+                steps.append(step)
+                progressed = True
+            else:
+                refused.add(term.key)
+        if not progressed or round_ > 12:
+            break
+    told(1.0, "done")
+    return Improvement(experiment, model, tuple(steps), diagnosis)
+
+
+def _with(model: Model, term: Term) -> Model:
+    return model.with_terms([term])
+
+
+def _step(added: Term | None, fitted: FittedModel) -> Step:
+    entries = fitted.record.entries("validation")
+    checked = None
+    if entries:
+        errors = block_errors(fitted.observe(entries), fitted.fit.chi).sum(axis=(0, 1))
+        checked = float(np.sqrt(errors[0] / errors[1])) if errors[1] > 0 else None
+    return Step(added, fitted, fitted.fit.relative_error, checked)
+
+
+def _holds(before: Step, after: Step) -> bool:
+    """Whether an addition lowers the error, also where the fit did not see the motion."""
+    if after.relative_error >= before.relative_error:
+        return False
+    if before.relative_error_validation is None or after.relative_error_validation is None:
+        return True
+    return after.relative_error_validation < before.relative_error_validation

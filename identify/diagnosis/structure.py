@@ -1,0 +1,122 @@
+"""Is what is left noise? Two questions to the residual, both answered on motion that the answer did not see."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.estimation.prediction import Prediction
+
+Array = NDArray[np.float64]
+
+NEIGHBOURS = 16
+"""samples whose mean predicts another one; their noise adds a sixteenth of its power to the prediction's error"""
+FOLDS = 8
+LEAST_SHARE = 0.12
+"""Part of the residual's power that must be predictable before it is called structure. The mean of neighbours finds
+more than this wherever an effect is worth a twentieth of the torque's error to an operator."""
+DECIDED = 3.0
+"""standard errors over the folds by which the share must differ from none"""
+MOST_SAMPLES = 20_000
+
+
+@dataclass(frozen=True)
+class Structure:
+    """How much of a residual's power a predictor without any model explains on motion that it did not see.
+
+    variables : what it was predicted from
+    share     : part of the power explained, negative where the prediction is worse than none
+    deviation : standard error of the share over the folds
+    """
+
+    variables: tuple[str, ...]
+    share: float
+    deviation: float
+
+    @property
+    def found(self) -> bool:
+        """Whether there is structure."""
+        return self.share > LEAST_SHARE and self.share > DECIDED * self.deviation
+
+
+VIEWS: tuple[tuple[str, ...], ...] = (
+    ("q", "dq", "ddq"),
+    ("q", "dq", "load"),
+    ("dq", "load"),
+    ("q", "direction"),
+    ("travel since reversal", "dq"),
+    ("time", "dq"),
+)
+
+
+def leftover_structure(predictions: Sequence[Prediction]) -> list[Structure]:
+    """Predict the residual from several sets of variables; the most telling first."""
+    found = [_predictable(predictions, view) for view in VIEWS]
+    return sorted(found, key=lambda structure: structure.share, reverse=True)
+
+
+def variable(prediction: Prediction, name: str) -> Array:
+    """A variable of the motion by name, (samples,)."""
+    if name == "q":
+        return prediction.position
+    if name == "dq":
+        return prediction.velocity
+    if name == "ddq":
+        return prediction.acceleration
+    if name == "load":
+        return prediction.load
+    if name == "torque":
+        return prediction.predicted
+    if name == "direction":
+        return np.sign(prediction.velocity)
+    if name == "time":
+        return prediction.time - prediction.time[0]
+    if name == "travel since reversal":
+        return travel_since_reversal(prediction.position, prediction.velocity)
+    if name == "temperature" and prediction.temperature is not None:
+        return prediction.temperature
+    raise KeyError(name)
+
+
+def travel_since_reversal(position: Array, velocity: Array) -> Array:
+    """Way since the velocity last changed its sign, rad or m, with the sign of the motion."""
+    direction = np.sign(velocity)
+    turn = np.concatenate([[True], direction[1:] != direction[:-1]])
+    start = np.maximum.accumulate(np.where(turn, np.arange(len(position)), 0))
+    return position - position[start]
+
+
+def _predictable(predictions: Sequence[Prediction], view: tuple[str, ...]) -> Structure:
+    from scipy.spatial import cKDTree
+
+    features, residual, fold = [], [], []
+    for part in predictions:
+        moving = part.moving
+        features.append(np.column_stack([variable(part, name)[moving] for name in view]))
+        residual.append(part.residual[moving])
+        count = int(moving.sum())
+        stretches = 4 * FOLDS if "time" in view else FOLDS
+        fold.append(np.arange(count) * stretches // max(count, 1) % FOLDS)
+    table, left, folds = np.concatenate(features), np.concatenate(residual), np.concatenate(fold)
+    if len(left) > MOST_SAMPLES:
+        kept = slice(None, None, len(left) // MOST_SAMPLES + 1)
+        table, left, folds = table[kept], left[kept], folds[kept]
+    spread = np.maximum(np.std(table, axis=0), 1e-12)
+    table = table / spread
+    shares, weights = [], []
+    for index in range(FOLDS):
+        test = folds == index
+        if test.sum() < NEIGHBOURS or (~test).sum() < 4 * NEIGHBOURS:
+            continue
+        tree = cKDTree(table[~test])
+        _, near = tree.query(table[test], k=NEIGHBOURS, workers=1)
+        guess = left[~test][near].mean(axis=1)
+        power = float(left[test] @ left[test])
+        remaining = float(np.sum((left[test] - guess) ** 2))
+        shares.append(1 - remaining / max(power, 1e-300))
+        weights.append(power)
+    if len(shares) < 3:
+        return Structure(view, 0.0, np.inf)
+    share = float(np.average(shares, weights=weights))
+    return Structure(view, share, float(np.std(shares, ddof=1) / np.sqrt(len(shares))))
