@@ -5,6 +5,7 @@ The folders are the truth; the index answers lists quickly and is rebuilt from t
 database.
 """
 
+import json
 import re
 import shutil
 import tempfile
@@ -12,6 +13,7 @@ import unicodedata
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import h5py
 from sqlalchemy import delete, select
@@ -22,6 +24,8 @@ from api.stored_experiments import EXPERIMENT_ID
 from identify.recording import ExperimentFile, InputError, write_experiment
 from identify.recording.experiment_file import EXPERIMENT_FILE, DeclaredSession, read_experiment_file
 
+INCOMPLETE = "incomplete"
+"""Folder within an experiment for recordings that were stopped."""
 MEASURED = "measured"
 """State of a session whose file the experiment names; a recording that ended badly says so instead."""
 
@@ -103,9 +107,20 @@ class ExperimentStore:
             row.file, row.role = entry.file, entry.role
             row.payload = payloads[entry.payload].model_dump()
             row.state, row.reason = _recording_state(self.root / identifier / entry.file)
+        for file in sorted((self.root / identifier / INCOMPLETE).glob("*.h5")):
+            self._index_incomplete(session, identifier, file, rows.pop(file.stem, None))
         for row in rows.values():  # what is left has no file; it stays only while it is being prepared
             if row.file is not None:
                 session.delete(row)
+
+    def _index_incomplete(self, session, identifier: str, file: Path, row: SessionRow | None) -> None:
+        """A recording that was stopped or whose process died: kept, and not used by the identification."""
+        if row is None:
+            row = SessionRow(experiment=identifier, id=file.stem, rig=None, plan=None, created=self._clock())
+            session.add(row)
+            row.payload, row.role = _recorded_payload(file)
+        row.file = f"{INCOMPLETE}/{file.name}"
+        row.state, row.reason = _recording_state(file)
 
     # --- experiments
 
@@ -231,9 +246,23 @@ def _recording_state(file: Path) -> tuple[str, str | None]:
     if file.suffix not in (".h5", ".hdf5"):
         return MEASURED, None
     try:
-        with h5py.File(file, "r") as recording:
-            state = str(recording.attrs.get("status", MEASURED))
-            reason = str(recording.attrs.get("status_reason", "")) or None
+        attributes = _attributes(file)
     except OSError as error:
         return "damaged", str(error)[:1000]
-    return state, reason
+    return attributes.get("status") or MEASURED, attributes.get("status_reason") or None
+
+
+def _recorded_payload(file: Path) -> tuple[dict[str, Any], str]:
+    """Payload and role of a recording of ours."""
+    try:
+        attributes = _attributes(file)
+        payload = json.loads(attributes["payload"])
+    except (OSError, KeyError, ValueError):
+        return {"name": "unknown", "mass": None}, "identification"
+    return payload, attributes.get("role", "identification")
+
+
+def _attributes(file: Path) -> dict[str, str]:
+    """Texts among a recording's attributes; the file may be being written."""
+    with h5py.File(file, "r", swmr=True) as recording:
+        return {name: str(value) for name, value in recording.attrs.items()}

@@ -1,0 +1,162 @@
+"""Reads the running session's ring buffer and hands encoded blocks and the status to the rig's viewers."""
+
+import asyncio
+import json
+import logging
+from typing import Any
+
+import anyio
+import anyio.to_thread
+import numpy as np
+
+from api.service.envelope import envelope
+from api.service.live import Broadcast, encode_block
+from api.service.rig_desk import RigDesk
+from api.service.session_desk import ActiveSession, SessionDesk
+
+ROWS_OF_BLOCK = 200
+"""Rows of a block at most: a simulated rig that runs faster than time would fill the line otherwise."""
+WINDOW = 1.0
+"""s of the rig's time looked at per block; longer than the pause between blocks, so that none is missed."""
+_log = logging.getLogger(__name__)
+
+
+class LiveFeed:
+    """One producer for each rig that has viewers and a session; lives in the event loop.
+
+    rate : blocks per second, Hz
+    """
+
+    def __init__(self, rigs: RigDesk, sessions: SessionDesk, rate: float) -> None:
+        self._rigs = rigs
+        self._sessions = sessions
+        self._pause = 1.0 / rate
+        self._broadcasts: dict[str, Broadcast] = {}
+        self._producers: dict[str, asyncio.Task[None]] = {}
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._threads: anyio.CapacityLimiter | None = None
+
+    def start(self) -> None:
+        """Begin; called in the event loop."""
+        self._loop = asyncio.get_running_loop()
+        self._threads = anyio.CapacityLimiter(2)
+        self._sessions.on_change = self._changed
+
+    async def close(self) -> None:
+        """End all producers."""
+        self._sessions.on_change = lambda active: None
+        for task in self._producers.values():
+            task.cancel()
+        await asyncio.gather(*self._producers.values(), return_exceptions=True)
+
+    def broadcast(self, rig: str) -> Broadcast:
+        """The viewers of a rig; a producer runs as long as there is something to see."""
+        broadcast = self._broadcasts.setdefault(rig, Broadcast())
+        self._ensure_producer(rig)
+        return broadcast
+
+    def tell(self, rig: str) -> None:
+        """Send the status anew, such as after somebody took the rig; from any thread."""
+        if self._loop is not None and not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(self._send_status, rig)
+
+    def status(self, rig: str) -> dict[str, Any]:
+        """What the live page says about a rig, in an operator's words and SI units."""
+        active = self._sessions.active(rig)
+        status: dict[str, Any] = {
+            "rig": rig,
+            "operator": self._rigs.operator(rig),
+            "onlookers": self._rigs.onlookers(rig),
+            "session": None,
+        }
+        if active is None:
+            return status
+        progress = active.payload_session.progress
+        status["session"] = {
+            "experiment": active.experiment,
+            "id": active.id,
+            "state": active.state.value,
+            "reason": active.payload_session.reason,
+            "fraction": progress.fraction,
+            "elapsed": progress.elapsed,
+            "events": [event.to_json() for event in active.events[-20:]],
+        }
+        return status
+
+    def _changed(self, active: ActiveSession) -> None:
+        """An event of a session, in that session's thread."""
+        if self._loop is not None and not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(self._announce, active.rig)
+
+    def _announce(self, rig: str) -> None:
+        self._send_status(rig)
+        self._ensure_producer(rig)
+
+    def _send_status(self, rig: str) -> None:
+        if rig in self._broadcasts:
+            self._broadcasts[rig].send_status(json.dumps(self.status(rig)))
+
+    def _ensure_producer(self, rig: str) -> None:
+        running = self._producers.get(rig)
+        active = self._sessions.active(rig)
+        if rig in self._broadcasts and (running is None or running.done()) and active and not active.state.ended:
+            self._producers[rig] = asyncio.create_task(self._produce(rig, active))
+
+    async def _produce(self, rig: str, active: ActiveSession) -> None:
+        broadcast = self._broadcasts[rig]
+        reader = BlockReader(active)
+        try:
+            while not active.state.ended:
+                if broadcast.viewers:
+                    block = await anyio.to_thread.run_sync(reader.read, limiter=self._threads)
+                    if block is not None:
+                        broadcast.send_block(block)
+                    broadcast.send_status(json.dumps(self.status(rig) | {"figures": reader.figures()}))
+                await asyncio.sleep(self._pause)
+        except Exception:
+            _log.exception("live view of %s ended", rig)
+        broadcast.send_status(json.dumps(self.status(rig) | {"figures": reader.figures()}))
+
+
+class BlockReader:
+    """Takes what is new from the session's live rows and encodes it once; counts what was lost."""
+
+    def __init__(self, active: ActiveSession) -> None:
+        self._session = active.payload_session
+        self._last = -np.inf
+        self._steps: list[float] = []
+        self._missing = 0
+        self._rows = 0
+
+    def read(self) -> bytes | None:
+        """The rows since the last call as a block, or None if there are none."""
+        live = self._session.live(WINDOW)
+        new = live.time > self._last
+        if not new.any():
+            return None
+        time = live.time[new]
+        self._count(time, np.asarray(live.valid)[new])
+        self._last = float(time[-1])
+        axes = live.position.shape[1]
+        signals = {f"position {axis}": live.position[new, axis] for axis in range(axes)}
+        signals |= {f"command {axis}": live.command[new, axis] for axis in range(axes)}
+        signals |= {
+            f"following error {axis}": live.setpoint[new, axis] - live.position[new, axis] for axis in range(axes)
+        }
+        origin, values = envelope(time, signals, ROWS_OF_BLOCK)
+        return encode_block(origin, values, axes)
+
+    def _count(self, time: np.ndarray, valid: np.ndarray) -> None:
+        self._rows += len(time)
+        self._missing += int(((valid & 0x03) != 0x03).sum())
+        self._steps = [*self._steps, *np.diff(time).tolist()][-5000:]
+
+    def figures(self) -> dict[str, Any]:
+        """Rows seen, values that did not come, and the spread of the SYNC period in s over the last rows."""
+        steps = np.array(self._steps)
+        return {
+            "rows": self._rows,
+            "missing": self._missing,
+            "sync_period": float(steps.mean()) if len(steps) else None,
+            "sync_jitter": float(steps.std()) if len(steps) else None,
+        }

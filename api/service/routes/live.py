@@ -1,0 +1,103 @@
+"""WebSockets: live samples of a rig, and the progress of a job."""
+
+import asyncio
+import json
+from collections.abc import Awaitable, Callable
+
+from fastapi import APIRouter, WebSocket, WebSocketDisconnect
+
+from api.service import access
+from api.service.accounts import User
+from api.service.jobs import Job
+from api.service.live import Viewer
+from api.service.problems import Problem
+from api.service.routes.jobs import JobView
+
+router = APIRouter(tags=["live"])
+
+NO_SUCH = 4404
+"""Close code for an id that nothing has; 4000 to 4999 are the application's own (RFC 6455)."""
+
+
+@router.websocket("/rigs/{rig}/live")
+async def rig_live(websocket: WebSocket, user: access.Viewer, rig: str) -> None:
+    """Live samples of a rig: binary blocks (api/service/live.py) and, as text, the status as JSON.
+
+    A connection that cannot take all blocks gets fewer.
+    """
+    service = access.service_of(websocket)
+    if rig not in service.rigs.files():
+        await websocket.close(NO_SUCH, "no such rig")
+        return
+    await websocket.accept()
+    broadcast = service.live.broadcast(rig)
+    viewer = broadcast.join()
+    service.rigs.look_live(rig, user, +1)
+    service.live.tell(rig)
+    try:
+        await _until_gone(websocket, lambda: _send_all(websocket, viewer))
+    finally:
+        broadcast.leave(viewer)
+        service.rigs.look_live(rig, user, -1)
+        service.live.tell(rig)
+
+
+@router.websocket("/jobs/{job}/live")
+async def job_live(websocket: WebSocket, _user: access.Viewer, job: str) -> None:
+    """Progress of a job: its JSON on every change, the newest only; closed by the service when the job has ended."""
+    jobs = access.service_of(websocket).jobs
+    found = jobs.get(job)
+    if found is None:
+        await websocket.close(NO_SUCH, "no such job")
+        return
+    await websocket.accept()
+    viewer, loop = Viewer(), asyncio.get_running_loop()
+
+    def changed(snapshot: Job) -> None:
+        if snapshot.id == job and not loop.is_closed():
+            loop.call_soon_threadsafe(viewer.tell, JobView.of(snapshot).model_dump_json())
+
+    jobs.listen(changed)
+    # Asked for after listening, so that no change falls between.
+    viewer.tell(JobView.of(jobs.get(job) or found).model_dump_json())
+
+    async def send() -> None:
+        while True:
+            message = str(await viewer.next())
+            await websocket.send_text(message)
+            if JobView.model_validate_json(message).state.final:
+                await websocket.close()
+                return
+
+    try:
+        await _until_gone(websocket, send)
+    finally:
+        jobs.unlisten(changed)
+
+
+async def _send_all(websocket: WebSocket, viewer: Viewer) -> None:
+    while True:
+        message = await viewer.next()
+        # Waits while the connection's buffer is full; meanwhile the viewer's oldest blocks fall out.
+        if isinstance(message, bytes):
+            await websocket.send_bytes(message)
+        else:
+            await websocket.send_text(message)
+
+
+async def _until_gone(websocket: WebSocket, send: Callable[[], Awaitable[None]]) -> None:
+    """Run `send` until it ends or the other side is gone; what the other side says is not listened to."""
+    sending = asyncio.ensure_future(send())
+    receiving = asyncio.ensure_future(_drain(websocket))
+    _done, pending = await asyncio.wait((sending, receiving), return_when=asyncio.FIRST_COMPLETED)
+    for task in pending:
+        task.cancel()
+    await asyncio.gather(sending, receiving, return_exceptions=True)
+
+
+async def _drain(websocket: WebSocket) -> None:
+    try:
+        while True:
+            await websocket.receive()
+    except (WebSocketDisconnect, RuntimeError):
+        return

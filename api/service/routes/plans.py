@@ -1,0 +1,117 @@
+"""Excitation plans."""
+
+from typing import Annotated, Any
+
+import numpy as np
+from fastapi import APIRouter, Path, Query, Request, Response
+from pydantic import BaseModel, Field
+
+from api.service import access
+from api.service.access import service_of
+from api.service.openapi import ResourceRoute, problems
+from api.service.plan_store import PLAN_ID
+from api.service.problems import not_found
+from api.service.routes.jobs import JobView
+from daq.excitation.excitation_plan import ExcitationPlan
+
+router = APIRouter(tags=["plans"], route_class=ResourceRoute)
+
+PlanId = Annotated[str, Path(pattern=f"^{PLAN_ID.pattern}$")]
+
+
+class PlanSummary(BaseModel):
+    """One stored plan."""
+
+    id: str = Field(examples=["joint3-sinusoids"])
+    name: str = Field(examples=["joint3 sinusoids"])
+    rig: str = Field(examples=["rx130l-joint3-simulated"])
+    model: str = Field(examples=["load-velocity"])
+    joints: list[str] = Field(examples=[["j3"]])
+    duration: float = Field(description="s", examples=[60.0])
+
+
+class PlanView(PlanSummary):
+    """One stored plan with its phases in closed form."""
+
+    start: list[float] = Field(description="rad or m", examples=[[0.35]])
+    phases: list[dict[str, Any]] = Field(examples=[[{"kind": "dwell", "duration": 0.5}]])
+
+
+class PlanRequest(BaseModel):
+    """A plan to be made within a rig's limits."""
+
+    rig: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$", examples=["rx130l-joint3-simulated"])]
+    name: Annotated[str, Field(min_length=1, max_length=64, pattern=r"^[^\x00-\x1f]+$", examples=["joint3 sinusoids"])]
+    seconds: Annotated[float, Field(gt=0, le=3600, examples=[60.0])] = 60.0
+    model: Annotated[str, Field(max_length=200, pattern=r"^[a-z0-9+,@-]+$", examples=["load-velocity"])] = "load-velocity"
+    seed: Annotated[int, Field(ge=0, le=2**31, examples=[0])] = 0
+
+
+class PlanPreview(BaseModel):
+    """What the joints are going to do; one list per joint."""
+
+    time: list[float] = Field(description="s", examples=[[0.0, 0.1]])
+    position: list[list[float]] = Field(description="rad or m", examples=[[[0.35, 0.36]]])
+    velocity: list[list[float]] = Field(description="rad/s or m/s", examples=[[[0.0, 0.2]]])
+    acceleration: list[list[float]] = Field(description="rad/s² or m/s²", examples=[[[0.0, 1.0]]])
+    violations: list[str] = Field(description="limits of the rig that it breaks, in words", examples=[[]])
+
+
+def _summary(identifier: str, plan: ExcitationPlan) -> dict[str, Any]:
+    return {
+        "id": identifier,
+        "name": plan.name,
+        "rig": plan.rig,
+        "model": plan.model,
+        "joints": list(plan.joints),
+        "duration": plan.duration,
+    }
+
+
+@router.get("/plans")
+def list_plans(request: Request, _user: access.Viewer) -> list[PlanSummary]:
+    """All plans, the newest first."""
+    plans = service_of(request).plans
+    return [PlanSummary.model_validate(_summary(each, plans.plan(each))) for each in plans.ids()]
+
+
+@router.post("/plans", status_code=202)
+def make_plan(request: Request, response: Response, user: access.Operator, wanted: PlanRequest) -> JobView:
+    """Plan an excitation for a model within a rig's limits; the job's result names the plan."""
+    service = service_of(request)
+    job = service.planner.plan(wanted.rig, user.name, wanted.name, wanted.seconds, wanted.model, wanted.seed)
+    response.headers["Location"] = f"/jobs/{job.id}"
+    return JobView.of(job)
+
+
+@router.get("/plans/{plan}")
+def get_plan(request: Request, _user: access.Viewer, plan: PlanId) -> PlanView:
+    """One plan with its phases in closed form."""
+    found = service_of(request).plans.plan(plan)
+    phases = [phase.model_dump(mode="json") for phase in found.phases]
+    return PlanView.model_validate({**_summary(plan, found), "start": list(found.start), "phases": phases})
+
+
+@router.get("/plans/{plan}/preview")
+def preview(
+    request: Request,
+    _user: access.Viewer,
+    plan: PlanId,
+    points: Annotated[int, Query(ge=2, le=5000)] = 1000,
+) -> PlanPreview:
+    """Position, velocity and acceleration over time, and the limits of the plan's rig that it breaks."""
+    from daq.excitation.plan_limits import violations
+
+    service = service_of(request)
+    found = service.plans.plan(plan)
+    if found.rig not in service.rigs.files():
+        raise not_found("rig", found.rig)
+    time = np.linspace(0.0, found.duration, points)
+    setpoints = found.setpoints(time)
+    return PlanPreview(
+        time=time.tolist(),
+        position=setpoints.position.T.tolist(),
+        velocity=setpoints.velocity.T.tolist(),
+        acceleration=setpoints.acceleration.T.tolist(),
+        violations=[str(each) for each in violations(found, service.rigs.rig(found.rig))],
+    )

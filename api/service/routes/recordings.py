@@ -1,0 +1,210 @@
+"""Recordings: download, and signals for plots."""
+
+import csv
+import io
+from collections.abc import Iterator
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from fastapi import APIRouter, Query, Request
+from fastapi.responses import FileResponse, StreamingResponse
+from pydantic import BaseModel, Field
+from starlette.responses import Response
+
+from api.service import access
+from api.service.access import service_of
+from api.service.binary_signals import MEDIA_TYPE, signals_response
+from api.service.envelope import visible_rows
+from api.service.openapi import ResourceRoute, problems
+from api.service.prediction_files import read_prediction
+from api.service.problems import Problem
+from api.service.routes.experiments import ExperimentId, SessionId
+from api.service.routes.models import ModelId
+from identify.recording import Session
+
+router = APIRouter(tags=["recordings"], route_class=ResourceRoute)
+
+From = Annotated[float | None, Query(alias="from", ge=-1e12, le=1e12, allow_inf_nan=False, description="s")]
+To = Annotated[float | None, Query(alias="to", ge=-1e12, le=1e12, allow_inf_nan=False, description="s")]
+Points = Annotated[int, Query(ge=2, le=20_000, description="rows at most")]
+BINARY = {200: {"content": {MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}, "example": "(float32)"}}}}
+CSV_BLOCK = 2000
+"""Rows of CSV written at a time."""
+
+
+class RecordingFormat(StrEnum):
+    """In what form a recording is downloaded."""
+
+    ORIGINAL = "original"
+    HDF5 = "hdf5"
+    CSV = "csv"
+    RAW = "raw"
+
+
+class RecordingSummary(BaseModel):
+    """The recording of a measured session."""
+
+    session: str = Field(examples=["session-00"])
+    file: str = Field(examples=["session-00.h5"])
+    bytes: int = Field(examples=[1843200])
+    formats: list[RecordingFormat] = Field(examples=[["original", "hdf5", "csv", "raw"]])
+
+
+def _path(request: Request, experiment: str, session: str) -> Path:
+    experiments = service_of(request).experiments
+    row = experiments.session(experiment, session)
+    if row.file is None:
+        raise Problem(409, f"The session {session} is {row.state}; it has no recording yet.")
+    path = experiments.folder(experiment) / row.file
+    if not path.is_file():
+        raise Problem(404, f"The file {row.file} of the session {session} is not there.")
+    return path
+
+
+def _formats(path: Path) -> list[RecordingFormat]:
+    formats = [RecordingFormat.ORIGINAL, RecordingFormat.CSV]
+    if path.suffix == ".h5":
+        formats.append(RecordingFormat.HDF5)
+    if path.with_suffix(".log").is_file():
+        formats.append(RecordingFormat.RAW)
+    return formats
+
+
+@router.get("/experiments/{experiment}/recordings", responses=problems(409))
+def list_recordings(
+    request: Request, _user: access.Viewer, experiment: ExperimentId
+) -> list[RecordingSummary]:
+    """The recordings of an experiment, also those that ended badly."""
+    experiments = service_of(request).experiments
+    folder = experiments.folder(experiment)
+    found = []
+    for row in experiments.sessions(experiment):
+        if row.file is not None and (path := folder / row.file).is_file():
+            found.append(
+                RecordingSummary(
+                    session=row.id, file=row.file, bytes=path.stat().st_size, formats=_formats(path)
+                )
+            )
+    return found
+
+
+@router.get(
+    "/experiments/{experiment}/recordings/{session}",
+    response_class=Response,
+    responses=problems(409)
+    | {
+        200: {
+            "content": {
+                "application/x-hdf5": {"schema": {"type": "string", "format": "binary"}, "example": "(HDF5)"},
+                "text/csv": {"schema": {"type": "string"}, "example": "t,q1,v1\n0.0,0.35,1.2\n"},
+                "text/plain": {"schema": {"type": "string"}, "example": "(0.000000) can0 080#\n"},
+                "application/gzip": {"schema": {"type": "string", "format": "binary"}, "example": "(gzip)"},
+            }
+        }
+    },
+)
+def download(
+    request: Request,
+    _user: access.Viewer,
+    experiment: ExperimentId,
+    session: SessionId,
+    format: RecordingFormat = RecordingFormat.ORIGINAL,
+) -> Response:
+    """Download a recording: the original file, HDF5, CSV of the contract in SI units, or the raw frame log."""
+    path = _path(request, experiment, session)
+    if format not in _formats(path):
+        raise Problem(409, f"The recording {session} has no {format.value}: it is {path.name}.")
+    if format is RecordingFormat.CSV and not path.name.endswith((".csv", ".csv.gz")):
+        place, _entry = service_of(request).experiments.session_place(experiment, session)
+        samples = service_of(request).samples.read(service_of(request).experiments.folder(experiment), place)
+        headers = {"Content-Disposition": f'attachment; filename="{path.stem}.csv"'}
+        return StreamingResponse(_csv(samples), media_type="text/csv", headers=headers)
+    if format is RecordingFormat.RAW:
+        path = path.with_suffix(".log")
+    kinds = {".h5": "application/x-hdf5", ".csv": "text/csv", ".gz": "application/gzip", ".log": "text/plain"}
+    return FileResponse(path, media_type=kinds.get(path.suffix, MEDIA_TYPE), filename=path.name)
+
+
+def _csv(samples: Session) -> Iterator[str]:
+    """The contract's columns, block by block; numbers with all their digits."""
+    n = samples.n
+    header = ["t", *(f"q{j}" for j in range(1, n + 1)), *(f"v{j}" for j in range(1, n + 1))]
+    columns = [samples.time[:, None], samples.position, samples.command]
+    for name, values in (("ext", samples.external), ("temp", samples.temperature)):
+        if values is not None:
+            header += [f"{name}{j}" for j in range(1, n + 1)]
+            columns.append(values)
+    for start in range(0, len(samples.time), CSV_BLOCK):
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        if start == 0:
+            writer.writerow(header)
+        writer.writerows(np.hstack([each[start : start + CSV_BLOCK] for each in columns]).tolist())
+        yield text.getvalue()
+
+
+@router.get(
+    "/experiments/{experiment}/recordings/{session}/signals",
+    response_class=Response,
+    responses=problems(409) | BINARY,
+)
+def recorded_signals(
+    request: Request,
+    _user: access.Viewer,
+    experiment: ExperimentId,
+    session: SessionId,
+    joint: Annotated[int, Query(ge=1, le=1000, description="counted from 1")] = 1,
+    start: From = None,
+    end: To = None,
+    points: Points = 2000,
+) -> Response:
+    """Position and command of one joint, as the smallest and largest values of the visible range.
+
+    The body is little-endian float32, column by column as X-Columns says: time less X-Time-Origin, position, command.
+    """
+    service = service_of(request)
+    place, _entry = service.experiments.session_place(experiment, session)
+    samples = service.samples.read(service.experiments.folder(experiment), place)
+    if joint > samples.n:
+        raise Problem(404, f"The robot has {samples.n} joints.")
+    signals = {"position": samples.position[:, joint - 1], "command": samples.command[:, joint - 1]}
+    return signals_response(samples.time, signals, start, end, points)
+
+
+@router.get(
+    "/experiments/{experiment}/models/{model}/signals",
+    response_class=Response,
+    responses=problems(409) | BINARY,
+)
+def model_signals(
+    request: Request,
+    _user: access.Viewer,
+    experiment: ExperimentId,
+    model: ModelId,
+    session: Annotated[str, Query(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$", examples=["session-00"])],
+    joint: Annotated[int, Query(ge=1, le=1000, description="counted from 1")] = 1,
+    start: From = None,
+    end: To = None,
+    points: Points = 2000,
+) -> Response:
+    """Torque measured, predicted, and the error of one joint, as the smallest and largest values of the visible range.
+
+    The body is little-endian float32, column by column as X-Columns says: time less X-Time-Origin, measured, predicted,
+    error, position, velocity, load.
+    """
+    service = service_of(request)
+    story = service.models.story(experiment)
+    folder = story.fit_folder(model)
+    place, _entry = service.experiments.session_place(experiment, session)
+    found = read_prediction(folder, place, joint - 1)
+    if found is None:
+        raise Problem(404, f"The fit of {model} holds no joint {joint} of {session}; fit the model anew.")
+    # Only what is seen is read from the file.
+    rows = visible_rows(found["time"], start, end)
+    seen = {name: values[rows] for name, values in found.items()}
+    signals = {"measured": seen["measured"], "predicted": seen["predicted"]}
+    signals["error"] = seen["measured"] - seen["predicted"]
+    signals |= {name: seen[name] for name in ("position", "velocity", "load")}
+    return signals_response(seen["time"], signals, None, None, points)

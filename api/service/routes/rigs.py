@@ -1,0 +1,155 @@
+"""Rigs: what they are, who has them, and the stop."""
+
+from typing import Annotated, Any
+
+import anyio
+import anyio.to_thread
+from fastapi import APIRouter, Path, Request
+from pydantic import BaseModel, Field
+
+from api.service import access
+from api.service.access import service_of
+from api.service.accounts import NAME_PATTERN, Role, User
+from api.service.openapi import ResourceRoute, problems
+from api.service.problems import Problem, not_found
+
+router = APIRouter(tags=["rigs"], route_class=ResourceRoute)
+
+RigId = Annotated[str, Path(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$")]
+_stop_threads = 4
+
+
+class RigSummary(BaseModel):
+    """A rig and who is at it."""
+
+    id: str = Field(examples=["rx130l-joint3-simulated"])
+    name: str | None = Field(examples=["rx130l-joint3-simulated"])
+    description: str | None = Field(examples=["RX130L joint 3 on a simulated CiA 402 drive"])
+    simulated: bool = Field(examples=[True])
+    problem: str | None = Field(description="what is wrong with its file", examples=[None])
+    operator: str | None = Field(description="who has the rig", examples=["ada"])
+    onlookers: list[str] = Field(examples=[["grace"]])
+
+
+class RigView(RigSummary):
+    """A rig with its settings and the session that has its bus."""
+
+    settings: dict[str, Any] = Field(
+        description="the rig's file", examples=[{"name": "rx130l-joint3-simulated", "cycle": 0.002}]
+    )
+    drive_gain: list[list[float]] = Field(
+        description="g_f of eq. (4), N m (or N) per unit of command", examples=[[[35.15]]]
+    )
+    status: dict[str, Any] = Field(
+        description="session, state, progress, events in words",
+        examples=[{"rig": "rx130l-joint3-simulated", "operator": "ada", "onlookers": [], "session": None}],
+    )
+
+
+class HandOver(BaseModel):
+    """To whom the rig goes."""
+
+    to: Annotated[str, Field(pattern=NAME_PATTERN, examples=["grace"])]
+
+
+class Stopped(BaseModel):
+    """What the stop found."""
+
+    stopped: bool = Field(description="false if nothing was under way", examples=[True])
+
+
+def _summary(request: Request, rig: str) -> dict[str, Any]:
+    service = service_of(request)
+    try:
+        settings, problem = service.rigs.rig(rig), None
+    except Problem:
+        raise
+    except Exception as error:
+        settings, problem = None, str(error)
+    return {
+        "id": rig,
+        "name": settings.name if settings else None,
+        "description": settings.description if settings else None,
+        "simulated": bool(settings and settings.simulated is not None),
+        "problem": problem,
+        "operator": service.rigs.operator(rig),
+        "onlookers": service.rigs.onlookers(rig),
+    }
+
+
+def _known(request: Request, rig: str) -> str:
+    if rig not in service_of(request).rigs.files():
+        raise not_found("rig", rig)
+    return rig
+
+
+@router.get("/rigs")
+def list_rigs(request: Request, _user: access.Viewer) -> list[RigSummary]:
+    """All rigs, and who is at them."""
+    return [RigSummary.model_validate(_summary(request, rig)) for rig in service_of(request).rigs.files()]
+
+
+@router.get("/rigs/{rig}")
+def get_rig(request: Request, user: access.Viewer, rig: RigId) -> RigView:
+    """One rig: its settings, who has it, who looks on, and the session under way."""
+    service = service_of(request)
+    settings = service.rigs.rig(rig)
+    service.rigs.look(rig, user)
+    return RigView.model_validate(
+        {
+            **_summary(request, rig),
+            "settings": settings.model_dump(mode="json"),
+            "drive_gain": settings.drive_gain.tolist(),
+            "status": service.live.status(rig),
+        }
+    )
+
+
+@router.post("/rigs/{rig}/take", responses=problems(409))
+def take(request: Request, user: access.Operator, rig: RigId) -> RigSummary:
+    """Have the rig: only one operator does at a time."""
+    service = service_of(request)
+    service.rigs.take(_known(request, rig), user)
+    service.live.tell(rig)
+    return RigSummary.model_validate(_summary(request, rig))
+
+
+@router.post("/rigs/{rig}/release", responses=problems(409))
+def release(request: Request, user: access.Operator, rig: RigId) -> RigSummary:
+    """Give the rig back."""
+    service = service_of(request)
+    service.rigs.release(_known(request, rig), user)
+    service.live.tell(rig)
+    return RigSummary.model_validate(_summary(request, rig))
+
+
+@router.post("/rigs/{rig}/hand-over", responses=problems(409))
+def hand_over(request: Request, user: access.Operator, rig: RigId, change: HandOver) -> RigSummary:
+    """Give the rig to another operator."""
+    service = service_of(request)
+    _known(request, rig)
+    receiver = next((row for row in service.accounts.users() if row.name == change.to), None)
+    if receiver is None or not Role(receiver.role).covers(Role.OPERATOR):
+        raise Problem(409, f"{change.to} is not an operator of this service.")
+    service.rigs.hand_over(rig, user, change.to)
+    service.live.tell(rig)
+    return RigSummary.model_validate(_summary(request, rig))
+
+
+@router.post("/rigs/{rig}/stop")
+async def stop(request: Request, user: access.SignedIn, rig: RigId) -> Stopped:
+    """Bring the rig to rest, now. Open to everybody who is signed in, always; harmless when repeated."""
+    return await stop_rig(request, user, _known(request, rig))
+
+
+async def stop_rig(request: Request, user: User, rig: str) -> Stopped:
+    """Stop in a thread of its own, so that no slow request is ahead of it."""
+    sessions = service_of(request).sessions
+    return Stopped(stopped=await anyio.to_thread.run_sync(sessions.stop, rig, user, limiter=_stop_limiter(request)))
+
+
+def _stop_limiter(request: Request) -> anyio.CapacityLimiter:
+    state = request.app.state
+    if not hasattr(state, "stop_limiter"):
+        state.stop_limiter = anyio.CapacityLimiter(_stop_threads)
+    return state.stop_limiter

@@ -1,0 +1,167 @@
+"""Payload sessions: create, check, weigh, confirm, arm, start, stop, recover."""
+
+from typing import Annotated, Any, Literal, Self
+
+from fastapi import APIRouter, Request, Response
+from pydantic import BaseModel, Field, model_validator
+
+from api.service import access
+from api.service.access import client_address, service_of
+from api.service.openapi import ResourceRoute, problems
+from api.service.problems import Problem
+from api.service.routes.experiments import ExperimentId, SessionId, SessionSummary
+from api.service.routes.rigs import Stopped, stop_rig
+from daq.rig import KnownPayload
+
+router = APIRouter(tags=["sessions"], route_class=ResourceRoute)
+
+Metre = Annotated[float, Field(ge=-100, le=100, allow_inf_nan=False)]
+InertiaMoment = Annotated[float, Field(ge=-1e6, le=1e6, allow_inf_nan=False)]
+
+
+class TypedPayload(BaseModel):
+    """A payload in the last link's frame: its name alone if the rig knows it, else what it weighs and where."""
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$", examples=["disk-3.5"])]
+    mass: Annotated[float | None, Field(ge=0, le=1e5, allow_inf_nan=False, examples=[3.4584])] = None
+    com: Annotated[tuple[Metre, Metre, Metre] | None, Field(examples=[[1.277, 0.0, 0.0]])] = None
+    inertia: Annotated[
+        tuple[InertiaMoment, InertiaMoment, InertiaMoment, InertiaMoment, InertiaMoment, InertiaMoment] | None,
+        Field(description="about the centre of mass: XX XY XZ YY YZ ZZ, kg m²", examples=[[0, 0, 0, 0, 0, 0]]),
+    ] = None
+
+    @model_validator(mode="after")
+    def _whole(self) -> Self:
+        if self.mass is None and (self.com is not None or self.inertia is not None):
+            raise ValueError("mass: is missing; a payload of one's own needs it")
+        return self
+
+
+class NewSession(BaseModel):
+    """A payload session to be prepared."""
+
+    rig: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$", examples=["rx130l-joint3-simulated"])]
+    plan: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_.-]{0,63}$", examples=["joint3-sinusoids"])]
+    payload: TypedPayload
+    role: Literal["identification", "validation"] = "identification"
+
+
+class Weighing(BaseModel):
+    """What the scale says, typed by the operator; without a mass the scale on the serial port is asked."""
+
+    mass: Annotated[
+        float | None, Field(ge=0, le=1e5, allow_inf_nan=False, description="kg", examples=[3.4584])
+    ] = None
+
+
+class RigCheckView(BaseModel):
+    """What the check of the rig found, in words."""
+
+    ok: bool = Field(examples=[True])
+    items: list[dict[str, Any]] = Field(examples=[[{"what": "node 3", "ok": True, "words": "answers, homed"}]])
+
+
+@router.post("/experiments/{experiment}/sessions", status_code=201, responses=problems(409))
+def create_session(
+    request: Request, response: Response, user: access.Operator, experiment: ExperimentId, new: NewSession
+) -> SessionSummary:
+    """Prepare a payload session. Whoever does it has the rig from then on."""
+    service = service_of(request)
+    if new.payload.mass is None:
+        payload = service.rigs.rig(new.rig).payload(new.payload.name)
+    else:
+        given = new.payload.model_dump(exclude_none=True)
+        payload = KnownPayload.model_validate(given)
+    row = service.sessions.create(
+        experiment, user, rig=new.rig, plan=new.plan, payload=payload, role=new.role
+    )
+    service.live.tell(new.rig)
+    response.headers["Location"] = f"/experiments/{experiment}/sessions/{row.id}"
+    return SessionSummary.of(row)
+
+
+@router.get("/experiments/{experiment}/sessions")
+def list_sessions(request: Request, _user: access.Viewer, experiment: ExperimentId) -> list[SessionSummary]:
+    """The sessions of an experiment, measured or being prepared."""
+    return [SessionSummary.of(row) for row in service_of(request).experiments.sessions(experiment)]
+
+
+@router.get("/experiments/{experiment}/sessions/{session}")
+def get_session(
+    request: Request, _user: access.Viewer, experiment: ExperimentId, session: SessionId
+) -> SessionSummary:
+    """One session."""
+    return SessionSummary.of(service_of(request).experiments.session(experiment, session))
+
+
+@router.delete("/experiments/{experiment}/sessions/{session}", status_code=204, responses=problems(409))
+def discard_session(
+    request: Request, user: access.Operator, experiment: ExperimentId, session: SessionId
+) -> None:
+    """Forget a session that was not measured. Nothing that was measured can be deleted here."""
+    service_of(request).sessions.discard(experiment, session, user)
+
+
+@router.post("/experiments/{experiment}/sessions/{session}/check", responses=problems(409, 503))
+def check(
+    request: Request, user: access.Operator, experiment: ExperimentId, session: SessionId
+) -> RigCheckView:
+    """Take the rig's bus and check nodes, homing and limits. Nothing is powered."""
+    found = service_of(request).sessions.check(experiment, session, user)
+    return RigCheckView.model_validate(found.to_json())
+
+
+@router.post("/experiments/{experiment}/sessions/{session}/weigh", responses=problems(409, 503))
+def weigh(
+    request: Request, user: access.Operator, experiment: ExperimentId, session: SessionId, weighing: Weighing
+) -> SessionSummary:
+    """Note what the payload weighs, as typed or from the scale."""
+    service = service_of(request)
+    mass = weighing.mass if weighing.mass is not None else service.scale.weigh()
+    return SessionSummary.of(service.sessions.weigh(experiment, session, user, mass))
+
+
+@router.post("/experiments/{experiment}/sessions/{session}/confirm", responses=problems(409))
+def confirm(
+    request: Request, user: access.Operator, experiment: ExperimentId, session: SessionId
+) -> SessionSummary:
+    """Confirm that this payload is mounted. The weighed mass must be the payload's."""
+    return SessionSummary.of(service_of(request).sessions.confirm(experiment, session, user))
+
+
+@router.post("/experiments/{experiment}/sessions/{session}/arm", responses=problems(409, 503))
+def arm(
+    request: Request, user: access.Operator, experiment: ExperimentId, session: SessionId
+) -> SessionSummary:
+    """Start recorder and monitors; the next step moves the robot."""
+    sessions = service_of(request).sessions
+    return SessionSummary.of(sessions.arm(experiment, session, user, client_address(request)))
+
+
+@router.post("/experiments/{experiment}/sessions/{session}/start", responses=problems(409, 503))
+def start(
+    request: Request, user: access.Operator, experiment: ExperimentId, session: SessionId
+) -> SessionSummary:
+    """Move the robot."""
+    sessions = service_of(request).sessions
+    return SessionSummary.of(sessions.start(experiment, session, user, client_address(request)))
+
+
+@router.post("/experiments/{experiment}/sessions/{session}/stop", responses=problems(409))
+async def stop(
+    request: Request, user: access.SignedIn, experiment: ExperimentId, session: SessionId
+) -> Stopped:
+    """Bring the session's rig to rest, now. Open to everybody who is signed in, always."""
+    for rig in service_of(request).rigs.files():
+        active = service_of(request).sessions.active(rig)
+        if active is not None and (active.experiment, active.id) == (experiment, session):
+            return await stop_rig(request, user, rig)
+    raise Problem(409, f"The session {session} of {experiment} has no rig's bus: nothing moves.")
+
+
+@router.post("/experiments/{experiment}/sessions/{session}/recover", responses=problems(409))
+def recover(
+    request: Request, user: access.Operator, experiment: ExperimentId, session: SessionId
+) -> SessionSummary:
+    """Finish a recording whose process died: what was measured until then becomes a session's file."""
+    return SessionSummary.of(service_of(request).sessions.recover(experiment, session, user))

@@ -1,0 +1,292 @@
+"""Payload sessions on the rigs: the steps that people take, and what becomes of their recordings.
+
+The motion itself is the business of `daq.session_workflow`, whose processes neither need this service nor wait for it.
+"""
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from threading import Lock
+from typing import Any
+
+from api.service.accounts import User
+from api.service.audit import AuditLog
+from api.service.database import SessionRow
+from api.service.experiment_store import ExperimentStore
+from api.service.model_desk import ModelDesk
+from api.service.plan_store import PlanStore
+from api.service.problems import Problem
+from api.service.rig_desk import RigDesk
+from daq.excitation.plan_limits import require_within_limits
+from daq.rig import KnownPayload
+from daq.session_events import SessionEvent, SessionState, StepOutOfTurn
+from identify.recording.errors import InputError
+
+MOVING = frozenset({SessionState.ARMED, SessionState.RUNNING})
+_log = logging.getLogger(__name__)
+
+
+@dataclass
+class ActiveSession:
+    """The session that has a rig's bus.
+
+    payload_session : daq.session_workflow.PayloadSession
+    events          : what happened so far, in an operator's words
+    """
+
+    rig: str
+    experiment: str
+    id: str
+    payload_session: Any
+    user: str
+    events: list[SessionEvent] = field(default_factory=list)
+
+    @property
+    def state(self) -> SessionState:
+        """Where it stands."""
+        return self.payload_session.state
+
+
+Listener = Callable[[ActiveSession], None]
+
+
+class SessionDesk:
+    """Creates sessions, takes their steps, and follows them to their end."""
+
+    def __init__(
+        self,
+        experiments: ExperimentStore,
+        rigs: RigDesk,
+        plans: PlanStore,
+        models: ModelDesk,
+        audit: AuditLog,
+        clock: Callable[[], float],
+    ) -> None:
+        self._experiments = experiments
+        self._rigs = rigs
+        self._plans = plans
+        self._models = models
+        self._audit = audit
+        self._clock = clock
+        self._active: dict[str, ActiveSession] = {}
+        self._lock = Lock()
+        self.on_change: Listener = lambda active: None
+        """Called after every event of a session, from that session's thread."""
+        rigs.moving = self._moving
+
+    # --- looking
+
+    def active(self, rig: str) -> ActiveSession | None:
+        """The session that has this rig's bus, also one that has just ended."""
+        return self._active.get(rig)
+
+    def _moving(self, rig: str) -> bool:
+        active = self._active.get(rig)
+        return active is not None and active.state in MOVING
+
+    # --- before the motion
+
+    def create(
+        self,
+        experiment: str,
+        user: User,
+        *,
+        rig: str,
+        plan: str,
+        payload: KnownPayload,
+        role: str,
+    ) -> SessionRow:
+        """Prepare a session; nothing is touched yet.
+
+        Raises the problem 404 (experiment, rig, plan), 409 (somebody else has the rig), and InputError if the plan
+        or the payload does not fit.
+        """
+        declared = self._experiments.declared(experiment)
+        settings = self._rigs.rig(rig)
+        joints = [joint.name for joint in declared.robot.joints]
+        if [axis.joint for axis in settings.axes] != joints:
+            raise InputError(f"rig: {rig} does not have the experiment's joints ({', '.join(joints)})")
+        require_within_limits(self._plans.plan(plan), settings)
+        for known in declared.payloads:
+            if known.name == payload.name and known.model_dump() != payload.model_dump():
+                raise InputError(
+                    f"payload: the experiment has another payload {payload.name} ({known.mass} kg); "
+                    "use another name, or that payload"
+                )
+        self._rigs.require(rig, user)
+        row = SessionRow(
+            experiment=experiment,
+            id=self._experiments.next_session_id(experiment),
+            file=None,
+            payload=payload.model_dump(mode="json"),
+            role=role,
+            rig=rig,
+            plan=plan,
+            state=SessionState.NEW.value,
+            reason=None,
+            created=self._clock(),
+        )
+        self._experiments.change_session(row)
+        return row
+
+    def discard(self, experiment: str, identifier: str, user: User) -> None:
+        """Forget a session that was not measured. Raises the problem 409 for any other."""
+        row = self._prepared(experiment, identifier, user)
+        active = self._active.get(row.rig or "")
+        if active is not None and (active.experiment, active.id) == (experiment, identifier):
+            if active.state in MOVING:
+                raise Problem(409, "The session is armed or running; stop it first.")
+            active.payload_session.close()
+            del self._active[active.rig]
+        self._experiments.forget_session(row)
+
+    def check(self, experiment: str, identifier: str, user: User) -> Any:
+        """Take the bus and check nodes, homing and limits; returns the RigCheck.
+
+        Raises the problem 409 if another session has the bus.
+        """
+        row = self._prepared(experiment, identifier, user)
+        rig = row.rig or ""
+        with self._lock:
+            self._free_bus(rig, experiment, identifier)
+            settings = self._rigs.rig(rig)
+            payload = KnownPayload.model_validate({k: v for k, v in row.payload.items() if k != "weighed"})
+            active = ActiveSession(rig, experiment, identifier, None, user.name)
+            active.payload_session = open_payload_session(
+                settings,
+                self._experiments.folder(experiment),
+                self._plans.plan(row.plan or ""),
+                payload,
+                user.name,
+                on_event=lambda event: self._event(active, event),
+                role=row.role,
+                after_session=lambda _recorded: self._recorded(active),
+            )
+            self._active[rig] = active
+        return active.payload_session.check()
+
+    def weigh(self, experiment: str, identifier: str, user: User, mass: float) -> SessionRow:
+        """Note the payload's mass in kg as weighed. Raises the problem 409 once the payload is confirmed."""
+        row = self._prepared(experiment, identifier, user)
+        if row.state not in (SessionState.NEW, SessionState.CHECKED):
+            raise Problem(409, f"The session is {row.state}; the payload is weighed before.")
+        row.payload = row.payload | {"weighed": mass}
+        self._experiments.change_session(row)
+        return row
+
+    def confirm(self, experiment: str, identifier: str, user: User) -> SessionRow:
+        """The operator confirms that this payload is mounted; the weighed mass must be the payload's."""
+        active = self._step(experiment, identifier, user)
+        row = self._experiments.session(experiment, identifier)
+        if "weighed" not in row.payload:
+            raise Problem(409, "Weigh the payload first.")
+        self._take(lambda: active.payload_session.confirm_payload(row.payload["weighed"]))
+        return self._experiments.session(experiment, identifier)
+
+    def arm(self, experiment: str, identifier: str, user: User, client: str = "") -> SessionRow:
+        """Start recorder and monitors; the next step moves the robot."""
+        active = self._step(experiment, identifier, user)
+        self._asked(active, user, "session arm", client)
+        self._take(active.payload_session.arm)
+        return self._experiments.session(experiment, identifier)
+
+    def start(self, experiment: str, identifier: str, user: User, client: str = "") -> SessionRow:
+        """Move the robot."""
+        active = self._step(experiment, identifier, user)
+        # Written before anything moves: without a log there is no motion.
+        self._asked(active, user, "session start", client)
+        self._take(active.payload_session.start)
+        return self._experiments.session(experiment, identifier)
+
+    # --- stopping
+
+    def stop(self, rig: str, user: User) -> bool:
+        """Bring the rig to rest, now. Open to everybody who is signed in; harmless when repeated.
+
+        Returns whether there was a session to stop.
+        """
+        active = self._active.get(rig)
+        if active is None or active.state.ended:
+            return False
+        active.payload_session.stop(f"stopped by {user.name}")
+        return True
+
+    def close(self) -> None:
+        """Stop everything and let the processes end; the recordings are kept."""
+        for active in list(self._active.values()):
+            active.payload_session.close()
+
+    # --- inside
+
+    def _prepared(self, experiment: str, identifier: str, user: User) -> SessionRow:
+        row = self._experiments.session(experiment, identifier)
+        if row.rig is None or row.file is not None:
+            raise Problem(409, f"The session {identifier} is {row.state}; prepare a new one.")
+        self._rigs.require(row.rig, user)
+        return row
+
+    def _step(self, experiment: str, identifier: str, user: User) -> ActiveSession:
+        row = self._prepared(experiment, identifier, user)
+        active = self._active.get(row.rig or "")
+        if active is None or (active.experiment, active.id) != (experiment, identifier):
+            raise Problem(409, "Check the rig first.")
+        return active
+
+    def _free_bus(self, rig: str, experiment: str, identifier: str) -> None:
+        other = self._active.get(rig)
+        if other is None:
+            return
+        if other.state in MOVING:
+            raise Problem(409, f"The session {other.id} of {other.experiment} is {other.state.value} on this rig.")
+        other.payload_session.close()
+        if not other.state.ended and (other.experiment, other.id) != (experiment, identifier):
+            self._store(other, SessionState.NEW.value, "another session took the rig's bus")
+
+    def _take(self, step: Callable[[], Any]) -> None:
+        try:
+            step()
+        except StepOutOfTurn as error:
+            raise Problem(409, str(error)) from error
+
+    def _asked(self, active: ActiveSession, user: User, action: str, client: str) -> None:
+        target = f"rig {active.rig}, experiment {active.experiment}, {active.id}"
+        self._audit.append(user, action, target, "asked", client=client)
+
+    def _event(self, active: ActiveSession, event: SessionEvent) -> None:
+        if event.kind != "progress":
+            active.events.append(event)
+        try:
+            if event.kind == "state":
+                self._follow(active, event)
+        except Exception:
+            # The motion goes on whatever our database says; the recording is the truth.
+            _log.exception("session %s of %s: the index was not updated", active.id, active.experiment)
+        self.on_change(active)
+
+    def _follow(self, active: ActiveSession, event: SessionEvent) -> None:
+        self._store(active, event.state.value, event.words)
+        if event.state.ended:
+            self._experiments.refresh(active.experiment)
+
+    def _recorded(self, active: ActiveSession) -> None:
+        """The recording stands in the experiment: identify over all sessions so far."""
+        self._experiments.refresh(active.experiment)
+        self._models.refit(active.experiment, active.user)
+        self.on_change(active)
+
+    def _store(self, active: ActiveSession, state: str, reason: str) -> None:
+        row = self._experiments.session(active.experiment, active.id)
+        row.state, row.reason = state, reason
+        file = getattr(active.payload_session, "file", None)
+        if file is not None and SessionState(state).ended:
+            row.file = Path(file).name
+        self._experiments.change_session(row)
+
+
+def open_payload_session(*arguments: Any, **named: Any) -> Any:
+    """A `daq.session_workflow.PayloadSession`; its buses are loaded only when a session needs them."""
+    from daq.session_workflow import PayloadSession
+
+    return PayloadSession(*arguments, **named)
+
