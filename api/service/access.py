@@ -104,7 +104,9 @@ def sign_in(connection: HTTPConnection, name: str, password: str) -> User:
 
     Raises the problem 401 (wrong name or password) or 429 (too many attempts, with Retry-After).
     """
+    connection.scope["audit_details"] = {"name": name}
     user = verify_password(connection, name, password)
+    connection.scope["user"] = user
     service = service_of(connection)
     # A cookie from before the sign-in gains no rights: everything in it is replaced.
     connection.session.clear()

@@ -17,12 +17,15 @@ from starlette.middleware.sessions import SessionMiddleware
 from api.service.access import declared_role
 from api.service.accounts import Accounts
 from api.service.audit import AuditLog
-from api.service.database import Database
+from api.service.database import Database, open_database
 from api.service.experiment_store import ExperimentStore
 from api.service.guard import Guard
 from api.service.jobs import JobRunner
+from api.service.live_feed import LiveFeed
 from api.service.model_desk import ModelDesk
 from api.service.openapi import install_openapi
+from api.service.plan_store import PlanStore
+from api.service.planner import Planner
 from api.service.problems import install_problem_handlers
 from api.service.rig_desk import RigDesk
 from api.service.routes import accounts as account_routes
@@ -30,9 +33,17 @@ from api.service.routes import audit as audit_routes
 from api.service.routes import diagnoses as diagnosis_routes
 from api.service.routes import experiments as experiment_routes
 from api.service.routes import jobs as job_routes
+from api.service.routes import live as live_routes
 from api.service.routes import models as model_routes
+from api.service.routes import plans as plan_routes
+from api.service.routes import recordings as recording_routes
+from api.service.routes import rigs as rig_routes
+from api.service.routes import sessions as session_routes
+from api.service.session_cache import SessionCache
+from api.service.session_desk import SessionDesk
 from api.service.settings import ServiceSettings
 from api.service.sign_in_throttle import SignInThrottle
+from api.service.weighing import WeighingScale
 from identify.recording.errors import InputError
 
 DESCRIPTION = (
@@ -54,6 +65,12 @@ class Service:
     jobs: JobRunner
     models: ModelDesk
     rigs: RigDesk
+    plans: PlanStore
+    planner: Planner
+    sessions: SessionDesk
+    samples: SessionCache
+    live: LiveFeed
+    scale: WeighingScale
 
 
 def create_application(settings: ServiceSettings) -> FastAPI:
@@ -73,7 +90,11 @@ def create_application(settings: ServiceSettings) -> FastAPI:
     async def lifespan(_application: FastAPI) -> AsyncIterator[None]:
         await run_in_threadpool(service.experiments.reindex)
         service.jobs.start()
+        service.live.start()
         yield
+        # The robot first: it comes to rest before anything else is given up.
+        await run_in_threadpool(service.sessions.close)
+        await service.live.close()
         await run_in_threadpool(service.jobs.close)
         service.database.close()
 
@@ -105,6 +126,11 @@ def create_application(settings: ServiceSettings) -> FastAPI:
         diagnosis_routes,
         job_routes,
         audit_routes,
+        rig_routes,
+        plan_routes,
+        session_routes,
+        recording_routes,
+        live_routes,
     ):
         application.include_router(routes.router)
     install_openapi(application)
@@ -118,23 +144,31 @@ def create_application(settings: ServiceSettings) -> FastAPI:
 
 
 def _create_service(settings: ServiceSettings) -> Service:
-    try:
-        settings.data_folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"data folder {settings.data_folder}: {error.strerror}") from error
-    database = Database(settings.database_url or f"sqlite:///{settings.data_folder / 'service.sqlite'}")
-    experiments = ExperimentStore(database, settings.experiments_folder, settings.clock)
-    jobs = JobRunner(database, settings.clock, settings.workers)
+    database = open_database(settings.data_folder, settings.database_url)
+    clock = settings.clock
+    audit = AuditLog(database, clock)
+    experiments = ExperimentStore(database, settings.experiments_folder, clock)
+    jobs = JobRunner(database, clock, settings.workers)
+    models = ModelDesk(experiments, jobs)
+    rigs = RigDesk(settings.data_folder / "rigs", clock)
+    plans = PlanStore(settings.data_folder / "plans")
+    sessions = SessionDesk(experiments, rigs, plans, models, audit, clock)
     return Service(
         settings=settings,
         database=database,
-        accounts=Accounts(database, settings.clock),
-        throttle=SignInThrottle(settings.clock),
-        audit=AuditLog(database, settings.clock),
+        accounts=Accounts(database, clock),
+        throttle=SignInThrottle(clock),
+        audit=audit,
         experiments=experiments,
         jobs=jobs,
-        models=ModelDesk(experiments, jobs),
-        rigs=RigDesk(settings.data_folder / "rigs", settings.clock),
+        models=models,
+        rigs=rigs,
+        plans=plans,
+        planner=Planner(rigs, plans, jobs),
+        sessions=sessions,
+        samples=SessionCache(),
+        live=LiveFeed(rigs, sessions, settings.live_rate),
+        scale=WeighingScale(settings.scale_port),
     )
 
 

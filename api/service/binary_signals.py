@@ -20,8 +20,9 @@ def signals_response(
 ) -> Response:
     """The visible range of signals (N,), reduced to at most `points` rows.
 
-    The body is float32, little-endian, column by column: time less X-Time-Origin (s), then the signals in the order of
-    X-Columns; X-Rows says how many each. More than `points` samples come as pairs of smallest and largest value.
+    The body is float32, little-endian, column by column: time less X-Time-Origin (s), then the signals in
+    the order of X-Columns; X-Rows says how many each. More than `points` samples come as pairs of smallest
+    and largest value.
     """
     rows = visible_rows(time, start, end)
     origin, values = envelope(time[rows], {name: each[rows] for name, each in signals.items()}, points)

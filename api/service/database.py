@@ -6,10 +6,12 @@ Experiment folders are the truth: the tables `experiments` and `sessions` can be
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 from sqlalchemy import DDL, JSON, Engine, ForeignKey, String, create_engine, event
 from sqlalchemy.engine import make_url
+from sqlalchemy.exc import DBAPIError
 from sqlalchemy.orm import DeclarativeBase, Mapped, Session, mapped_column, sessionmaker
 
 from identify.recording.errors import InputError
@@ -157,10 +159,13 @@ class Database:
         if kind == "sqlite":
             event.listen(self.engine, "connect", _prepare_sqlite)
         self._sessions = sessionmaker(self.engine, expire_on_commit=False)
-        Table.metadata.create_all(self.engine)
-        with self.engine.begin() as connection:
-            for statement in _APPEND_ONLY[kind]:
-                connection.execute(DDL(statement))
+        try:
+            Table.metadata.create_all(self.engine)
+            with self.engine.begin() as connection:
+                for statement in _APPEND_ONLY[kind]:
+                    connection.execute(DDL(statement))
+        except DBAPIError as error:
+            raise InputError(f"database {make_url(url)!r}: {error.orig}") from error
 
     @contextmanager
     def transaction(self) -> Iterator[Session]:
@@ -171,6 +176,18 @@ class Database:
     def close(self) -> None:
         """Give back all connections."""
         self.engine.dispose()
+
+
+def open_database(data_folder: Path, url: str | None) -> Database:
+    """The database at `url`, or SQLite in the data folder, which is made if need be.
+
+    Raises InputError if the folder or the database cannot be used.
+    """
+    try:
+        data_folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"data folder {data_folder}: {error.strerror}") from error
+    return Database(url or f"sqlite:///{data_folder / 'service.sqlite'}")
 
 
 def _prepare_sqlite(connection: Any, _record: Any) -> None:

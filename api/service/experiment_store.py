@@ -230,13 +230,14 @@ class ExperimentStore:
         raise not_found(f"measured session of {experiment}", identifier)
 
     def next_session_id(self, experiment: str) -> str:
-        """`session-00`, `session-01`, …: the first that neither the index nor the folder knows."""
+        """`session-00`, `session-01`, …: one more than the highest in the index and the folder, as the
+        recorder counts.
+        """
         folder = self.folder(experiment)
-        taken = {row.id for row in self.sessions(experiment)}
-        number = 0
-        while f"session-{number:02}" in taken or any(folder.glob(f"session-{number:02}.*")):
-            number += 1
-        return f"session-{number:02}"
+        names = [row.id for row in self.sessions(experiment)]
+        names += [path.name for place in (folder, folder / INCOMPLETE) for path in place.glob("session-*")]
+        numbers = [int(found[1]) for name in names if (found := re.match(r"session-(\d+)(?:\.|$)", name))]
+        return f"session-{max(numbers, default=-1) + 1:02d}"
 
 
 def _recording_state(file: Path) -> tuple[str, str | None]:

@@ -139,7 +139,8 @@ class Guard:
             action = f"{scope['method']} {getattr(route, 'path', scope['path'])}"
             # Not even a full disk may keep the stop button from answering.
             try:
-                append = partial(service.audit.append, client=client_address(connection))
+                details = scope.get("audit_details")
+                append = partial(service.audit.append, client=client_address(connection), details=details)
                 await self._in_thread(append, scope.get("user") or NOBODY, action, scope["path"], str(status))
             except Exception:
                 _log.exception("the audit log could not be written: %s %s", action, scope["path"])

@@ -99,7 +99,12 @@ class LiveFeed:
     def _ensure_producer(self, rig: str) -> None:
         running = self._producers.get(rig)
         active = self._sessions.active(rig)
-        if rig in self._broadcasts and (running is None or running.done()) and active and not active.state.ended:
+        if (
+            rig in self._broadcasts
+            and (running is None or running.done())
+            and active
+            and not active.state.ended
+        ):
             self._producers[rig] = asyncio.create_task(self._produce(rig, active))
 
     async def _produce(self, rig: str, active: ActiveSession) -> None:
@@ -141,7 +146,8 @@ class BlockReader:
         signals = {f"position {axis}": live.position[new, axis] for axis in range(axes)}
         signals |= {f"command {axis}": live.command[new, axis] for axis in range(axes)}
         signals |= {
-            f"following error {axis}": live.setpoint[new, axis] - live.position[new, axis] for axis in range(axes)
+            f"following error {axis}": live.setpoint[new, axis] - live.position[new, axis]
+            for axis in range(axes)
         }
         origin, values = envelope(time, signals, ROWS_OF_BLOCK)
         return encode_block(origin, values, axes)

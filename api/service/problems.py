@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from starlette.exceptions import HTTPException
 from starlette.responses import JSONResponse, Response
 
+from drivers.errors import DriverError
 from identify.recording.errors import InputError
 
 PROBLEM_MEDIA_TYPE = "application/problem+json"
@@ -104,8 +105,12 @@ async def _validation_error(request: Request, error: RequestValidationError) -> 
     return problem_response(422, detail, request.url.path, errors=errors)
 
 
-async def _input_error(request: Request, error: InputError) -> JSONResponse:
-    return problem_response(422, str(error), request.url.path)
+async def _input_error(request: Request, error: InputError) -> Response:
+    return await _problem(request, Problem(422, str(error)))
+
+
+async def _driver_error(request: Request, error: DriverError) -> Response:
+    return await _problem(request, Problem(503, str(error)))
 
 
 async def _unexpected(request: Request, error: Exception) -> JSONResponse:
@@ -124,6 +129,7 @@ def install_problem_handlers(application: FastAPI) -> None:
         HTTPException: _http_error,
         RequestValidationError: _validation_error,
         InputError: _input_error,
+        DriverError: _driver_error,
         Exception: _unexpected,
     }
     for kind, handler in handlers.items():

@@ -19,7 +19,9 @@ class SessionCache:
         self._lock = Lock()
 
     def read(self, experiment_folder: Path, place: int) -> Session:
-        """The session at that place of the experiment, read now or kept. Raises InputError if it cannot be read."""
+        """The session at that place of the experiment, read now or kept. Raises InputError if it cannot
+        be read.
+        """
         experiment = load_experiment(experiment_folder)
         entry = experiment.sessions[place]
         settings = (experiment_folder / "experiment.yaml").stat().st_mtime_ns

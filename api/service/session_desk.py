@@ -1,6 +1,7 @@
 """Payload sessions on the rigs: the steps that people take, and what becomes of their recordings.
 
-The motion itself is the business of `daq.session_workflow`, whose processes neither need this service nor wait for it.
+The motion itself is the business of `daq.session_workflow`, whose processes neither need this service nor
+wait for it.
 """
 
 import logging
@@ -99,8 +100,8 @@ class SessionDesk:
     ) -> SessionRow:
         """Prepare a session; nothing is touched yet.
 
-        Raises the problem 404 (experiment, rig, plan), 409 (somebody else has the rig), and InputError if the plan
-        or the payload does not fit.
+        Raises the problem 404 (experiment, rig, plan), 409 (somebody else has the rig), and InputError if
+        the plan or the payload does not fit.
         """
         declared = self._experiments.declared(experiment)
         settings = self._rigs.rig(rig)
@@ -115,6 +116,7 @@ class SessionDesk:
                     "use another name, or that payload"
                 )
         self._rigs.require(rig, user)
+        self._refuse_second(experiment)
         row = SessionRow(
             experiment=experiment,
             id=self._experiments.next_session_id(experiment),
@@ -133,10 +135,10 @@ class SessionDesk:
     def discard(self, experiment: str, identifier: str, user: User) -> None:
         """Forget a session that was not measured. Raises the problem 409 for any other."""
         row = self._prepared(experiment, identifier, user)
-        active = self._active.get(row.rig or "")
-        if active is not None and (active.experiment, active.id) == (experiment, identifier):
-            if active.state in MOVING:
-                raise Problem(409, "The session is armed or running; stop it first.")
+        if self._is_active(row):
+            active = self._active[row.rig or ""]
+            if active.state in MOVING or row.file is not None:
+                raise Problem(409, "The session is armed, running or recorded; it is kept.")
             active.payload_session.close()
             del self._active[active.rig]
         self._experiments.forget_session(row)
@@ -221,24 +223,38 @@ class SessionDesk:
 
     def _prepared(self, experiment: str, identifier: str, user: User) -> SessionRow:
         row = self._experiments.session(experiment, identifier)
-        if row.rig is None or row.file is not None:
+        if row.rig is None or (row.file is not None and not self._is_active(row)):
             raise Problem(409, f"The session {identifier} is {row.state}; prepare a new one.")
         self._rigs.require(row.rig, user)
         return row
 
+    def _is_active(self, row: SessionRow) -> bool:
+        active = self._active.get(row.rig or "")
+        return active is not None and active.id == row.id and active.experiment == row.experiment
+
+    def _refuse_second(self, experiment: str) -> None:
+        """One session at a time is prepared, so that its id is the number under which it is recorded."""
+        for row in self._experiments.sessions(experiment):
+            if row.file is not None:
+                continue
+            if not SessionState(row.state).ended:
+                raise Problem(409, f"The session {row.id} is being prepared; finish or discard it first.")
+            self._experiments.forget_session(row)  # ended before anything was recorded
+
     def _step(self, experiment: str, identifier: str, user: User) -> ActiveSession:
         row = self._prepared(experiment, identifier, user)
-        active = self._active.get(row.rig or "")
-        if active is None or (active.experiment, active.id) != (experiment, identifier):
+        if not self._is_active(row):
             raise Problem(409, "Check the rig first.")
-        return active
+        return self._active[row.rig or ""]
 
     def _free_bus(self, rig: str, experiment: str, identifier: str) -> None:
         other = self._active.get(rig)
         if other is None:
             return
         if other.state in MOVING:
-            raise Problem(409, f"The session {other.id} of {other.experiment} is {other.state.value} on this rig.")
+            raise Problem(
+                409, f"The session {other.id} of {other.experiment} is {other.state.value} on this rig."
+            )
         other.payload_session.close()
         if not other.state.ended and (other.experiment, other.id) != (experiment, identifier):
             self._store(other, SessionState.NEW.value, "another session took the rig's bus")
@@ -279,8 +295,8 @@ class SessionDesk:
         row = self._experiments.session(active.experiment, active.id)
         row.state, row.reason = state, reason
         file = getattr(active.payload_session, "file", None)
-        if file is not None and SessionState(state).ended:
-            row.file = Path(file).name
+        if file is not None and Path(file).is_file():
+            row.file = str(Path(file).relative_to(self._experiments.folder(active.experiment)))
         self._experiments.change_session(row)
 
 
@@ -289,4 +305,3 @@ def open_payload_session(*arguments: Any, **named: Any) -> Any:
     from daq.session_workflow import PayloadSession
 
     return PayloadSession(*arguments, **named)
-

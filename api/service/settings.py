@@ -38,6 +38,8 @@ class ServiceSettings(BaseModel):
     """Jobs that compute at the same time, each in a process of its own."""
     live_rate: float = 20.0
     """Blocks of live samples per second that viewers are sent, Hz."""
+    scale_port: str | None = None
+    """Serial port of the weighing scale; None where masses are typed."""
     clock: Callable[[], float] = time.time
     """Seconds since 1970; tests hand in their own."""
 

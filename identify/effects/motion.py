@@ -14,7 +14,8 @@ class BlockMemory:
     """Carries the state of effects with memory from one block of a segment to the next.
 
     Blocks overlap by the memory of the filters, so the next block begins before the last one ended; what is
-    kept is the whole course of the state, and the value at the next block's first instant is looked up by time.
+    kept is the whole course of the state, and the value at the next block's first instant is looked up by
+    time.
     """
 
     def __init__(self) -> None:
@@ -41,8 +42,8 @@ class BlockMemory:
 class JointMotion:
     """One block of motion as an effect of one joint sees it; arrays are (samples,), SI units, full rate.
 
-    `load` is tau_out of eq. (6) as the fitted rigid model predicts it, never the measured torque: a column that
-    contains the measurement would explain the measurement by itself.
+    `load` is tau_out of eq. (6) as the fitted rigid model predicts it, never the measured torque: a column
+    that contains the measurement would explain the measurement by itself.
     """
 
     joint: int

@@ -1,4 +1,6 @@
-"""Fitting a model: choosing nonlinear constants, and letting the load of load-dependent effects follow the fit."""
+"""Fitting a model: choosing nonlinear constants, and letting the load of load-dependent effects follow
+the fit.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -17,8 +19,8 @@ Array = NDArray[np.float64]
 Progress = Callable[[float, str], None]
 
 LOAD_ROUNDS = 3
-"""Passes in which the load of load-dependent effects is taken from the last fit; chi moves by less than a tenth of its
-deviation in the third."""
+"""Passes in which the load of load-dependent effects is taken from the last fit; chi moves by less than a
+tenth of its deviation in the third."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +28,8 @@ class FittedModel:
     """A model fitted to the identification sessions of a record.
 
     model : its terms with their constants chosen
-    slots : the terms' columns, and behind them those of the payload ratio where it is estimated beside the model
+    slots : the terms' columns, and behind them those of the payload ratio where it is estimated beside the
+    model
     """
 
     record: Record
@@ -73,7 +76,8 @@ def fit_model(
 ) -> FittedModel:
     """Fit a model to sessions (the identification sessions if not said).
 
-    payload_ratio : estimate M_ae/M_aw of every payload beside the model (eq. 35); otherwise take it as declared
+    payload_ratio : estimate M_ae/M_aw of every payload beside the model (eq. 35); otherwise take it as
+    declared
     load_from     : a fitted model whose load is used throughout, instead of one that follows the fit
     inertial      : whether the base parameters' own columns take part; eq. (30) replaces them
     """
@@ -145,7 +149,9 @@ def _variants(
 def choose_constants(
     observation: Observation, variants: Sequence[Sequence[dict[str, float]]], inertial: bool = True
 ) -> list[int]:
-    """For every term the variant of its constants with the least residual, one term after the other, twice."""
+    """For every term the variant of its constants with the least residual, one term after the other,
+    twice.
+    """
     starts = np.concatenate([[0], np.cumsum([len(found) for found in variants])]).astype(int)
     picked = [len(found) // 2 for found in variants]
     several = [index for index, found in enumerate(variants) if len(found) > 1]

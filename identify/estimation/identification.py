@@ -22,15 +22,16 @@ from identify.recording import Experiment, InputError, SessionEntry
 Array = NDArray[np.float64]
 
 LARGEST_CONDITION = 1e4
-"""Condition number above which the linear form (30) is not identifiable on the record and the structured one stands
-for it: its many products then fit noise, and its error on other sessions explodes."""
+"""Condition number above which the linear form (30) is not identifiable on the record and the structured
+one stands for it: its many products then fit noise, and its error on other sessions explodes."""
 
 
 @dataclass(frozen=True)
 class Parameter:
     """An estimated parameter.
 
-    std, std_robust : standard deviations of eq. (13)-(15), and ones that hold for coloured residuals; None where
+    std, std_robust : standard deviations of eq. (13)-(15), and ones that hold for coloured residuals; None
+    where
                       they cannot be given
     """
 
@@ -66,7 +67,8 @@ class Identification:
     """The result of `identify`.
 
     fitted     : the fit that the errors and parameters are of
-    structured : for `load-velocity`, the fit with one value for each physical parameter; the same fit otherwise
+    structured : for `load-velocity`, the fit with one value for each physical parameter; the same fit
+    otherwise
     form       : "linear" (eq. 30 with its products) or "structured"
     """
 

@@ -12,7 +12,9 @@ from identify.estimation.triangular_factor import TriangularFactor, triangle
 Array = NDArray[np.float64]
 
 DEPENDENCE = 1e-7
-"""A column of which less than this part is left beside the columns before it is not identifiable on these data."""
+"""A column of which less than this part is left beside the columns before it is not identifiable on these
+data.
+"""
 
 WEIGHT_ITERATIONS = 3
 """Passes over the weights; they change by less than a percent after the second."""
@@ -77,7 +79,8 @@ def least_squares(
 ) -> LeastSquares:
     """Fit some columns (all if not said) to the blocks (all if not said).
 
-    weights : (n,) of the joints' rows; if not given, the inverse of each joint's own residual deviation, found
+    weights : (n,) of the joints' rows; if not given, the inverse of each joint's own residual deviation,
+    found
               by iteration (weighted least squares; with one joint it is the ordinary one)
     """
     joints = len(observation.joint_columns)
@@ -115,7 +118,9 @@ def _inverse_deviations(residual: Array, norm: Array, counts: NDArray[np.intp]) 
 
 
 def _solve(stacked: Array, wanted: NDArray[np.intp]) -> tuple[Array, NDArray[np.intp], Array]:
-    """Solve on stacked rows [all columns, Y, tau]; returns chi (width,), the columns fitted and their factor."""
+    """Solve on stacked rows [all columns, Y, tau]; returns chi (width,), the columns fitted and their
+    factor.
+    """
     width = stacked.shape[1] - 2
     norms = np.linalg.norm(stacked[:, wanted], axis=0)
     chi = np.zeros(width)

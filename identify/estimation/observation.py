@@ -1,8 +1,9 @@
-"""One pass over the samples: columns of the model and of every candidate, filtered, decimated, reduced to factors.
+"""One pass over the samples: columns of the model and of every candidate, filtered, decimated, reduced to
+factors.
 
-Idea 4 of the design. The rows of eq. (11) are formed block by block; a block of time of one session and one joint
-becomes the triangular factor of [W  Y  tau]. Y is the measured torque less the known load; tau is the measured torque
-itself, which the relative error refers to.
+Idea 4 of the design. The rows of eq. (11) are formed block by block; a block of time of one session and one
+joint becomes the triangular factor of [W  Y  tau]. Y is the measured torque less the known load; tau is the
+measured torque itself, which the relative error refers to.
 """
 
 from collections.abc import Iterator, Sequence
@@ -22,8 +23,8 @@ Array = NDArray[np.float64]
 
 BLOCKS_PER_SESSION = 40
 SHORTEST_BLOCK = 0.4
-"""s. Blocks are the folds of cross-validation and the clusters of the robust deviations: many are wanted, but each
-longer than what is left of a residual's memory after the filters."""
+"""s. Blocks are the folds of cross-validation and the clusters of the robust deviations: many are wanted,
+but each longer than what is left of a residual's memory after the filters."""
 
 
 @dataclass(frozen=True)

@@ -17,9 +17,13 @@ from identify.recording.experiment_file import Payload
 Array = NDArray[np.float64]
 
 POSITION_STEP = 1e-5
-"""rad or m, of the central differences of the load over position; rounding and curvature both stay below 1e-8."""
+"""rad or m, of the central differences of the load over position; rounding and curvature both stay below
+1e-8.
+"""
 CENTRE_STEP = 1e-4
-"""m, of the central differences of a payload's torque over its centre; the torque is quadratic in it, so exact."""
+"""m, of the central differences of a payload's torque over its centre; the torque is quadratic in it, so
+exact.
+"""
 
 
 @dataclass(frozen=True)
@@ -80,7 +84,9 @@ class RigidBody:
         return (found[0] - found[1]) / (2 * POSITION_STEP)
 
     def axis_along_gravity(self, joint: int) -> bool:
-        """Whether gravity, as declared, makes no torque on the joint (a vertical axis at the base, a level slide)."""
+        """Whether gravity, as declared, makes no torque on the joint (a vertical axis at the base, a
+        level slide).
+        """
         still = np.zeros((7, self.joints))
         q = np.linspace(-2.0, 2.0, 7)[:, None] + np.arange(self.joints)
         return not np.any(np.abs(self.base.joint_columns(joint, q, still, still)) > 1e-9)

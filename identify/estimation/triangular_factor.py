@@ -13,8 +13,9 @@ Array = NDArray[np.float64]
 class TriangularFactor:
     """R of the QR factorisation of a block of rows [W Y], and how many rows it stands for.
 
-    Norms and products of any of the block's columns are those of R's columns, so that every fit, residual norm and
-    comparison can be had from R alone. Where a block has fewer rows than columns the rows themselves are kept.
+    Norms and products of any of the block's columns are those of R's columns, so that every fit, residual
+    norm and comparison can be had from R alone. Where a block has fewer rows than columns the rows
+    themselves are kept.
 
     r    : (k, columns), k <= columns
     rows : number of samples

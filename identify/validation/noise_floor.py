@@ -11,15 +11,17 @@ Array = NDArray[np.float64]
 
 FEWEST_REPEATS = 2
 REPEAT_TOLERANCE = 0.02
-"""Part of the range of motion by which repeats may differ (root mean square) and still count as the same motion."""
+"""Part of the range of motion by which repeats may differ (root mean square) and still count as the same
+motion.
+"""
 
 
 def noise_floors(record: Record) -> list[float | None]:
     """For every joint the relative norm of what does not repeat; None where no motion repeats.
 
-    Within a session whose motion is periodic, the torque at the same phase of different periods differs by noise
-    only, whatever the model. With K periods the mean over periods takes away 1/K of the noise; the estimate is
-    corrected for it.
+    Within a session whose motion is periodic, the torque at the same phase of different periods differs by
+    noise only, whatever the model. With K periods the mean over periods takes away 1/K of the noise; the
+    estimate is corrected for it.
     """
     residual = np.zeros(record.joints)
     measured = np.zeros(record.joints)
@@ -44,8 +46,8 @@ def noise_floors(record: Record) -> list[float | None]:
 def repeat_period(samples: Samples) -> float | None:
     """s: the period with which the motion of all joints repeats within a session, None where it does not.
 
-    The period is the shortest lag at which the mean squared difference of all positions, each in units of its own
-    range, has a minimum below the tolerance, the lag being fractional (parabola through the minimum).
+    The period is the shortest lag at which the mean squared difference of all positions, each in units of
+    its own range, has a minimum below the tolerance, the lag being fractional (parabola through the minimum).
     """
     count = len(samples.time)
     if count < 40:
@@ -77,7 +79,9 @@ def repeat_period(samples: Samples) -> float | None:
 
 
 def _lag_difference(position: Array) -> Array:
-    """Mean squared difference of (samples, joints) positions at every lag, worst joint, by FFT correlation."""
+    """Mean squared difference of (samples, joints) positions at every lag, worst joint, by FFT
+    correlation.
+    """
     count = len(position)
     size = 2 ** int(np.ceil(np.log2(2 * count)))
     worst = np.zeros(count)

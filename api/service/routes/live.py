@@ -1,16 +1,13 @@
 """WebSockets: live samples of a rig, and the progress of a job."""
 
 import asyncio
-import json
 from collections.abc import Awaitable, Callable
 
 from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 
 from api.service import access
-from api.service.accounts import User
 from api.service.jobs import Job
 from api.service.live import Viewer
-from api.service.problems import Problem
 from api.service.routes.jobs import JobView
 
 router = APIRouter(tags=["live"])
@@ -44,7 +41,9 @@ async def rig_live(websocket: WebSocket, user: access.Viewer, rig: str) -> None:
 
 @router.websocket("/jobs/{job}/live")
 async def job_live(websocket: WebSocket, _user: access.Viewer, job: str) -> None:
-    """Progress of a job: its JSON on every change, the newest only; closed by the service when the job has ended."""
+    """Progress of a job: its JSON on every change, the newest only; closed by the service when the job
+    has ended.
+    """
     jobs = access.service_of(websocket).jobs
     found = jobs.get(job)
     if found is None:

@@ -8,7 +8,7 @@ from pydantic import BaseModel, Field
 
 from api.service import access
 from api.service.access import service_of
-from api.service.openapi import ResourceRoute, problems
+from api.service.openapi import ResourceRoute
 from api.service.plan_store import PLAN_ID
 from api.service.problems import not_found
 from api.service.routes.jobs import JobView
@@ -40,10 +40,16 @@ class PlanView(PlanSummary):
 class PlanRequest(BaseModel):
     """A plan to be made within a rig's limits."""
 
-    rig: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$", examples=["rx130l-joint3-simulated"])]
-    name: Annotated[str, Field(min_length=1, max_length=64, pattern=r"^[^\x00-\x1f]+$", examples=["joint3 sinusoids"])]
+    rig: Annotated[
+        str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$", examples=["rx130l-joint3-simulated"])
+    ]
+    name: Annotated[
+        str, Field(min_length=1, max_length=64, pattern=r"^[^\x00-\x1f]+$", examples=["joint3 sinusoids"])
+    ]
     seconds: Annotated[float, Field(gt=0, le=3600, examples=[60.0])] = 60.0
-    model: Annotated[str, Field(max_length=200, pattern=r"^[a-z0-9+,@-]+$", examples=["load-velocity"])] = "load-velocity"
+    model: Annotated[str, Field(max_length=200, pattern=r"^[a-z0-9+,@-]+$", examples=["load-velocity"])] = (
+        "load-velocity"
+    )
     seed: Annotated[int, Field(ge=0, le=2**31, examples=[0])] = 0
 
 

@@ -29,7 +29,9 @@ router = APIRouter(tags=["recordings"], route_class=ResourceRoute)
 From = Annotated[float | None, Query(alias="from", ge=-1e12, le=1e12, allow_inf_nan=False, description="s")]
 To = Annotated[float | None, Query(alias="to", ge=-1e12, le=1e12, allow_inf_nan=False, description="s")]
 Points = Annotated[int, Query(ge=2, le=20_000, description="rows at most")]
-BINARY = {200: {"content": {MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}, "example": "(float32)"}}}}
+BINARY = {
+    200: {"content": {MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}, "example": "(float32)"}}}
+}
 CSV_BLOCK = 2000
 """Rows of CSV written at a time."""
 
@@ -112,7 +114,9 @@ def download(
     session: SessionId,
     format: RecordingFormat = RecordingFormat.ORIGINAL,
 ) -> Response:
-    """Download a recording: the original file, HDF5, CSV of the contract in SI units, or the raw frame log."""
+    """Download a recording: the original file, HDF5, CSV of the contract in SI units, or the raw frame
+    log.
+    """
     path = _path(request, experiment, session)
     if format not in _formats(path):
         raise Problem(409, f"The recording {session} has no {format.value}: it is {path.name}.")
@@ -162,7 +166,8 @@ def recorded_signals(
 ) -> Response:
     """Position and command of one joint, as the smallest and largest values of the visible range.
 
-    The body is little-endian float32, column by column as X-Columns says: time less X-Time-Origin, position, command.
+    The body is little-endian float32, column by column as X-Columns says: time less X-Time-Origin,
+    position, command.
     """
     service = service_of(request)
     place, _entry = service.experiments.session_place(experiment, session)
@@ -189,10 +194,11 @@ def model_signals(
     end: To = None,
     points: Points = 2000,
 ) -> Response:
-    """Torque measured, predicted, and the error of one joint, as the smallest and largest values of the visible range.
+    """Torque measured, predicted, and the error of one joint, as the smallest and largest values of the
+    visible range.
 
-    The body is little-endian float32, column by column as X-Columns says: time less X-Time-Origin, measured, predicted,
-    error, position, velocity, load.
+    The body is little-endian float32, column by column as X-Columns says: time less X-Time-Origin,
+    measured, predicted, error, position, velocity, load.
     """
     service = service_of(request)
     story = service.models.story(experiment)

@@ -16,7 +16,8 @@ from api.service.problems import Problem, not_found
 router = APIRouter(tags=["rigs"], route_class=ResourceRoute)
 
 RigId = Annotated[str, Path(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$")]
-_stop_threads = 4
+STOP_THREADS = 4
+"""Threads that only ever stop a rig."""
 
 
 class RigSummary(BaseModel):
@@ -145,11 +146,13 @@ async def stop(request: Request, user: access.SignedIn, rig: RigId) -> Stopped:
 async def stop_rig(request: Request, user: User, rig: str) -> Stopped:
     """Stop in a thread of its own, so that no slow request is ahead of it."""
     sessions = service_of(request).sessions
-    return Stopped(stopped=await anyio.to_thread.run_sync(sessions.stop, rig, user, limiter=_stop_limiter(request)))
+    return Stopped(
+        stopped=await anyio.to_thread.run_sync(sessions.stop, rig, user, limiter=_stop_limiter(request))
+    )
 
 
 def _stop_limiter(request: Request) -> anyio.CapacityLimiter:
     state = request.app.state
     if not hasattr(state, "stop_limiter"):
-        state.stop_limiter = anyio.CapacityLimiter(_stop_threads)
+        state.stop_limiter = anyio.CapacityLimiter(STOP_THREADS)
     return state.stop_limiter

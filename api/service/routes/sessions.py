@@ -20,14 +20,19 @@ InertiaMoment = Annotated[float, Field(ge=-1e6, le=1e6, allow_inf_nan=False)]
 
 
 class TypedPayload(BaseModel):
-    """A payload in the last link's frame: its name alone if the rig knows it, else what it weighs and where."""
+    """A payload in the last link's frame: its name alone if the rig knows it, else what it weighs and
+    where.
+    """
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$", examples=["disk-3.5"])]
     mass: Annotated[float | None, Field(ge=0, le=1e5, allow_inf_nan=False, examples=[3.4584])] = None
     com: Annotated[tuple[Metre, Metre, Metre] | None, Field(examples=[[1.277, 0.0, 0.0]])] = None
     inertia: Annotated[
-        tuple[InertiaMoment, InertiaMoment, InertiaMoment, InertiaMoment, InertiaMoment, InertiaMoment] | None,
-        Field(description="about the centre of mass: XX XY XZ YY YZ ZZ, kg m²", examples=[[0, 0, 0, 0, 0, 0]]),
+        tuple[InertiaMoment, InertiaMoment, InertiaMoment, InertiaMoment, InertiaMoment, InertiaMoment]
+        | None,
+        Field(
+            description="about the centre of mass: XX XY XZ YY YZ ZZ, kg m²", examples=[[0, 0, 0, 0, 0, 0]]
+        ),
     ] = None
 
     @model_validator(mode="after")
@@ -40,7 +45,9 @@ class TypedPayload(BaseModel):
 class NewSession(BaseModel):
     """A payload session to be prepared."""
 
-    rig: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$", examples=["rx130l-joint3-simulated"])]
+    rig: Annotated[
+        str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$", examples=["rx130l-joint3-simulated"])
+    ]
     plan: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_.-]{0,63}$", examples=["joint3-sinusoids"])]
     payload: TypedPayload
     role: Literal["identification", "validation"] = "identification"
@@ -58,7 +65,9 @@ class RigCheckView(BaseModel):
     """What the check of the rig found, in words."""
 
     ok: bool = Field(examples=[True])
-    items: list[dict[str, Any]] = Field(examples=[[{"what": "node 3", "ok": True, "words": "answers, homed"}]])
+    items: list[dict[str, Any]] = Field(
+        examples=[[{"what": "node 3", "ok": True, "words": "answers, homed"}]]
+    )
 
 
 @router.post("/experiments/{experiment}/sessions", status_code=201, responses=problems(409))
@@ -157,11 +166,3 @@ async def stop(
         if active is not None and (active.experiment, active.id) == (experiment, session):
             return await stop_rig(request, user, rig)
     raise Problem(409, f"The session {session} of {experiment} has no rig's bus: nothing moves.")
-
-
-@router.post("/experiments/{experiment}/sessions/{session}/recover", responses=problems(409))
-def recover(
-    request: Request, user: access.Operator, experiment: ExperimentId, session: SessionId
-) -> SessionSummary:
-    """Finish a recording whose process died: what was measured until then becomes a session's file."""
-    return SessionSummary.of(service_of(request).sessions.recover(experiment, session, user))

@@ -1,0 +1,66 @@
+"""`coulomb serve`: the REST service and the web page."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def register(application: typer.Typer) -> None:
+    """Add the command."""
+    application.command()(serve)
+
+
+def serve(
+    host: Annotated[
+        str, typer.Option(help="Address to listen on; anything but this machine's own needs accounts.")
+    ] = "127.0.0.1",
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="Port to listen on; 0 takes a free one.")
+    ] = 8000,
+    data: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder of experiments, rigs, plans and database; COULOMB_DATA, else the user's own."
+        ),
+    ] = None,
+    database: Annotated[
+        str | None, typer.Option(help="SQLAlchemy address of another database (sqlite, postgresql).")
+    ] = None,
+    allow_host: Annotated[
+        list[str] | None, typer.Option(help="A name under which browsers reach this service; repeatable.")
+    ] = None,
+    scale: Annotated[str | None, typer.Option(help="Serial port of the weighing scale.")] = None,
+    workers: Annotated[int, typer.Option(min=1, max=64, help="Computations at the same time.")] = 1,
+    tls_certificate: Annotated[
+        Path | None, typer.Option(help="Certificate (PEM), to answer by https.", exists=True, dir_okay=False)
+    ] = None,
+    tls_key: Annotated[
+        Path | None, typer.Option(help="Key of the certificate (PEM).", exists=True, dir_okay=False)
+    ] = None,
+    behind_tls: Annotated[
+        bool, typer.Option(help="A proxy in front answers by https: cookies are then sent by https only.")
+    ] = False,
+) -> None:
+    """Serve experiments, rigs and models over REST and as pages, until interrupted."""
+    from api.data_folder import default_data_folder
+    from api.service.server import run_service
+    from api.service.settings import ServiceSettings
+    from identify.recording.errors import InputError
+
+    if (tls_certificate is None) != (tls_key is None):
+        raise InputError("--tls-certificate and --tls-key go together: give both, or neither")
+    run_service(
+        ServiceSettings(
+            data_folder=data or default_data_folder(),
+            database_url=database,
+            host=host,
+            port=port,
+            allowed_hosts=tuple(name.lower() for name in allow_host or ()),
+            secure_cookies=behind_tls or tls_certificate is not None,
+            scale_port=scale,
+            workers=workers,
+        ),
+        certificate=tls_certificate,
+        key=tls_key,
+    )

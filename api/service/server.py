@@ -1,0 +1,66 @@
+"""Runs the application on uvicorn."""
+
+import errno
+import socket
+import sys
+from pathlib import Path
+
+import uvicorn
+
+from api.service.application import create_application
+from api.service.settings import ServiceSettings
+from identify.recording.errors import InputError
+
+LARGEST_MESSAGE = 64 * 1024
+"""Bytes of a WebSocket message from a browser; ours has nothing to say there."""
+SHUTDOWN = 5
+"""s that open connections have to end after an interrupt; the robot is at rest before."""
+
+
+def run_service(settings: ServiceSettings, certificate: Path | None = None, key: Path | None = None) -> None:
+    """Serve until interrupted.
+
+    Raises InputError if the address cannot be listened on, or see `create_application`.
+    """
+    application = create_application(settings)
+    listening = _listen(settings.host, settings.port)
+    configuration = uvicorn.Config(
+        application,
+        log_level="warning",
+        access_log=False,
+        ws_max_size=LARGEST_MESSAGE,
+        # Samples hardly shrink, and compressing them for each viewer costs more than it saves in a lab's
+        # network.
+        ws_per_message_deflate=False,
+        timeout_graceful_shutdown=SHUTDOWN,
+        server_header=False,
+        ssl_certfile=certificate,
+        ssl_keyfile=key,
+    )
+    scheme = "https" if certificate else "http"
+    host = f"[{settings.host}]" if ":" in settings.host else settings.host
+    print(
+        f"coulomb: serving {scheme}://{host}:{listening.getsockname()[1]}/ (stop with Ctrl-C)",
+        file=sys.stderr,
+    )
+    if not settings.bound_to_loopback and not settings.secure_cookies:
+        print(
+            "coulomb: passwords and cookies travel in clear; use --tls-certificate and --tls-key",
+            file=sys.stderr,
+        )
+    uvicorn.Server(configuration).run(sockets=[listening])
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    try:
+        family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
+        listening = socket.socket(family, socket.SOCK_STREAM)
+        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listening.bind((host, port))
+    except OSError as error:
+        if error.errno == errno.EADDRINUSE:
+            raise InputError(
+                f"--port {port}: something else listens there; choose another, or 0 for a free one"
+            ) from error
+        raise InputError(f"--host {host} --port {port}: cannot listen there ({error.strerror})") from error
+    return listening
