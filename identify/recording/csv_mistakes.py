@@ -11,23 +11,34 @@ import io
 import math
 import re
 import zlib
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Generator, Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
+from typing import IO
 
 from identify.recording.errors import InputError
 
 _INDEXED = re.compile(r"^(q|v|ext|temp)([0-9]+)$")
-LONGEST_LINE = 1 << 20
 
 
-def _lines(path: Path) -> Iterator[list[str]]:
+@contextmanager
+def unpacked(path: Path) -> Iterator[IO[bytes]]:
+    """The bytes of a file, unpacked if it is gzip (told by its first bytes, whatever its name)."""
+    with path.open("rb") as stream:
+        packed = stream.read(2) == b"\x1f\x8b"
+        stream.seek(0)
+        if not packed:
+            yield stream
+            return
+        with gzip.GzipFile(fileobj=stream, mode="rb") as inside:
+            yield inside  # type: ignore[misc]
+
+
+def _lines(path: Path) -> Generator[list[str], None, None]:
     """The rows of a CSV file as lists of cells, with InputError for what stops the reading."""
     try:
-        with path.open("rb") as stream:
-            packed = stream.read(2) == b"\x1f\x8b"
-            stream.seek(0)
-            raw = gzip.GzipFile(fileobj=stream, mode="rb") if packed else stream
-            yield from csv.reader(io.TextIOWrapper(raw, encoding="utf-8-sig", newline=""))  # type: ignore[arg-type]
+        with unpacked(path) as stream, io.TextIOWrapper(stream, encoding="utf-8-sig", newline="") as text:
+            yield from csv.reader(text)
     except UnicodeDecodeError:
         raise InputError(f"{path}: not text in UTF-8; export it as CSV in UTF-8") from None
     except (EOFError, zlib.error, gzip.BadGzipFile) as error:
@@ -45,7 +56,8 @@ def check_header(path: Path, n: int) -> list[str]:
 
     :raises InputError: the file cannot be read, is empty, or a column is missing, doubled or one too many.
     """
-    header = next(_lines(path), None)
+    with closing(_lines(path)) as lines:
+        header = next(lines, None)
     if header is None or not any(cell.strip() for cell in header):
         raise InputError(f"{path}: is empty; the first line must name the columns: {', '.join(needed(n))}")
     if len(header) == 1 and ";" in header[0]:
@@ -86,36 +98,41 @@ def needed(n: int) -> list[str]:
 
 
 def first_mistake(path: Path, header: list[str], numeric: Collection[str]) -> InputError | None:
-    """The first line that is wrong, in words; None if every line has its cells and every numeric cell is a
-    number."""
+    """The first wrong line, in words; None if every line has its cells and every numeric cell is a number."""
     places = [(index, name) for index, name in enumerate(header) if name in numeric]
-    last = -math.inf
-    number = 0
+    at_time = header.index("t")
+    last: str | None = None
     try:
-        for number, cells in enumerate(_lines(path), start=1):
-            if number == 1 or not cells:
-                continue
-            where = f"{path} line {number}"
-            if len(cells) != len(header):
-                return InputError(f"{where}: {len(cells)} cells, but the header names {len(header)} columns")
-            for index, name in places:
-                value = _number(cells[index])
-                if value is None or not math.isfinite(value):
-                    shown = f"'{cells[index]}'" if cells[index].strip() else "an empty cell"
-                    return InputError(f"{where}: column '{name}': {shown} is not a finite number")
-            time = float(cells[header.index("t")])
-            if time <= last:
-                return InputError(
-                    f"{where}: column 't': {time:g} s does not come after {last:g} s; time must increase"
-                )
-            last = time
+        with closing(_lines(path)) as lines:
+            for number, cells in enumerate(lines, start=1):
+                if number == 1 or not cells:
+                    continue
+                words = _wrong_cell(cells, header, places)
+                if words is None and last is not None and float(cells[at_time]) <= float(last):
+                    words = f"column 't': {cells[at_time]} does not come after {last}; time must increase"
+                if words is not None:
+                    return InputError(f"{path} line {number}: {words}")
+                last = cells[at_time]
     except InputError as error:
         return error
     return None
 
 
+def _wrong_cell(cells: list[str], header: list[str], places: list[tuple[int, str]]) -> str | None:
+    if len(cells) != len(header):
+        hint = "; write decimals with '.'" if len(cells) == 2 * len(header) else ""
+        return f"{len(cells)} cells, but the header names {len(header)} columns{hint}"
+    for index, name in places:
+        value = _number(cells[index])
+        if value is None or not math.isfinite(value):
+            shown = f"'{cells[index]}'" if cells[index].strip() else "an empty cell"
+            return f"column '{name}': {shown} is not a finite number"
+    return None
+
+
 def _number(cell: str) -> float | None:
+    """The cell as a number, if it is written as one in CSV (Python alone would also take 1_000)."""
     try:
-        return float(cell)
+        return None if "_" in cell else float(cell)
     except ValueError:
         return None

@@ -19,6 +19,7 @@ from identify.recording.experiment_file import (
     SignalCutoffs,
     read_experiment_file,
 )
+from identify.recording.session_cache import SessionCache
 
 Array = NDArray[np.float64]
 
@@ -64,6 +65,18 @@ class Session:
         """Number of joints."""
         return self.position.shape[1]
 
+    def in_memory(self) -> int:
+        """Bytes of its samples that are held in memory (and not mapped from a file)."""
+        arrays = (
+            self.time,
+            self.position,
+            self.command,
+            self.external,
+            self.temperature,
+            *self.extra.values(),
+        )
+        return sum(array.nbytes for array in arrays if array is not None and not isinstance(array, np.memmap))
+
 
 @dataclass(frozen=True)
 class Experiment:
@@ -78,6 +91,9 @@ class Experiment:
     signals: SignalCutoffs
     effects: tuple[Path, ...]
     """Files of the user's own effects."""
+    _held: SessionCache[SessionEntry, Session] = field(
+        default_factory=lambda: SessionCache(), compare=False, repr=False
+    )
 
     @property
     def folder(self) -> Path:
@@ -99,19 +115,23 @@ class Experiment:
     def read(self, entry: SessionEntry) -> Session:
         """Read the samples of a session.
 
+        What was read is held while it is small, so that asking twice costs one reading. Samples are not to
+        be written.
+
         :raises InputError: the file is wrong; names file, line and column.
         """
-        from identify.recording.sampling import uniform_session
+        return self._held.get(entry, lambda: _read_session(entry, self.n))
 
-        if entry.path.suffix.lower() in (".h5", ".hdf5"):
-            from identify.recording.session_hdf5 import read_hdf5_session
 
-            raw = read_hdf5_session(entry.path, self.n)
-        else:
-            from identify.recording.session_csv import read_csv_session
+def _read_session(entry: SessionEntry, n: int) -> Session:
+    from identify.recording.sampling import uniform_session
+    from identify.recording.session_hdf5 import is_hdf5, read_hdf5_session
 
-            raw = read_csv_session(entry.path, self.n)
-        return uniform_session(entry, raw)
+    if is_hdf5(entry.path):
+        return uniform_session(entry, read_hdf5_session(entry.path, n))
+    from identify.recording.session_csv import read_csv_session
+
+    return uniform_session(entry, read_csv_session(entry.path, n))
 
 
 def load_experiment(path: str | Path, stored: Path | None = None) -> Experiment:

@@ -209,7 +209,7 @@ def _first_mistake(error: ValidationError, model: type[BaseModel], lines: Lines,
     mistake = min(error.errors(include_url=False), key=lambda found: found["type"] != "extra_forbidden")
     place, words = tuple(mistake["loc"]), mistake["msg"]
     if mistake["type"] == "value_error":
-        words = str(mistake["ctx"]["error"])
+        words = words.removeprefix("Value error, ")
         named = re.match(r"([a-z_]+(?:\[\d+\]|\.[a-z_]+)*): ", words)
         if named:
             inner = re.findall(r"[a-z_]+|\d+", named[1])
@@ -221,9 +221,8 @@ def _first_mistake(error: ValidationError, model: type[BaseModel], lines: Lines,
         words = "is missing"
     else:
         words = f"{words[0].lower()}{words[1:]}, not {_shown(mistake['input'])}"
-    while (
-        place and place not in lines
-    ):  # pydantic names branches of a union, which are not places in the file
+    # Pydantic names branches of a union too, which are not places in the file.
+    while lines and place and place not in lines:
         if mistake["type"] == "missing" and place[:-1] in lines:
             line = lines[place[:-1]]
             return f"{path} line {line}: {_field_name(place)}: {words}"

@@ -1,15 +1,22 @@
-"""Uniform time: segments without a hole, and resampling where the recorded time is not uniform."""
+"""Uniform time: segments without a hole, and resampling where the recorded time is not uniform.
+
+Works through the record in blocks, so that it may be longer than memory.
+"""
 
 from __future__ import annotations
 
 import itertools
-from typing import TYPE_CHECKING
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identify.recording.errors import InputError
-from identify.recording.session_csv import RawSamples
+from identify.recording.interpolation import interpolate, previous
+from identify.recording.samples import RawSamples, SampleColumns, release
 
 if TYPE_CHECKING:
     from identify.recording.experiment import Session, SessionEntry
@@ -17,8 +24,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 UNIFORM_WITHIN = 0.01
-"""Of the period: a time within this of a uniform one is used as it is. It shifts a sample by 1 % of a
-period, far less than the jitter of the sampling itself."""
+"""Of the period: a time within this of a uniform one is used as it is. Clocks are read that well;
+interpolating would only add the error of interpolation."""
 LARGEST_BRIDGED_SAMPLES = 5
 LARGEST_BRIDGED_TIME = 0.010
 """s; at most so many missing samples in a row, and at most so long, are bridged by local interpolation.
@@ -28,12 +35,36 @@ SMALLEST_HOLE = 2.5
 """Periods: a step in time up to this is jitter or a single missing sample, whatever the sampling rate."""
 SHORTEST_SEGMENT = 16
 """Samples; a shorter piece between two holes is left out."""
+BLOCK = 1 << 18
+"""Samples worked on at a time."""
 
 
 def largest_bridged_step(period: float) -> float:
     """The longest step in time, s, that is not a hole."""
     bridged = min(LARGEST_BRIDGED_SAMPLES * period, LARGEST_BRIDGED_TIME)
     return max(SMALLEST_HOLE * period, bridged + 1.5 * period)
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """A piece of the record without a hole, and how its clock ran."""
+
+    rows: slice
+    start: float
+    """s"""
+    period: float
+    """s, of the clock"""
+    samples: int
+    """Samples that a clock without a miss would have given."""
+    regular: bool
+    """Whether every sample lies on the ticks of the clock, within what counts as uniform or the rounding of
+    the file."""
+    exact: bool
+    """Whether every sample does without allowing for rounding."""
+
+    @property
+    def missing(self) -> int:
+        return self.samples - (self.rows.stop - self.rows.start) if self.regular else 0
 
 
 def uniform_session(entry: SessionEntry, raw: RawSamples) -> Session:
@@ -44,104 +75,192 @@ def uniform_session(entry: SessionEntry, raw: RawSamples) -> Session:
     from identify.recording.experiment import Session
 
     time = raw.time
-    remarks = list(raw.remarks)
     if len(time) < SHORTEST_SEGMENT:
         raise InputError(f"{entry.path}: holds {len(time)} samples; at least {SHORTEST_SEGMENT} are needed")
-    steps = np.diff(time)
-    period = float(np.median(steps))
-    holes = np.flatnonzero(steps > largest_bridged_step(period))
-    borders = np.concatenate([[0], holes + 1, [len(time)]])
-    pieces = [slice(int(a), int(b)) for a, b in itertools.pairwise(borders)]
-    kept = [piece for piece in pieces if piece.stop - piece.start >= SHORTEST_SEGMENT]
-    if len(holes):
-        longest = float(steps[holes].max())
-        remarks.append(
-            f"{len(holes)} hole{'s' if len(holes) > 1 else ''} in the record (the longest {longest:g} s):"
-            f" split into {len(pieces)} segments"
-        )
+    step = float(
+        np.median([np.median(np.diff(time[rows])) for rows in _blocks(0, len(time)) if _several(rows)])
+    )
+    holes = _holes(time, step)
+    borders = [0, *(row + 1 for row in holes), len(time)]
+    split = [slice(first, last) for first, last in itertools.pairwise(borders)]
+    kept = [rows for rows in split if rows.stop - rows.start >= SHORTEST_SEGMENT]
+    remarks = [*raw.remarks, *_hole_remarks(time, holes, split, kept)]
     if not kept:
         raise InputError(
             f"{entry.path}: time jumps so often that no piece of {SHORTEST_SEGMENT} samples is left;"
-            f" the typical step is {period:g} s"
+            f" the typical step is {step:g} s"
         )
-    if len(kept) < len(pieces):
-        lost = sum(piece.stop - piece.start for piece in pieces) - sum(
-            piece.stop - piece.start for piece in kept
-        )
-        remarks.append(f"{lost} samples in pieces shorter than {SHORTEST_SEGMENT} samples left out")
-    longest_piece = max(kept, key=lambda piece: piece.stop - piece.start)
-    line = time[longest_piece]
-    period = float((line[-1] - line[0]) / (len(line) - 1)) if _uniform(line) else period
-    if all(_uniform(time[piece], period) for piece in kept):
+    rounding = _rounding(time, step)
+    pieces = [_piece(time, rows, step, rounding) for rows in kept]
+    period = max(pieces, key=lambda piece: piece.samples).period
+    alike = all(abs(piece.period / period - 1) < UNIFORM_WITHIN / 10 for piece in pieces)
+    missing = sum(piece.missing for piece in pieces)
+    if alike and not missing and all(piece.regular for piece in pieces):
+        if not all(piece.exact for piece in pieces):
+            remarks.append(
+                f"time is rounded to {2 * rounding:g} s: taken as uniform with a period of {period:g} s"
+            )
+            raw.time = _ticks(time, pieces)
         segments = tuple(kept)
-        fields = (time, raw.position, raw.command, raw.external, raw.temperature, raw.extra)
     else:
-        segments, fields, filled = _resampled(raw, kept, period)
-        remarks.append(f"time is not uniform: resampled to the median period of {period:g} s")
-        if filled:
-            remarks.append(f"{filled} missing samples bridged by local interpolation")
-    position_command = fields[1], fields[2]
+        if not all(piece.regular for piece in pieces):
+            remarks.append(f"time is not uniform: resampled to its median period of {period:g} s")
+        if missing:
+            part = missing / sum(piece.samples for piece in pieces)
+            remarks.append(f"{missing} missing samples ({part:.2g} of all) bridged by local interpolation")
+        raw, segments = _resampled(raw, pieces, period)
     return Session(
-        entry, fields[0], *position_command, segments, period, fields[3], fields[4], fields[5], tuple(remarks)
+        entry=entry,
+        time=raw.time,
+        position=raw.position,
+        command=raw.command,
+        segments=segments,
+        sampling_period=period,
+        external=raw.external,
+        temperature=raw.temperature,
+        extra=raw.extra,
+        remarks=tuple(remarks),
     )
 
 
-def _uniform(time: Array, period: float | None = None) -> bool:
-    if period is None:
-        period = float((time[-1] - time[0]) / (len(time) - 1))
-    deviation = (time - time[0]) - period * np.arange(len(time))
-    return bool(np.ptp(deviation) <= 2 * UNIFORM_WITHIN * period)
+def _blocks(start: int, stop: int) -> Iterator[slice]:
+    """Blocks of rows, each with the first row of the next."""
+    for first in range(start, stop, BLOCK):
+        yield slice(first, min(first + BLOCK + 1, stop))
 
 
-def _resampled(raw: RawSamples, pieces: list[slice], period: float):
-    segments: list[slice] = []
-    parts: list[tuple] = []
-    start = filled = 0
-    for piece in pieces:
-        old = raw.time[piece]
-        count = int(np.floor((old[-1] - old[0]) / period + 1e-6)) + 1
-        new = old[0] + period * np.arange(count)
-        filled += int(np.sum(np.maximum(np.round(np.diff(old) / period) - 1, 0)))
-        linear = lambda values, old=old, new=new: interpolate(old, values, new, cubic=False)  # noqa: E731
-        parts.append(
-            (
-                new,
-                interpolate(old, raw.position[piece], new, cubic=True),
-                linear(raw.command[piece]),
-                None if raw.external is None else linear(raw.external[piece]),
-                None if raw.temperature is None else linear(raw.temperature[piece]),
-                {name: _extra(old, values[piece], new) for name, values in raw.extra.items()},
-            )
+def _several(rows: slice) -> bool:
+    return rows.stop - rows.start > 1
+
+
+def _holes(time: Array, step: float) -> list[int]:
+    """The last row before each hole."""
+    longest = largest_bridged_step(step)
+    found: list[int] = []
+    for rows in _blocks(0, len(time)):
+        found.extend((rows.start + np.flatnonzero(np.diff(time[rows]) > longest)).tolist())
+    return found
+
+
+def _hole_remarks(time: Array, holes: list[int], split: list[slice], kept: list[slice]) -> list[str]:
+    remarks = []
+    if holes:
+        where = ", ".join(f"{time[row]:.6g} s" for row in holes[:3]) + (" ..." if len(holes) > 3 else "")
+        longest = max(float(time[row + 1] - time[row]) for row in holes)
+        count = "1 hole" if len(holes) == 1 else f"{len(holes)} holes"
+        remarks.append(
+            f"{count} in the record (after {where}; the longest {longest:.3g} s):"
+            f" split into {len(split)} segments, nothing interpolated across"
         )
-        segments.append(slice(start, start + count))
-        start += count
-    joined = [
-        None if column[0] is None else np.concatenate(column) for column in list(zip(*parts, strict=True))[:5]
-    ]
-    extra = {name: np.concatenate([part[5][name] for part in parts]) for name in raw.extra}
-    return tuple(segments), (*joined, extra), filled
+    lost = sum(rows.stop - rows.start for rows in split if rows not in kept)
+    if lost:
+        remarks.append(f"{lost} samples in pieces of less than {SHORTEST_SEGMENT} samples left out")
+    return remarks
 
 
-def _extra(old: Array, values: NDArray, new: Array) -> NDArray:
-    if values.dtype == object:
-        return values[np.clip(np.searchsorted(old, new, side="right") - 1, 0, len(old) - 1)]
-    return interpolate(old, values[:, None], new, cubic=False)[:, 0]
+def _rounding(time: Array, step: float) -> float:
+    """Half the unit of the last decimal that times are written with, s; 0 if they are not on a decimal grid.
 
-
-def interpolate(old: Array, values: Array, new: Array, cubic: bool) -> Array:
-    """Interpolate columns at new instants from the nearest samples: two (linear) or four (cubic, Lagrange).
-
-    old : (N,) increasing; values : (N, k); new : (M,) within old's range
-    Returns (M, k).
+    Times of a 3 kHz clock written with four decimals are 0.0003, 0.0007, 0.0010: the clock was regular all
+    the same.
     """
-    points = 4 if cubic and len(old) >= 4 else 2
-    first = np.clip(np.searchsorted(old, new, side="right") - points // 2, 0, len(old) - points)
-    result = np.zeros((len(new), values.shape[1]))
-    nodes = [old[first + i] for i in range(points)]
-    for i in range(points):
-        weight = np.ones(len(new))
-        for j in range(points):
-            if j != i:
-                weight *= (new - nodes[j]) / (nodes[i] - nodes[j])
-        result += weight[:, None] * values[first + i]
-    return result
+    look = np.asarray(time[: 4 * BLOCK : max(1, min(len(time), 4 * BLOCK) // 4096)])
+    for decimals in range(9):
+        unit = 10.0**-decimals
+        if unit > 0.5 * step:
+            continue
+        if np.all(np.abs(look / unit - np.round(look / unit)) < 1e-4):
+            return 0.5 * unit
+    return 0.0
+
+
+def _piece(time: Array, rows: slice, step: float, rounding: float) -> _Piece:
+    """Read the clock of a piece: its period, and whether samples lie on its ticks."""
+    start, tick, counted = float(time[rows.start]), 0, True
+    for block in _blocks(rows.start, rows.stop):
+        if _several(block):
+            steps = np.round(np.diff(time[block]) / step)
+            counted = counted and bool((steps >= 1).all())
+            tick += int(steps.sum())
+    span = float(time[rows.stop - 1]) - start
+    period = span / tick
+    within = max(UNIFORM_WITHIN * period, rounding * 1.01)
+    low, high = math.inf, -math.inf
+    for block in _blocks(rows.start, rows.stop):
+        beside = (time[block] - start) / period
+        beside = (beside - np.round(beside)) * period
+        low, high = min(low, float(beside.min())), max(high, float(beside.max()))
+    if counted and high - low <= 2 * within:
+        exact = high - low <= 2 * UNIFORM_WITHIN * period
+        return _Piece(rows, start, period, tick + 1, regular=True, exact=exact)
+    return _Piece(rows, start, step, math.floor(span / step + 1e-6) + 1, regular=False, exact=False)
+
+
+def _instants(start: float, period: float, first: int, last: int) -> Array:
+    return start + period * np.arange(first, last, dtype=np.float64)
+
+
+def _ticks(time: Array, pieces: list[_Piece]) -> Array:
+    """Time with every kept sample on the tick of its clock."""
+    ticks = SampleColumns()
+    row = 0
+    for piece in pieces:
+        ticks.append(np.asarray(time[row : piece.rows.start]))
+        for block in range(0, piece.samples, BLOCK):
+            ticks.append(_instants(piece.start, piece.period, block, min(block + BLOCK, piece.samples)))
+        row = piece.rows.stop
+    ticks.append(np.asarray(time[row:]))
+    return ticks.array()
+
+
+def _resampled(raw: RawSamples, pieces: list[_Piece], period: float) -> tuple[RawSamples, tuple[slice, ...]]:
+    """All pieces at one period: cubic interpolation for positions, linear for what else was measured."""
+    n = raw.position.shape[1]
+    numeric = {name: values for name, values in raw.extra.items() if values.dtype != object}
+    texts: dict[str, list[NDArray[Any]]] = {name: [] for name in raw.extra if name not in numeric}
+    sources = {"position": raw.position, "command": raw.command, "external": raw.external} | {
+        "temperature": raw.temperature
+    }
+    stores = {name: SampleColumns(n) for name, values in sources.items() if values is not None}
+    extras = {name: SampleColumns() for name in numeric}
+    time = SampleColumns()
+    segments: list[slice] = []
+    for piece in pieces:
+        step = (
+            piece.period if piece.regular and abs(piece.period / period - 1) < UNIFORM_WITHIN / 10 else period
+        )
+        count = math.floor((piece.samples - 1) * piece.period / step + 1e-6) + 1
+        segments.append(slice(time.rows, time.rows + count))
+        for first in range(0, count, BLOCK):
+            new = _instants(piece.start, step, first, min(first + BLOCK, count))
+            rows, old = _around(raw.time, piece, new)
+            time.append(new)
+            for name, store in stores.items():
+                values = np.asarray(sources[name][rows])  # type: ignore[index]
+                store.append(interpolate(old, values, new, cubic=name == "position"))
+            for name, store in extras.items():
+                store.append(interpolate(old, numeric[name][rows][:, None], new, cubic=False)[:, 0])
+            for name, parts in texts.items():
+                parts.append(previous(old, raw.extra[name][rows], new))
+            for values in (raw.time, raw.position, raw.command):
+                release(values)
+    read = {name: store.array() for name, store in stores.items()}
+    extra: dict[str, NDArray[Any]] = {name: store.array() for name, store in extras.items()}
+    extra |= {name: np.concatenate(parts) for name, parts in texts.items()}
+    resampled = RawSamples(
+        time.array(), read["position"], read["command"], read.get("external"), read.get("temperature"), extra
+    )
+    return resampled, tuple(segments)
+
+
+def _around(time: Array, piece: _Piece, new: Array) -> tuple[slice, Array]:
+    """Rows of a piece that new instants are interpolated from, and their times (on the ticks of a regular
+    clock)."""
+    margin = 2 * piece.period
+    own = time[piece.rows]
+    first = max(int(np.searchsorted(own, new[0] - margin)) - 4, 0)
+    last = min(int(np.searchsorted(own, new[-1] + margin)) + 4, len(own))
+    old = np.array(own[first:last])
+    if piece.regular:
+        old = piece.start + piece.period * np.round((old - piece.start) / piece.period)
+    return slice(piece.rows.start + first, piece.rows.start + last), old

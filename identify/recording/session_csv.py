@@ -3,42 +3,23 @@
 from __future__ import annotations
 
 import gzip
+import re
 import zlib
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.recording.csv_mistakes import check_header, first_mistake
+from identify.recording.csv_mistakes import check_header, first_mistake, unpacked
 from identify.recording.errors import InputError
-from identify.recording.samples import SampleColumns
+from identify.recording.samples import RawSamples, SampleColumns
 
 Array = NDArray[np.float64]
 
 BLOCK_BYTES = 4 << 20
 """Text parsed at a time; bounds the memory whatever the size of the file."""
-
-
-@dataclass
-class RawSamples:
-    """The columns of a session as they stand in its file: time not yet uniform, holes not yet found."""
-
-    time: Array
-    """(N,) s"""
-    position: Array
-    """(N, n) rad or m"""
-    command: Array
-    """(N, n) unit of the drive gain"""
-    external: Array | None = None
-    """(N, n) N m or N"""
-    temperature: Array | None = None
-    """(N, n) degC"""
-    extra: dict[str, NDArray[Any]] = field(default_factory=dict)
-    """name -> (N,)"""
-    remarks: list[str] = field(default_factory=list)
 
 
 def read_csv_session(path: Path, n: int) -> RawSamples:
@@ -47,72 +28,75 @@ def read_csv_session(path: Path, n: int) -> RawSamples:
     :raises InputError: the file cannot be read, or a column or a cell is wrong; names file, column and line.
     """
     header = check_header(path, n)
-    try:
-        return _read(path, n, header, text_columns=False)
-    except _NotNumeric:
-        return _read(path, n, header, text_columns=True)
+    texts: set[str] = set()
+    while True:
+        try:
+            return _read(path, n, header, texts)
+        except _NotNumeric as found:
+            texts |= found.columns
 
 
 class _NotNumeric(Exception):
-    """An extra column holds something else than numbers."""
+    """Extra columns that hold something else than numbers."""
+
+    def __init__(self, columns: set[str]) -> None:
+        super().__init__()
+        self.columns = columns
 
 
-def open_text(path: Path) -> IO[bytes]:
-    """The bytes of a file, unpacked if it is gzip (told by its first bytes, whatever its name)."""
-    with path.open("rb") as stream:
-        packed = stream.read(2) == b"\x1f\x8b"
-    return gzip.open(path, "rb") if packed else path.open("rb")  # type: ignore[return-value]
-
-
-def _read(path: Path, n: int, header: list[str], text_columns: bool) -> RawSamples:
+def _read(path: Path, n: int, header: list[str], texts: set[str]) -> RawSamples:
     import pyarrow
     from pyarrow import csv
 
     groups = _groups(header, n)
     known = {name for names in groups.values() for name in names}
     extra = [name for name in header if name not in known]
-    text = pyarrow.string() if text_columns else pyarrow.float64()
-    types = {name: pyarrow.float64() for name in known} | dict.fromkeys(extra, text)
+    types = {name: pyarrow.string() if name in texts else pyarrow.float64() for name in header}
     stores = {kind: SampleColumns(0 if kind == "t" else n) for kind in groups}
-    extras: dict[str, SampleColumns] = {name: SampleColumns() for name in extra} if not text_columns else {}
-    texts: dict[str, list[str]] = {name: [] for name in extra} if text_columns else {}
+    extras = {name: SampleColumns() for name in extra if name not in texts}
+    cells: dict[str, list[NDArray[Any]]] = {name: [] for name in texts}
     last = -np.inf
     try:
         with (
-            open_text(path) as stream,
+            unpacked(path) as stream,
             csv.open_csv(
                 stream,
-                read_options=csv.ReadOptions(use_threads=False, block_size=BLOCK_BYTES),
+                read_options=csv.ReadOptions(
+                    use_threads=False, block_size=BLOCK_BYTES, column_names=header, skip_rows=1
+                ),
                 convert_options=csv.ConvertOptions(
-                    column_types=types, null_values=[""], strings_can_be_null=False, include_columns=header
+                    column_types=types, null_values=[""], strings_can_be_null=False
                 ),
             ) as reader,
         ):
             for batch in reader:
                 columns = dict(zip(header, batch.columns, strict=True))
                 if any(columns[name].null_count for name in known):
-                    raise first_mistake(path, header, known)
+                    raise _mistake(path, header, known)
                 for kind, names in groups.items():
                     values = np.empty((batch.num_rows, len(names)))
                     for index, name in enumerate(names):
                         values[:, index] = columns[name].to_numpy(zero_copy_only=False)
                     if not np.isfinite(values).all():
-                        raise first_mistake(path, header, known)
+                        raise _mistake(path, header, known)
                     if kind == "t":
                         values = values[:, 0]
                         if not (np.diff(values, prepend=last) > 0).all():
-                            raise first_mistake(path, header, known)
+                            raise _mistake(path, header, known)
                         last = values[-1]
                     stores[kind].append(values)
                 for name, store in extras.items():
                     store.append(columns[name].to_numpy(zero_copy_only=False))
-                for name, cells in texts.items():
-                    cells.extend(columns[name].to_pylist())
+                for name, parts in cells.items():
+                    coded = columns[name].dictionary_encode()  # equal texts are one object
+                    known_texts = np.array(coded.dictionary.to_pylist(), dtype=object)
+                    parts.append(known_texts[coded.indices.to_numpy()])
     except pyarrow.ArrowInvalid as error:
-        mistake = first_mistake(path, header, known)
-        if mistake is None and not text_columns:
-            raise _NotNumeric from None
-        raise mistake or InputError(f"{path}: {error}") from None
+        wrong = first_mistake(path, header, known)
+        failing = _failing_columns(str(error), header) & set(extra) - texts
+        if wrong is None and failing:
+            raise _NotNumeric(failing) from None
+        raise wrong or InputError(f"{path}: {' '.join(str(error).split())}") from None
     except (EOFError, zlib.error, gzip.BadGzipFile) as error:
         raise InputError(f"{path}: the gzip file is damaged or cut short ({error}); copy it again") from None
     except OSError as error:
@@ -120,15 +104,26 @@ def _read(path: Path, n: int, header: list[str], text_columns: bool) -> RawSampl
     read = {kind: store.array() for kind, store in stores.items()}
     if len(read["t"]) == 0:
         raise InputError(f"{path}: holds a header and no samples")
+    others: dict[str, NDArray[Any]] = {name: store.array() for name, store in extras.items()}
+    others |= {name: np.concatenate(parts) for name, parts in cells.items()}
     return RawSamples(
         read["t"],
         read["q"],
         read["v"],
         read.get("ext"),
         read.get("temp"),
-        {name: store.array() for name, store in extras.items()}
-        | {name: as_numbers(cells) for name, cells in texts.items()},
+        {name: others[name] for name in extra},
     )
+
+
+def _failing_columns(message: str, header: list[str]) -> set[str]:
+    """The column that the reader could not turn into numbers; all of them if it does not say."""
+    found = re.search(r"CSV column #(\d+)", message)
+    return {header[int(found[1])]} if found else set(header)
+
+
+def _mistake(path: Path, header: list[str], known: set[str]) -> InputError:
+    return first_mistake(path, header, known) or InputError(f"{path}: not a CSV file of numbers")
 
 
 def _groups(header: Sequence[str], n: int) -> dict[str, list[str]]:
@@ -138,14 +133,6 @@ def _groups(header: Sequence[str], n: int) -> dict[str, list[str]]:
         if names[0] in header:
             groups[kind] = names
     return groups
-
-
-def as_numbers(cells: list[str]) -> NDArray[Any]:
-    """Cells of an extra column as numbers where all are (empty: NaN), as texts otherwise."""
-    try:
-        return np.array([float(cell) if cell else np.nan for cell in cells])
-    except ValueError:
-        return np.array(cells, dtype=object)
 
 
 def write_csv_session(

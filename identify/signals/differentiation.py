@@ -38,7 +38,7 @@ def differentiate(
     rows, n = position.shape
     half = memory(sampling_period, cutoff)
     length = zero_phase.fast_length(rows + 2 * half)
-    frequency = np.fft.rfftfreq(length, sampling_period)
+    frequency = zero_phase.frequencies(length, sampling_period)
     derivative = central_difference(frequency, sampling_period)
     q, dq, ddq = np.empty((n, rows)), np.empty((n, rows)), np.empty((n, rows))
     kept = slice(half, half + rows)

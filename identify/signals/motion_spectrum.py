@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from identify.recording import Session
 from identify.signals.differentiation import differentiate
-from identify.signals.zero_phase import HIGHEST_CUTOFF, fast_length
+from identify.signals.zero_phase import HIGHEST_CUTOFF, fast_length, frequencies
 
 Array = NDArray[np.float64]
 
@@ -99,7 +99,7 @@ def _mean_power(pieces: list[Array], period: float) -> tuple[Array, Array]:
     power = np.mean(
         [np.abs(np.fft.rfft(window * (piece - piece.mean()), length)) ** 2 for piece in pieces], axis=0
     )
-    return np.fft.rfftfreq(length, period)[1:], power[1:]
+    return frequencies(length, period)[1:], np.asarray(power)[1:]
 
 
 def _holding(frequency: Array, power: Array, part: float) -> float:

@@ -35,6 +35,11 @@ def response(cutoff: float, sampling_period: float, frequency: Array, order: int
         return 1.0 / (1.0 + (ratio / math.tan(math.pi * cutoff * sampling_period)) ** (2 * order))
 
 
+def frequencies(length: int, sampling_period: float) -> Array:
+    """(length // 2 + 1,) Hz: where the Fourier transform of a real signal of that length is known."""
+    return np.asarray(np.fft.rfftfreq(length, sampling_period), dtype=np.float64)
+
+
 def decay_rate(cutoff: float, sampling_period: float, order: int = ORDER) -> float:
     """Decay of the impulse response, nepers per sample: that of the filter's slowest pole.
 
@@ -57,7 +62,7 @@ def impulse_response(cutoff: float, sampling_period: float, order: int = ORDER) 
     """(2 m + 1,) the symmetric impulse response, m = `memory`; its sum is 1."""
     half = memory(cutoff, sampling_period, order=order)
     length = 1 << (4 * half).bit_length()
-    frequency = np.fft.rfftfreq(length, sampling_period)
+    frequency = frequencies(length, sampling_period)
     kernel = np.fft.irfft(response(cutoff, sampling_period, frequency, order), length)
     kernel = np.concatenate([kernel[-half:], kernel[: half + 1]])
     kernel /= kernel.sum()
