@@ -1,8 +1,6 @@
 """experiment.yaml is read strictly: each mistake gets one line that names file, line, field and what would
 be right."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -181,23 +179,11 @@ def test_a_session_that_would_break_the_experiment_is_not_appended(folder):
     assert (folder / "experiment.yaml").read_bytes() == before
 
 
-def test_measured_experiments_load(measured_data):
-    for name, joints in (("emps", 1), ("tx40", 6)):
-        experiment = load_experiment(measured_data / name)
-        assert len(experiment.robot.joints) == joints
-        for entry in experiment.sessions:
-            session = experiment.read(entry)
-            assert session.segments == (slice(0, len(session.time)),)
-            assert session.remarks == ()
-
-
-@pytest.fixture
-def measured_data() -> Path:
-    """The folder of measured data beside the repository."""
-    import os
-
-    default = Path(__file__).parents[4] / "shared" / "data"
-    path = Path(os.environ.get("COULOMB_MEASURED_DATA", default))
-    if not path.is_dir():
-        pytest.skip(f"no measured data in {path}")
-    return path
+@pytest.mark.parametrize(("machine", "joints"), [("emps", 1), ("tx40", 6)])
+def test_a_measured_experiment_is_used_as_it_was_recorded(machine, joints, request):
+    experiment = load_experiment(request.getfixturevalue(machine))
+    assert len(experiment.robot.joints) == joints
+    for entry in experiment.sessions:
+        session = experiment.read(entry)
+        assert session.segments == (slice(0, len(session.time)),)
+        assert session.remarks == ()
