@@ -46,7 +46,10 @@ MISTAKES = {
     "a word": (table(line_9="0.007,0.1,off"), ["line 9", "'v1'", "'off'"]),
     "a number as Python writes it": (table(line_9="0.007,1_0,1"), ["line 9", "'q1'", "'1_0'"]),
     "time repeated": (table(line_9="0.006,0.1,1"), ["line 9", "'t'", "0.006 does not come after 0.006"]),
-    "time backwards": (table(line_9="-1,0.1,1"), ["line 9", "'t'", "-1 does not come after 0.006", "increase"]),
+    "time backwards": (
+        table(line_9="-1,0.1,1"),
+        ["line 9", "'t'", "-1 does not come after 0.006", "increase"],
+    ),
     "a cell too many": (table(line_9="0.007,0.1,1,2"), ["line 9", "4 cells", "3 columns"]),
     "a cell too few": (table(line_9="0.007,0.1"), ["line 9", "2 cells", "3 columns"]),
     "semicolons": (table().replace(",", ";"), ["line 1", "';'", "','"]),
@@ -137,7 +140,9 @@ numbers = st.floats(allow_nan=False, allow_infinity=False, width=64)
 def test_what_is_written_is_read_to_the_last_bit(tmp_path_factory, data, n, packed):
     rows = data.draw(st.integers(1, 30))
     time = np.sort(data.draw(arrays(np.float64, rows, elements=numbers, unique=True)))
-    position, command, external = (data.draw(arrays(np.float64, (rows, n), elements=numbers)) for _ in range(3))
+    position, command, external = (
+        data.draw(arrays(np.float64, (rows, n), elements=numbers)) for _ in range(3)
+    )
     path = tmp_path_factory.mktemp("written") / ("s.csv.gz" if packed else "s.csv")
     write_csv_session(path, time, position, command, external, extra={"state": ["on"] * rows})
     raw = read_csv_session(path, n)
@@ -150,7 +155,11 @@ def test_what_is_written_is_read_to_the_last_bit(tmp_path_factory, data, n, pack
 
 
 @settings(max_examples=30, deadline=None)
-@given(sizes=st.lists(st.integers(0, 50), min_size=1, max_size=12), width=st.integers(0, 4), limit=st.integers(0, 3000))
+@given(
+    sizes=st.lists(st.integers(0, 50), min_size=1, max_size=12),
+    width=st.integers(0, 4),
+    limit=st.integers(0, 3000),
+)
 def test_columns_are_the_same_in_memory_and_in_a_file(sizes, width, limit):
     rng = np.random.default_rng(0)
     blocks = [rng.standard_normal((size, width) if width else size) for size in sizes]
