@@ -57,6 +57,7 @@ class Guard:
         receive = _bounded(connection, receive, service.settings)
         try:
             self._check_host(connection, service.settings)
+            _check_length(connection, service.settings)
             user = await self._who(connection, service)
             scope["user"] = user
             changes = scope["type"] == "http" and scope["method"] not in SAFE_METHODS
@@ -146,10 +147,20 @@ class Guard:
                 _log.exception("the audit log could not be written: %s %s", action, scope["path"])
 
 
+def _limit(connection: HTTPConnection, settings: ServiceSettings) -> int:
+    uploads = connection.headers.get("content-type", "").startswith("multipart/form-data")
+    return settings.upload_limit if uploads else settings.body_limit
+
+
+def _check_length(connection: HTTPConnection, settings: ServiceSettings) -> None:
+    length, limit = connection.headers.get("content-length", "0"), _limit(connection, settings)
+    if length.isdecimal() and int(length) > limit:
+        raise Problem(413, f"The body is larger than {limit} bytes.", {"Connection": "close"})
+
+
 def _bounded(connection: HTTPConnection, receive: Receive, settings: ServiceSettings) -> Receive:
     """Count the body while it comes, whatever its length was said to be."""
-    uploads = connection.headers.get("content-type", "").startswith("multipart/form-data")
-    limit = settings.upload_limit if uploads else settings.body_limit
+    limit = _limit(connection, settings)
     received = 0
 
     async def receiving() -> Message:

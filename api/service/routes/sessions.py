@@ -166,3 +166,11 @@ async def stop(
         if active is not None and (active.experiment, active.id) == (experiment, session):
             return await stop_rig(request, user, rig)
     raise Problem(409, f"The session {session} of {experiment} has no rig's bus: nothing moves.")
+
+
+@router.post("/experiments/{experiment}/sessions/{session}/recover", responses=problems(409))
+def recover(
+    request: Request, user: access.Operator, experiment: ExperimentId, session: SessionId
+) -> SessionSummary:
+    """Finish a recording whose process died: what was measured until then becomes a session's file."""
+    return SessionSummary.of(service_of(request).sessions.recover(experiment, session, user))

@@ -1,0 +1,363 @@
+"""A client of the service for notebooks and scripts.
+
+    from api.client import Client
+
+    with Client("http://localhost:8000", token="coulomb_…") as coulomb:
+        for experiment in coulomb.experiments():
+            print(experiment["id"], coulomb.results(experiment["id"]).relative_error)
+        job = coulomb.add_effect("rx130l-joint3", "load-friction-asymmetric", "j3")
+        coulomb.wait(job, print)
+        time, signals = coulomb.model_signals("rx130l-joint3", "m2", "session-00", points=2000)
+
+SI units, joint space. Every refusal of the service is a `ServiceError` with its words.
+"""
+
+import json
+import time as clock
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Literal, Self
+
+import httpx
+import numpy as np
+from numpy.typing import NDArray
+
+from api.contract import Diagnosis, Effect, Identification
+
+Json = dict[str, Any]
+Signals = dict[str, NDArray[np.float32]]
+FINAL = frozenset({"done", "failed", "cancelled", "lost"})
+
+
+class ServiceError(Exception):
+    """The service refused: `status` as in HTTP, `problem` the RFC 9457 document, the text its detail."""
+
+    def __init__(self, status: int, problem: Json) -> None:
+        super().__init__(problem.get("detail") or problem.get("title") or f"status {status}")
+        self.status = status
+        self.problem = problem
+
+
+class JobFailed(Exception):
+    """A job ended otherwise than done; `job` is its last state."""
+
+    def __init__(self, job: Json) -> None:
+        super().__init__(f"{job['kind']}: {job['state']}: {job['words']}")
+        self.job = job
+
+
+class Client:
+    """One service.
+
+    address : such as http://localhost:8000
+    token   : a bearer token (`coulomb users token NAME`); None on this machine while nobody has an account
+    timeout : s for one answer
+    """
+
+    def __init__(
+        self, address: str, token: str | None = None, timeout: float = 30.0, http: httpx.Client | None = None
+    ) -> None:
+        self._http = http or httpx.Client(base_url=address, timeout=timeout)
+        if token is not None:
+            self._http.headers["Authorization"] = f"Bearer {token}"
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the connections."""
+        self._http.close()
+
+    # --- experiments and recordings
+
+    def me(self) -> Json:
+        """Who the service takes this client for."""
+        return self._get("/me")
+
+    def experiments(self) -> list[Json]:
+        """All experiments, the one changed last first."""
+        return self._get("/experiments")
+
+    def experiment(self, experiment: str) -> Json:
+        """One experiment with its payloads and sessions."""
+        return self._get(f"/experiments/{experiment}")
+
+    def create_experiment(self, name: str, rig: str) -> Json:
+        """An experiment without sessions on a rig."""
+        return self._post("/experiments", {"name": name, "rig": rig})
+
+    def import_experiment(self, archive: Path | str) -> Json:
+        """Store an experiment measured elsewhere: a .zip of experiment.yaml and its sessions.
+
+        Returns the experiment and the job of its first identification.
+        """
+        with Path(archive).open("rb") as stream:
+            return self._answer(self._http.post("/experiments/import", files={"file": stream}))
+
+    def import_session(
+        self,
+        experiment: str,
+        file: Path | str,
+        payload: str,
+        role: Literal["identification", "validation"] = "identification",
+        mass: float | None = None,
+    ) -> Json:
+        """Add a session measured elsewhere (.csv, .csv.gz, .h5); `mass` in kg adds a payload of that name."""
+        fields = {"payload": payload, "role": role} | ({"mass": str(mass)} if mass is not None else {})
+        with Path(file).open("rb") as stream:
+            files = {"file": (Path(file).name, stream)}
+            answer = self._http.post(f"/experiments/{experiment}/sessions/import", data=fields, files=files)
+        return self._answer(answer)
+
+    def recordings(self, experiment: str) -> list[Json]:
+        """The recordings of an experiment, also those that ended badly."""
+        return self._get(f"/experiments/{experiment}/recordings")
+
+    def download(
+        self,
+        experiment: str,
+        session: str,
+        target: Path | str,
+        format: Literal["original", "hdf5", "csv", "raw"] = "original",
+    ) -> Path:
+        """Write a recording to the file `target`, which must not exist yet; returns its path."""
+        path = Path(target)
+        address = f"/experiments/{experiment}/recordings/{session}"
+        with self._http.stream("GET", address, params={"format": format}) as answer:
+            if answer.is_error:
+                answer.read()
+                self._answer(answer)
+            with path.open("xb") as stream:
+                for block in answer.iter_bytes():
+                    stream.write(block)
+        return path
+
+    def recorded_signals(
+        self,
+        experiment: str,
+        session: str,
+        joint: int = 1,
+        start: float | None = None,
+        end: float | None = None,
+        points: int = 2000,
+    ) -> tuple[NDArray[np.float64], Signals]:
+        """Time (M,) s and `position`, `command` (M,) of a joint counted from 1, between `start` and `end` s.
+
+        More than `points` samples come as pairs of smallest and largest value.
+        """
+        address = f"/experiments/{experiment}/recordings/{session}/signals"
+        return self._signals(address, {"joint": joint, "from": start, "to": end, "points": points})
+
+    # --- models
+
+    def results(self, experiment: str) -> Identification:
+        """What the identifier says over all sessions so far.
+
+        Raises ServiceError with status 404 before the first session, and 202 while the first results are
+        computed.
+        """
+        answer = self._http.get(f"/experiments/{experiment}/results")
+        if answer.status_code == 202:
+            raise ServiceError(202, {"detail": "the first results are being computed", **answer.json()})
+        return Identification.model_validate(self._answer(answer))
+
+    def models(self, experiment: str) -> Json:
+        """All model versions and where the story stands."""
+        return self._get(f"/experiments/{experiment}/models")
+
+    def model(self, experiment: str, model: str) -> Json:
+        """One model version with its newest fit and diagnosis."""
+        return self._get(f"/experiments/{experiment}/models/{model}")
+
+    def compare(self, experiment: str, first: str, second: str) -> Json:
+        """Two model versions side by side."""
+        return self._get(f"/experiments/{experiment}/models/compare", first=first, second=second)
+
+    def fit(self, experiment: str, model: str = "usual", add: list[str] | None = None) -> Json:
+        """Fit a model (a job); it becomes the one that stands."""
+        return self._post(f"/experiments/{experiment}/models", {"model": model, "add": add or []})
+
+    def add_effect(self, experiment: str, effect: str, joint: str | None = None) -> Json:
+        """Add an effect to the model that stands (a job)."""
+        return self._post(f"/experiments/{experiment}/models/effects", {"effect": effect, "joint": joint})
+
+    def remove_effect(self, experiment: str, effect: str, joint: str | None = None) -> Json:
+        """Remove an effect from the model that stands (a job)."""
+        change = {"effect": effect, "joint": joint}
+        return self._post(f"/experiments/{experiment}/models/effects/remove", change)
+
+    def undo(self, experiment: str) -> Json:
+        """Go back to the model before."""
+        return self._post(f"/experiments/{experiment}/models/undo")
+
+    def redo(self, experiment: str) -> Json:
+        """Take back the last undo."""
+        return self._post(f"/experiments/{experiment}/models/redo")
+
+    def diagnose(self, experiment: str, model: str) -> Json:
+        """Find what a model version misses (a job)."""
+        return self._post(f"/experiments/{experiment}/models/{model}/diagnosis")
+
+    def diagnosis(self, experiment: str, model: str) -> Diagnosis:
+        """What was found to be missing in a model version."""
+        return Diagnosis.model_validate(self._get(f"/experiments/{experiment}/models/{model}/diagnosis"))
+
+    def improve(self, experiment: str) -> Json:
+        """Diagnose and add until nothing more is justified (a job)."""
+        return self._post(f"/experiments/{experiment}/improvement")
+
+    def model_signals(
+        self,
+        experiment: str,
+        model: str,
+        session: str,
+        joint: int = 1,
+        start: float | None = None,
+        end: float | None = None,
+        points: int = 2000,
+    ) -> tuple[NDArray[np.float64], Signals]:
+        """Time (M,) s and `measured`, `predicted`, `error` torque, `position`, `velocity`, `load` (M,) of
+        a joint.
+        """
+        address = f"/experiments/{experiment}/models/{model}/signals"
+        query = {"session": session, "joint": joint, "from": start, "to": end, "points": points}
+        return self._signals(address, query)
+
+    def effects(self) -> list[Effect]:
+        """The catalogue of physical effects."""
+        return [Effect.model_validate(entry) for entry in self._get("/effects")]
+
+    # --- jobs
+
+    def job(self, identifier: str) -> Json:
+        """A job as it is now."""
+        return self._get(f"/jobs/{identifier}")
+
+    def cancel(self, identifier: str) -> Json:
+        """Cancel a job."""
+        return self._post(f"/jobs/{identifier}/cancel")
+
+    def wait(
+        self, job: Json, progress: Callable[[float, str], None] | None = None, pause: float = 0.2
+    ) -> Json:
+        """Wait for a job's end and return its last state; `progress(fraction, words)` is called on the way.
+
+        Raises JobFailed if it ends otherwise than done.
+        """
+        for state in self.follow(job, pause):
+            job = state
+            if progress is not None:
+                progress(job["fraction"], job["words"])
+        if job["state"] != "done":
+            raise JobFailed(job)
+        return job
+
+    def follow(self, job: Json, pause: float = 0.2) -> Iterator[Json]:
+        """Every state of a job that differs from the one before, asked for every `pause` s; ends with the
+        last.
+        """
+        seen: Json = {}
+        while True:
+            state = self.job(job["id"])
+            if state != seen:
+                yield state
+            if state["state"] in FINAL:
+                return
+            seen = state
+            clock.sleep(pause)
+
+    # --- rigs, plans, sessions
+
+    def rigs(self) -> list[Json]:
+        """All rigs and who is at them."""
+        return self._get("/rigs")
+
+    def rig(self, rig: str) -> Json:
+        """One rig: settings, who has it, the session under way."""
+        return self._get(f"/rigs/{rig}")
+
+    def take(self, rig: str) -> Json:
+        """Have the rig."""
+        return self._post(f"/rigs/{rig}/take")
+
+    def release(self, rig: str) -> Json:
+        """Give the rig back."""
+        return self._post(f"/rigs/{rig}/release")
+
+    def stop(self, rig: str) -> bool:
+        """Bring the rig to rest, now; returns whether something was under way."""
+        return self._post(f"/rigs/{rig}/stop")["stopped"]
+
+    def make_plan(
+        self, rig: str, name: str, seconds: float = 60.0, model: str = "load-velocity", seed: int = 0
+    ) -> Json:
+        """Plan an excitation (a job whose result is {"plan": id})."""
+        wanted = {"rig": rig, "name": name, "seconds": seconds, "model": model, "seed": seed}
+        return self._post("/plans", wanted)
+
+    def plans(self) -> list[Json]:
+        """All plans, the newest first."""
+        return self._get("/plans")
+
+    def create_session(
+        self,
+        experiment: str,
+        rig: str,
+        plan: str,
+        payload: Json,
+        role: Literal["identification", "validation"] = "identification",
+    ) -> Json:
+        """Prepare a payload session; `payload` is {"name": …} of the rig, or with mass, com and inertia."""
+        new = {"rig": rig, "plan": plan, "payload": payload, "role": role}
+        return self._post(f"/experiments/{experiment}/sessions", new)
+
+    def session(self, experiment: str, session: str) -> Json:
+        """One session."""
+        return self._get(f"/experiments/{experiment}/sessions/{session}")
+
+    def step(
+        self,
+        experiment: str,
+        session: str,
+        step: Literal["check", "weigh", "confirm", "arm", "start", "stop", "recover"],
+        **fields: Any,
+    ) -> Json:
+        """Take one step of a session: check, weigh (mass=…), confirm, arm, start, stop, recover."""
+        address = f"/experiments/{experiment}/sessions/{session}/{step}"
+        return self._post(address, fields if step == "weigh" else None)
+
+    # --- inside
+
+    def _get(self, address: str, **query: Any) -> Any:
+        return self._answer(self._http.get(address, params=query))
+
+    def _post(self, address: str, body: Json | None = None) -> Any:
+        return self._answer(
+            self._http.post(address, json=body) if body is not None else self._http.post(address)
+        )
+
+    def _signals(self, address: str, query: Json) -> tuple[NDArray[np.float64], Signals]:
+        known = {name: value for name, value in query.items() if value is not None}
+        answer = self._http.get(address, params=known)
+        if answer.is_error:
+            self._answer(answer)
+        names = answer.headers["X-Columns"].split(",")
+        values = np.frombuffer(answer.content, "<f4").reshape(len(names), -1)
+        time = values[0].astype(np.float64) + float(answer.headers["X-Time-Origin"])
+        return time, dict(zip(names[1:], values[1:], strict=True))
+
+    @staticmethod
+    def _answer(answer: httpx.Response) -> Any:
+        if not answer.is_error:
+            return answer.json() if answer.content else None
+        try:
+            problem = answer.json()
+        except json.JSONDecodeError:
+            problem = {"detail": answer.text[:500]}
+        raise ServiceError(answer.status_code, problem)
