@@ -250,7 +250,8 @@ def _recording_state(file: Path) -> tuple[str, str | None]:
         attributes = _attributes(file)
     except OSError as error:
         return "damaged", str(error)[:1000]
-    return attributes.get("status") or MEASURED, attributes.get("status_reason") or None
+    status = attributes.get("status") or MEASURED
+    return ("done" if status == "complete" else status), attributes.get("status_reason") or None
 
 
 def _recorded_payload(file: Path) -> tuple[dict[str, Any], str]:

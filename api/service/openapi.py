@@ -54,6 +54,7 @@ class ResourceRoute(APIRoute):
         handler = super().get_route_handler()
         if self.body_field is None:
             return handler
+        role = declared_role(self)
         accepted = (
             "multipart/form-data" if isinstance(self.body_field.field_info, Form) else "application/json"
         )

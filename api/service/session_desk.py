@@ -24,6 +24,8 @@ from daq.rig import KnownPayload
 from daq.session_events import SessionEvent, SessionState, StepOutOfTurn
 from identify.recording.errors import InputError
 
+RECORDING = "recording"
+"""State of a recording that grows, or whose process died."""
 MOVING = frozenset({SessionState.ARMED, SessionState.RUNNING})
 _log = logging.getLogger(__name__)
 
@@ -199,6 +201,23 @@ class SessionDesk:
         # Written before anything moves: without a log there is no motion.
         self._asked(active, user, "session start", client)
         self._take(active.payload_session.start)
+        return self._experiments.session(experiment, identifier)
+
+    def recover(self, experiment: str, identifier: str, user: User) -> SessionRow:
+        """Close a recording whose process died; every row that was flushed is kept.
+
+        Raises the problem 409 if the recording is closed or still grows.
+        """
+        row = self._experiments.session(experiment, identifier)
+        if self._is_active(row) and not self._active[row.rig or ""].state.ended:
+            raise Problem(409, "The session is under way.")
+        if row.file is None or row.state != RECORDING:
+            raise Problem(409, f"The session {identifier} is {row.state}: there is nothing to recover.")
+        from daq.recovery import recover_recording
+
+        path = self._experiments.folder(experiment) / row.file
+        recover_recording(path, "aborted", f"the recording process died; recovered by {user.name}")
+        self._experiments.refresh(experiment)
         return self._experiments.session(experiment, identifier)
 
     # --- stopping
