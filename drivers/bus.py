@@ -11,6 +11,7 @@ from typing import Any
 import can
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from drivers import gateway
 from drivers.errors import BusError
 from drivers.virtual_bus import InProcessBus
 
@@ -23,11 +24,15 @@ class BusSettings(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    interface: str = Field("virtual", description="python-can's name: socketcan, slcan, virtual, pcan, …")
-    channel: str = Field("coulomb", description="can0, /dev/ttyACM0, or any name on a virtual bus")
-    bitrate: int = Field(1_000_000, gt=0, description="bit/s; socketcan takes it from `ip link` instead")
-    fd: bool = Field(False, description="CAN FD; the interface must support it")
-    data_bitrate: int | None = Field(None, gt=0, description="bit/s of the data phase, CAN FD only")
+    interface: str = Field(
+        default="virtual", description="python-can's name: socketcan, slcan, virtual, pcan, …"
+    )
+    channel: str = Field(default="coulomb", description="can0, /dev/ttyACM0, or any name on a virtual bus")
+    bitrate: int = Field(
+        default=1_000_000, gt=0, description="bit/s; socketcan takes it from `ip link` instead"
+    )
+    fd: bool = Field(default=False, description="CAN FD; the interface must support it")
+    data_bitrate: int | None = Field(default=None, gt=0, description="bit/s of the data phase, CAN FD only")
     options: dict[str, str | int | float | bool] = Field(
         default_factory=dict, description="further options of the interface, passed to python-can as they are"
     )
@@ -53,7 +58,9 @@ def pass_ids(ids: list[int]) -> Filters:
 def open_bus(
     settings: BusSettings, *, filters: Filters | None = None, receive_own_messages: bool = False
 ) -> can.BusABC:
-    """Open the bus as python-can sees it.
+    """Open the bus as python-can sees it; as often as it is needed.
+
+    Adapters that can be opened only once are shared by a gateway (`drivers/gateway.py`).
 
     filters : python-can's `can_filters`; None receives everything
 
@@ -66,19 +73,27 @@ def open_bus(
         )
     if settings.interface == "socketcan":
         check_network_interface(settings.channel)
-    options: dict[str, Any] = dict(settings.options)
+        return _open_adapter(settings, can_filters=filters, receive_own_messages=receive_own_messages)
+    return gateway.join(
+        settings.interface, settings.channel, lambda: _open_adapter(settings), filters, receive_own_messages
+    )
+
+
+def _open_adapter(settings: BusSettings, **arguments: Any) -> can.BusABC:
+    """python-can's own bus; BusError in words."""
+    if settings.interface not in can.VALID_INTERFACES:
+        known = ", ".join(sorted(can.VALID_INTERFACES))
+        raise BusError(f"interface {settings.interface!r} is not known to python-can; known are {known}")
+    options: dict[str, Any] = dict(settings.options) | arguments
     if settings.fd:
         options["fd"] = True
         if settings.data_bitrate is not None:
             options["data_bitrate"] = settings.data_bitrate
-    if receive_own_messages:
-        options["receive_own_messages"] = True
     try:
         return can.Bus(
             interface=settings.interface,
             channel=settings.channel,
             bitrate=settings.bitrate,
-            can_filters=filters,
             ignore_config=True,
             **options,
         )

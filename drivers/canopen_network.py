@@ -119,6 +119,10 @@ class CanopenNetwork:
 
         canopen's consumer fails on short EMCY frames and then hides them from everybody; `watch` has ours.
         """
+        known = self._network.nodes.pop(node, None)
+        if known is not None:
+            self._network.subscribe(0x80 + node, known.emcy.on_emcy)  # canopen insists on removing it
+            known.remove_network()
         remote = self._network.add_node(node, dictionary)
         self._network.unsubscribe(0x80 + node, remote.emcy.on_emcy)
         return remote

@@ -34,6 +34,7 @@ _PRODUCER_HEARTBEAT = 0x1017
 _CONSUMER_HEARTBEAT = 0x1016
 _NMT_COMMANDS = {"OPERATIONAL": (1, 5), "STOPPED": (2, 4), "PRE-OPERATIONAL": (128, 127)}
 _NMT_RESET_NODE = 129
+_VELOCITY = 0x606C
 
 # COB-IDs of the predefined connection set, CiA 301 section 7.3.3.
 _TPDO_BASE = (0x180, 0x280, 0x380, 0x480)
@@ -114,7 +115,7 @@ class Drive:
         self.timeouts = timeouts
         self.watch = network.watch(node)
         remote = network.add_node(node, load_object_dictionary(profile.object_dictionary, node))
-        self.sdo = SdoAccess(remote, timeouts.sdo, timeouts.retries)
+        self.sdo = SdoAccess(node, remote, timeouts.sdo, timeouts.retries)
 
     # ---- who it is and how it is ----
 
@@ -395,19 +396,44 @@ class Drive:
             )
 
     def quick_stop(self) -> None:
-        """Stop along the quick stop ramp and wait until the drive has stopped.
+        """Stop along the quick stop ramp and wait until the axis rests.
 
-        Depending on 0x605A the drive then stays in QUICK STOP ACTIVE or goes to SWITCH ON DISABLED.
+        By 0x605A the drive then goes to SWITCH ON DISABLED by itself, or holds in QUICK STOP ACTIVE. Does
+        nothing when the drive is not in OPERATION ENABLED.
 
-        Raises DriveError when neither is reached in time.
+        Raises DriveError when the axis does not come to rest in time.
         """
         if self._settled_state() is not State.OPERATION_ENABLED:
             return
         self.sdo.write(cia402.CONTROLWORD, 0, "uint16", Command.QUICK_STOP.value, "quick stop")
-        stopped = (State.QUICK_STOP_ACTIVE, State.SWITCH_ON_DISABLED, State.FAULT)
-        state = self._wait(self.state, lambda seen: seen in stopped, self.timeouts.quick_stop)
+        timeout = self.timeouts.quick_stop
+        state = self._wait(self.state, lambda seen: seen is not State.OPERATION_ENABLED, timeout)
+        holds = state is State.QUICK_STOP_ACTIVE and self._holds_after_quick_stop()
+        if holds:
+            velocity = self._wait(self._velocity, lambda seen: seen == 0, timeout)
+            if velocity:
+                raise DriveError(
+                    self.node,
+                    "quick stop",
+                    index=_VELOCITY,
+                    expected=f"velocity 0 within {timeout:g} s",
+                    received=f"{velocity} came",
+                )
+            return
+        stopped = (State.SWITCH_ON_DISABLED, State.FAULT)
+        state = self._wait(self.state, lambda seen: seen in stopped, timeout)
         if state not in stopped:
-            raise self._stuck("quick stop", State.QUICK_STOP_ACTIVE, state, self.timeouts.quick_stop)
+            raise self._stuck("quick stop", State.SWITCH_ON_DISABLED, state, timeout)
+
+    def _holds_after_quick_stop(self) -> bool:
+        try:
+            option = self.sdo.read(cia402.QUICK_STOP_OPTION, 0, "int16", "reading the quick stop option")
+        except DriveError:
+            return False  # optional object; its default, 2, does not hold
+        return option >= 5
+
+    def _velocity(self) -> int:
+        return self.sdo.read(_VELOCITY, 0, "int32", "reading the velocity")
 
     def reset_fault(self) -> None:
         """Reset a fault by a rising edge of controlword bit 7; harmless when there is none.

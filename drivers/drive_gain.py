@@ -46,7 +46,7 @@ def drive_gain(
         ratio = ratio.reshape(1)
     if ratio.ndim == 1:
         ratio = np.diag(ratio)
-    if ratio.ndim != 2 or ratio.shape[0] != ratio.shape[1]:
+    if ratio.ndim != 2 or len(set(ratio.shape)) != 1:
         raise ValueError(f"gear_ratio must be (n,) or (n, n), not {ratio.shape}")
     if np.linalg.matrix_rank(ratio) < len(ratio):
         raise ValueError("gear_ratio is singular: some motor does not move, or two motors move alike")

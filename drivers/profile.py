@@ -38,12 +38,12 @@ class ObjectReference(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     index: int = Field(ge=0x1000, le=0xFFFF, description="index, e.g. 0x6064")
-    subindex: int = Field(0, ge=0, le=0xFF)
+    subindex: int = Field(default=0, ge=0, le=0xFF)
     type: ObjectType = Field(description="type of the raw value")
-    scale: float = Field(1.0, gt=0, description="unit per raw count")
-    sign: Literal[-1, 1] = Field(1, description="-1 where the drive counts the other way")
+    scale: float = Field(default=1.0, gt=0, description="unit per raw count")
+    sign: Literal[-1, 1] = Field(default=1, description="-1 where the drive counts the other way")
     unit: Unit = Field(description="unit of scale · raw")
-    source: str = Field("", description="manual's name and section, or how else it is known")
+    source: str = Field(default="", description="manual's name and section, or how else it is known")
 
     @property
     def kind(self) -> str:
@@ -65,17 +65,21 @@ class DriveProfile(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: str
-    vendor_id: int | None = Field(None, description="0x1018:01 of these drives; checked when given")
-    object_dictionary: str = Field("generic-cia402.eds", description="EDS or DCF file")
-    manuals: tuple[str, ...] = Field((), description="the documents that the sources below name")
-    remarks: tuple[str, ...] = Field((), description="what could not be checked, and on what it was assumed")
+    vendor_id: int | None = Field(default=None, description="0x1018:01 of these drives; checked when given")
+    object_dictionary: str = Field(default="generic-cia402.eds", description="EDS or DCF file")
+    manuals: tuple[str, ...] = Field(default=(), description="the documents that the sources below name")
+    remarks: tuple[str, ...] = Field(
+        default=(), description="what could not be checked, and on what it was assumed"
+    )
     position: ObjectReference = Field(description="actual position")
     current_reference: ObjectReference = Field(description="what the paper calls v: the current reference")
     rated: ObjectReference | None = Field(
-        None, description="rated torque or current that a current reference in fractions refers to"
+        default=None, description="rated torque or current that a current reference in fractions refers to"
     )
-    temperature: ObjectReference | None = Field(None, description="drive's or motor's temperature, if any")
-    transmit_pdos: int = Field(4, ge=1, le=512, description="number of TPDOs of the drive")
+    temperature: ObjectReference | None = Field(
+        default=None, description="drive's or motor's temperature, if any"
+    )
+    transmit_pdos: int = Field(default=4, ge=1, le=512, description="number of TPDOs of the drive")
 
     @field_validator("position")
     @classmethod

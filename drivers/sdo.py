@@ -25,18 +25,19 @@ _FORMATS = {
 class SdoAccess:
     """SDO of one node; safe to use from several threads.
 
-    remote  : the node of a CanopenNetwork
+    node    : CANopen node id
+    remote  : that node of a CanopenNetwork
     timeout : s to wait for each answer
     retries : how often a request without answer is sent again
     """
 
-    def __init__(self, remote: canopen.RemoteNode, timeout: float = 0.3, retries: int = 2):
-        self.node = remote.id
+    def __init__(self, node: int, remote: canopen.RemoteNode, timeout: float = 0.3, retries: int = 2):
+        self.node = node
         self.timeout = timeout
         self.retries = retries
         self._client = remote.sdo
         self._client.RESPONSE_TIMEOUT = timeout
-        self._client.MAX_RETRIES = 1 + retries  # canopen counts attempts
+        vars(self._client)["MAX_RETRIES"] = 1 + retries  # canopen counts attempts
         self._lock = threading.RLock()
 
     def read(self, index: int, subindex: int, kind: str, what: str = "") -> Any:

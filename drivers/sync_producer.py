@@ -20,7 +20,9 @@ LATENESS_CLASSES_US = (10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000)
 
 
 class Pacing(Protocol):
-    """When the next SYNC goes out."""
+    """When the next SYNC goes out; `missed` counts the SYNCs that could not go out in time."""
+
+    missed: int
 
     def start(self, period: float) -> None:
         """Called once before the first SYNC; period in s."""
@@ -190,7 +192,7 @@ class SyncProducer:
                 on_cycle(cycle)
                 if real_time and time.monotonic() - began > self.period:
                     self.statistics.slow_callbacks += 1
-            self.statistics.missed = getattr(self.pacing, "missed", 0)
+            self.statistics.missed = self.pacing.missed
 
     def request_stop(self) -> None:
         """Let `run` return after the present cycle; may be called from any thread and from `on_cycle`."""

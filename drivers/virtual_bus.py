@@ -38,6 +38,7 @@ class _Channel:
         self.on_the_way: deque[tuple[Frame, _Inbox]] = deque()
         self.dispatching = threading.Lock()
         self.listeners: list[Any] = []  # python-can's list of queues, ours among them
+        self.failure: str | None = None
 
 
 _channels: dict[str, _Channel] = {}
@@ -71,9 +72,14 @@ class _Inbox:
             with self._arrived:
                 self._arrived.notify()
 
+    def wake(self) -> None:
+        """Let whoever waits look again."""
+        with self._arrived:
+            self._arrived.notify_all()
+
     def put(self, item: can.Message, block: bool = True, timeout: float | None = None) -> None:
-        """A frame from python-can's own VirtualBus on the same channel."""
-        self.bus.forward(_frame_of(item, int(item.timestamp * 1e9)), self)
+        """A frame from python-can's own VirtualBus on the same channel, which tells every listener itself."""
+        self.deliver(frame_of(item, round(item.timestamp * 1e9)))
 
     def get(self, timeout: float | None) -> Frame | None:
         if not self.waiting_frames:
@@ -82,7 +88,7 @@ class _Inbox:
             with self._arrived:
                 self._readers += 1
                 try:
-                    self._arrived.wait_for(lambda: self.waiting_frames, timeout)
+                    self._arrived.wait_for(lambda: self.waiting_frames or self.bus.failed, timeout)
                 finally:
                     self._readers -= 1
         try:
@@ -91,7 +97,8 @@ class _Inbox:
             return None
 
 
-def _frame_of(message: can.Message, stamp: int) -> Frame:
+def frame_of(message: can.Message, stamp: int) -> Frame:
+    """A python-can message as a frame."""
     flags = (
         frames.EXTENDED * message.is_extended_id
         | frames.REMOTE * message.is_remote_frame
@@ -135,12 +142,18 @@ class InProcessBus(VirtualBus):
         receive_own_messages: bool = False,
     ):
         super().__init__(channel=channel, receive_own_messages=receive_own_messages, can_filters=can_filters)
+        self._name = channel
         self._inbox = _Inbox(self, receive_own_messages)
         with _channels_lock:
             self._bus = _channels.setdefault(channel, _Channel())
             self._bus.listeners = self.channel
             self.channel[self.channel.index(self.queue)] = self._inbox  # type: ignore[call-overload]
             self.queue = self._inbox  # type: ignore[assignment]
+
+    @property
+    def failed(self) -> bool:
+        """Whether the channel is broken."""
+        return self._bus.failure is not None
 
     def use_clock(self, clock: Clock) -> None:
         """Stamp the frames of this channel with `clock` (ns) instead of the system's time."""
@@ -151,13 +164,29 @@ class InProcessBus(VirtualBus):
         self._inbox.handler = handler
 
     def send_frame(self, can_id: int, data: bytes) -> None:
-        """Send a classic data frame with an 11-bit id, without building a `can.Message`."""
+        """Send a data frame with an 11-bit id, without building a `can.Message`."""
         self.forward((self._bus.clock(), can_id, data, 0), self._inbox)
 
     def take(self) -> list[Frame]:
-        """All frames that wait, oldest first."""
+        """All frames that wait, oldest first.
+
+        Raises can.CanOperationError when the channel has failed.
+        """
+        if self._bus.failure is not None:
+            raise can.CanOperationError(self._bus.failure)
         waiting = self._inbox.waiting_frames
         return [waiting.popleft() for _ in range(len(waiting))]
+
+    def pass_on(self, frame: Frame) -> None:
+        """Deliver a frame that came from elsewhere, with the stamp it has, to all others."""
+        self.forward(frame, self._inbox)
+
+    def fail(self, reason: str) -> None:
+        """The channel is broken: whoever receives or sends on it is told so."""
+        self._bus.failure = reason
+        for listener in tuple(self._bus.listeners):
+            if isinstance(listener, _Inbox):
+                listener.wake()
 
     def passes(self, can_id: int, extended: bool) -> bool:
         """Whether the filters let this id through."""
@@ -175,6 +204,8 @@ class InProcessBus(VirtualBus):
         sends meanwhile, can neither deadlock nor overtake.
         """
         bus = self._bus
+        if bus.failure is not None:
+            raise can.CanOperationError(bus.failure)
         bus.on_the_way.append((frame, sender))
         while bus.on_the_way and bus.dispatching.acquire(blocking=False):
             try:
@@ -191,21 +222,23 @@ class InProcessBus(VirtualBus):
                 elif listener.receives_own:
                     listener.deliver((frame[0], frame[1], frame[2], frame[3] | frames.OWN))
             else:
-                listener.put(_message_of(frame, self.channel_id, own=False))
+                listener.put(_message_of(frame, self._name, own=False))
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
         self._check_if_open()
-        self.forward(_frame_of(msg, self._bus.clock()), self._inbox)
+        self.forward(frame_of(msg, self._bus.clock()), self._inbox)
 
     def shutdown(self) -> None:
         super().shutdown()
         with _channels_lock:
-            if not self.channel and _channels.get(self.channel_id) is self._bus:
-                del _channels[self.channel_id]
+            if not self.channel and _channels.get(self._name) is self._bus:
+                del _channels[self._name]
 
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
         self._check_if_open()
         frame = self._inbox.get(timeout)
+        if frame is None and self._bus.failure is not None:
+            raise can.CanOperationError(self._bus.failure)
         if frame is None:
             return None, True
-        return _message_of(frame, self.channel_id, own=bool(frame[3] & frames.OWN)), True
+        return _message_of(frame, self._name, own=bool(frame[3] & frames.OWN)), True

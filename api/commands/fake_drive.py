@@ -48,7 +48,7 @@ def fake_drive(
         signal.signal(number, lambda *_: ended.set())
     try:
         with simulated_rig(loaded, mounted, bus, seed) as drives:
-            nodes = ", ".join(str(node.id) for node in drives.nodes)
+            nodes = ", ".join(str(node.node) for node in drives.nodes)
             words = f"on {bus} with payload {mounted.name}"
             print(f"fake-drive: nodes {nodes} {words}; Ctrl-C ends them", flush=True)
             ended.wait(seconds)

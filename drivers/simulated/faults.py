@@ -15,19 +15,25 @@ class FaultSettings(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    lose_probability: float = Field(0.0, ge=0, le=1, description="of losing a cycle's TPDOs")
-    lose_cycles: frozenset[int] = Field(frozenset(), description="cycles whose TPDOs are lost")
-    late_probability: float = Field(0.0, ge=0, le=1, description="of TPDOs coming one cycle late")
-    late_cycles: frozenset[int] = Field(frozenset(), description="cycles whose TPDOs come one cycle late")
-    freeze_at: int | None = Field(None, description="cycle from which the node does nothing any more")
-    emergency_at: int | None = Field(None, description="cycle at which the drive fails with emergency_code")
-    emergency_code: int = Field(0x4310, ge=0x1000, le=0xFFFF)
-    heartbeat_stops_at: int | None = Field(None, description="cycle from which no heartbeat is sent")
-    saturate_from: int | None = Field(None, description="cycle from which the current limit is lowered")
-    saturate_to: int | None = Field(None, description="cycle from which it is as before")
-    saturate_factor: float = Field(0.1, gt=0, le=1, description="what is left of the current limit")
-    glitch_cycles: frozenset[int] = Field(frozenset(), description="cycles whose position is wrong")
-    glitch_counts: int = Field(1000, description="by how much")
+    lose_probability: float = Field(default=0.0, ge=0, le=1, description="of losing a cycle's TPDOs")
+    lose_cycles: frozenset[int] = Field(default=frozenset(), description="cycles whose TPDOs are lost")
+    late_probability: float = Field(default=0.0, ge=0, le=1, description="of TPDOs coming one cycle late")
+    late_cycles: frozenset[int] = Field(
+        default=frozenset(), description="cycles whose TPDOs come one cycle late"
+    )
+    freeze_at: int | None = Field(default=None, description="cycle from which the node does nothing any more")
+    emergency_at: int | None = Field(
+        default=None, description="cycle at which the drive fails with emergency_code"
+    )
+    emergency_code: int = Field(default=0x4310, ge=0x1000, le=0xFFFF)
+    heartbeat_stops_at: int | None = Field(default=None, description="cycle from which no heartbeat is sent")
+    saturate_from: int | None = Field(
+        default=None, description="cycle from which the current limit is lowered"
+    )
+    saturate_to: int | None = Field(default=None, description="cycle from which it is as before")
+    saturate_factor: float = Field(default=0.1, gt=0, le=1, description="what is left of the current limit")
+    glitch_cycles: frozenset[int] = Field(default=frozenset(), description="cycles whose position is wrong")
+    glitch_counts: int = Field(default=1000, description="by how much")
 
 
 # Subindices of object 0x2010, "fault command"; writing a value commands the fault.

@@ -12,8 +12,6 @@ import threading
 from collections.abc import Callable
 from typing import Protocol
 
-import can
-
 from drivers.bus import BusSettings, check_network_interface, open_bus, reason_in_words
 from drivers.errors import BusError
 from drivers.virtual_bus import InProcessBus
@@ -47,7 +45,8 @@ def open_link(settings: BusSettings) -> Link:
     if settings.interface == "socketcan":
         return SocketCanLink(settings.channel)
     bus = open_bus(settings)
-    return InProcessLink(bus) if isinstance(bus, InProcessBus) else PythonCanLink(bus)
+    assert isinstance(bus, InProcessBus)  # open_bus: every interface but socketcan
+    return InProcessLink(bus)
 
 
 class InProcessLink:
@@ -66,34 +65,12 @@ class InProcessLink:
         self.bus.shutdown()
 
 
-class _ThreadedLink:
-    """What links with a receiving thread share."""
-
-    def __init__(self) -> None:
-        self._closing = threading.Event()
-        self._thread: threading.Thread | None = None
-
-    def start(self, handler: Handler) -> None:
-        """Receive in a thread from now on."""
-        self._thread = threading.Thread(
-            target=self._receive, args=(handler,), name="simulated-nodes", daemon=True
-        )
-        self._thread.start()
-
-    def _receive(self, handler: Handler) -> None:
-        raise AssertionError("a link says how it receives")
-
-    def _join(self) -> None:
-        self._closing.set()
-        if self._thread is not None and self._thread is not threading.current_thread():
-            self._thread.join(2.0)
-
-
-class SocketCanLink(_ThreadedLink):
+class SocketCanLink:
     """Over SocketCAN by a raw socket: no object per frame, an answer in tens of microseconds."""
 
     def __init__(self, channel: str):
-        super().__init__()
+        self._closing = threading.Event()
+        self._thread: threading.Thread | None = None
         check_network_interface(channel)
         try:
             self._socket = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
@@ -101,6 +78,13 @@ class SocketCanLink(_ThreadedLink):
         except OSError as error:
             raise BusError(f"CAN interface {channel!r}: {reason_in_words(error)}") from error
         self._socket.settimeout(_RECEIVE_CYCLE)
+
+    def start(self, handler: Handler) -> None:
+        """Receive in a thread from now on."""
+        self._thread = threading.Thread(
+            target=self._receive, args=(handler,), name="simulated-nodes", daemon=True
+        )
+        self._thread.start()
 
     def send(self, can_id: int, data: bytes) -> None:
         """Send a frame; a full transmit queue loses it, as on a real node."""
@@ -121,29 +105,7 @@ class SocketCanLink(_ThreadedLink):
 
     def close(self) -> None:
         """Leave the bus."""
-        self._join()
+        self._closing.set()
+        if self._thread is not None and self._thread is not threading.current_thread():
+            self._thread.join(2.0)
         self._socket.close()
-
-
-class PythonCanLink(_ThreadedLink):
-    """Over any python-can interface."""
-
-    def __init__(self, bus: can.BusABC):
-        super().__init__()
-        self._bus = bus
-
-    def send(self, can_id: int, data: bytes) -> None:
-        """Send a frame."""
-        self._bus.send(can.Message(arbitration_id=can_id, is_extended_id=False, data=data))
-
-    def _receive(self, handler: Handler) -> None:
-        while not self._closing.is_set():
-            message = self._bus.recv(_RECEIVE_CYCLE)
-            if message is None or message.is_extended_id or message.is_remote_frame or message.is_error_frame:
-                continue
-            handler(message.arbitration_id, bytes(message.data))
-
-    def close(self) -> None:
-        """Leave the bus."""
-        self._join()
-        self._bus.shutdown()

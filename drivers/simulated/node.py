@@ -59,6 +59,7 @@ class SimulatedNode(canopen.LocalNode):
 
     def __init__(self, axis: SimulatedAxis, seed: int, send: Callable[[int, bytes], None]):
         super().__init__(axis.node, load_object_dictionary(DICTIONARY, axis.node))
+        self.node = axis.node
         # canopen's own heartbeat needs a bus that sends periodically by itself.
         self._write_callbacks.clear()
         self.axis = axis
@@ -100,11 +101,11 @@ class SimulatedNode(canopen.LocalNode):
         self._emergency_shown = 0
         self.nmt_state = _PRE_OPERATIONAL
         self.cycle = -1
-        self.send(0x700 + self.id, b"\x00")
+        self.send(0x700 + self.node, b"\x00")
 
     def take_nmt(self, command: int, node: int) -> None:
         """An NMT command from the bus."""
-        if self.faults.frozen or node not in (0, self.id):
+        if self.faults.frozen or node not in (0, self.node):
             return
         if command == 129:
             self.boot()
@@ -121,7 +122,7 @@ class SimulatedNode(canopen.LocalNode):
     def send_heartbeat(self) -> None:
         """One heartbeat frame, unless a fault forbids it."""
         if not (self.faults.frozen or self.faults.heartbeat_stopped):
-            self.send(0x700 + self.id, bytes((self.nmt_state,)))
+            self.send(0x700 + self.node, bytes((self.nmt_state,)))
 
     @property
     def period(self) -> float:
@@ -136,7 +137,7 @@ class SimulatedNode(canopen.LocalNode):
     def take_sdo(self, data: bytes) -> None:
         """An SDO request."""
         if not self.faults.frozen and self.nmt_state != _STOPPED:
-            self.sdo.on_request(0x600 + self.id, data, 0.0)
+            self.sdo.on_request(0x600 + self.node, data, 0.0)
             self.send_events()
 
     @property
@@ -234,7 +235,7 @@ class SimulatedNode(canopen.LocalNode):
         """One EMCY frame."""
         if self.nmt_state in (_OPERATIONAL, _PRE_OPERATIONAL):
             register = self.drive.image[slot.ERROR_REGISTER]
-            self.send(0x80 + self.id, struct.pack("<HB5x", code, register))
+            self.send(0x80 + self.node, struct.pack("<HB5x", code, register))
 
     def _act_on_image(self, slots: MappedSlots) -> None:
         if slot.MODE in slots.slots:

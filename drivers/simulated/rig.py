@@ -75,7 +75,7 @@ class SimulatedRig:
             SimulatedNode(axis, settings.seed * 1000 + axis.node, self._link.send) for axis in settings.axes
         )
         self._node_of_rpdo: dict[int, SimulatedNode] = {}
-        self._node_of_sdo = {0x600 + node.id: node for node in self.nodes}
+        self._node_of_sdo = {0x600 + node.node: node for node in self.nodes}
         for node in self.nodes:
             node.associate_network(self._wire)
             node.on_pdos_changed = self._map_rpdos
@@ -188,12 +188,12 @@ class SimulatedRig:
     def _heartbeats(self, now: float) -> None:
         for node in self.nodes:
             if not node.heartbeat_period:
-                self._heartbeat_due.pop(node.id, None)
+                self._heartbeat_due.pop(node.node, None)
                 continue
-            due = self._heartbeat_due.get(node.id)
+            due = self._heartbeat_due.get(node.node)
             if due is None or now >= due:
                 node.send_heartbeat()
-                self._heartbeat_due[node.id] = max(now, due or now) + node.heartbeat_period
+                self._heartbeat_due[node.node] = max(now, due or now) + node.heartbeat_period
 
     def _watch_master(self, now: float) -> None:
         for node in self.nodes:

@@ -12,11 +12,15 @@ class ServoSettings(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    position_gain: float = Field(40.0, gt=0, description="1/s: velocity reference per position error")
-    velocity_gain: float = Field(1.0, gt=0, description="A s/rad: current reference per velocity error")
-    velocity_integral: float = Field(20.0, ge=0, description="A/rad: integral action of the velocity loop")
+    position_gain: float = Field(default=40.0, gt=0, description="1/s: velocity reference per position error")
+    velocity_gain: float = Field(
+        default=1.0, gt=0, description="A s/rad: current reference per velocity error"
+    )
+    velocity_integral: float = Field(
+        default=20.0, ge=0, description="A/rad: integral action of the velocity loop"
+    )
     velocity_filter: float = Field(
-        0.001, ge=0, description="s: time constant of the low-pass on the differentiated encoder"
+        default=0.001, ge=0, description="s: time constant of the low-pass on the differentiated encoder"
     )
 
 
@@ -26,17 +30,25 @@ class SimulatedAxis(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     node: int = Field(ge=1, le=127, description="CANopen node id")
-    counts_per_turn: int = Field(65536, gt=0, description="encoder counts per turn of the motor")
-    position_offset: int = Field(0, description="counts at motor angle zero")
-    rated_current: float = Field(5.0, gt=0, description="A; object 0x6075 holds it in mA")
-    rated_torque: float = Field(1.0, gt=0, description="N m; object 0x6076 holds it in mN m")
-    current_limit: float = Field(3.0, gt=0, description="times the rated current; objects 0x6072 and 0x6073")
-    current_noise: float = Field(0.0, ge=0, description="A, standard deviation of current minus reference")
-    max_speed: float = Field(600.0, gt=0, description="rad/s of the motor; object 0x6080 holds it in rpm")
-    following_error: float = Field(0.5, gt=0, description="turns of the motor; object 0x6065 in counts")
-    following_error_time: float = Field(0.05, ge=0, le=65, description="s; object 0x6066 in ms")
+    counts_per_turn: int = Field(default=65536, gt=0, description="encoder counts per turn of the motor")
+    position_offset: int = Field(default=0, description="counts at motor angle zero")
+    rated_current: float = Field(default=5.0, gt=0, description="A; object 0x6075 holds it in mA")
+    rated_torque: float = Field(default=1.0, gt=0, description="N m; object 0x6076 holds it in mN m")
+    current_limit: float = Field(
+        default=3.0, gt=0, description="times the rated current; objects 0x6072 and 0x6073"
+    )
+    current_noise: float = Field(
+        default=0.0, ge=0, description="A, standard deviation of current minus reference"
+    )
+    max_speed: float = Field(
+        default=600.0, gt=0, description="rad/s of the motor; object 0x6080 holds it in rpm"
+    )
+    following_error: float = Field(
+        default=0.5, gt=0, description="turns of the motor; object 0x6065 in counts"
+    )
+    following_error_time: float = Field(default=0.05, ge=0, le=65, description="s; object 0x6066 in ms")
     quick_stop_deceleration: float = Field(
-        2000.0, gt=0, description="rad/s² of the motor; object 0x6085 in counts/s²"
+        default=2000.0, gt=0, description="rad/s² of the motor; object 0x6085 in counts/s²"
     )
     servo: ServoSettings = ServoSettings()
     faults: FaultSettings = FaultSettings()
@@ -59,11 +71,13 @@ class SimulatedDrivesSettings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     axes: tuple[SimulatedAxis, ...] = Field(min_length=1)
-    servo_period: float = Field(0.001, gt=0, le=0.01, description="s between two steps of the servo loop")
-    sync_timeout: float = Field(
-        1.0, gt=0, description="s without SYNC, by the wall clock, after which moving drives stop"
+    servo_period: float = Field(
+        default=0.001, gt=0, le=0.01, description="s between two steps of the servo loop"
     )
-    seed: int = Field(1, description="of every random sequence; same seed, same numbers")
+    sync_timeout: float = Field(
+        default=1.0, gt=0, description="s without SYNC, by the wall clock, after which moving drives stop"
+    )
+    seed: int = Field(default=1, description="of every random sequence; same seed, same numbers")
 
     @model_validator(mode="after")
     def _nodes_differ(self) -> "SimulatedDrivesSettings":

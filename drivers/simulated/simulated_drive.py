@@ -24,10 +24,24 @@ SUPPORTED_MODES = (
 )
 _POSITION_MODES = (Mode.INTERPOLATED_POSITION, Mode.CYCLIC_SYNCHRONOUS_POSITION)
 _FOLLOWING_ERROR_CODE = 0x8611
-_AT_REST = 0.05  # rad/s of the motor: slower than that, a stopping axis counts as stopped
+# A stopping axis counts as stopped when it has been this slow for this long; one count per servo period is the
+# least velocity that an encoder shows.
+_AT_REST = 0.05  # rad/s of the motor
+_AT_REST_COUNTS = 1.5  # per servo period
+_AT_REST_TIME = 0.03  # s
 
-# Error register bits of the error codes' classes, CiA 301.
-_REGISTER_OF_CLASS = {0x2: 0x02, 0x3: 0x04, 0x4: 0x08, 0x8: 0x10}
+# Error register bits by the upper byte of an error code, CiA 301 section 7.5.2.2; the generic bit is always
+# set.
+_REGISTER_OF_CLASS = {0x2: 0x02, 0x3: 0x04, 0x4: 0x08}
+_COMMUNICATION, _DEVICE_PROFILE = 0x10, 0x20
+
+
+def _register_of(code: int) -> int:
+    if code >> 8 in (0x75, 0x81, 0x82):
+        return 0x01 | _COMMUNICATION
+    if 0x83 <= code >> 8 <= 0x8A:
+        return 0x01 | _DEVICE_PROFILE
+    return 0x01 | _REGISTER_OF_CLASS.get(code >> 12, 0)
 
 
 class SimulatedDrive:
@@ -64,6 +78,7 @@ class SimulatedDrive:
         self._to = 0.0
         self._slope = 0.0  # counts/s² or counts/s, of the interpolated target
         self._following_for = 0.0  # s
+        self._rests_for = 0.0  # s
         self._following_error_shown = False
         self._homing_active = False
         self._homed = False
@@ -119,7 +134,7 @@ class SimulatedDrive:
         if self.machine.state in (State.FAULT, State.FAULT_REACTION_ACTIVE):
             return
         self.image[slot.ERROR_CODE] = code
-        self.image[slot.ERROR_REGISTER] = 0x01 | _REGISTER_OF_CLASS.get(code >> 12, 0)
+        self.image[slot.ERROR_REGISTER] = _register_of(code)
         before = self.machine.state
         self.machine.fail()
         self._entered(before, self.machine.state)
@@ -133,6 +148,7 @@ class SimulatedDrive:
             self._start_following()
         elif after in (State.QUICK_STOP_ACTIVE, State.FAULT_REACTION_ACTIVE):
             self._demand_velocity = self.servo.velocity
+            self._rests_for = 0.0
         elif not self.machine.powered:
             self._engage_brake()
         if before is State.FAULT and after is State.SWITCH_ON_DISABLED:
@@ -147,8 +163,11 @@ class SimulatedDrive:
         image[slot.TARGET_POSITION] = image[slot.INTERPOLATION_DATA] = position
         image[slot.TARGET_VELOCITY] = 0
         image[slot.TARGET_TORQUE] = 0
-        self._demand = self._from = self._to = float(position)
-        self._demand_velocity = self._slope = 0.0
+        self._demand = float(position)
+        self._demand_velocity = self.servo.velocity
+        by_velocity = image[slot.MODE_DISPLAY] == Mode.CYCLIC_SYNCHRONOUS_VELOCITY
+        self._from = self._to = self._demand_velocity if by_velocity else self._demand
+        self._slope = 0.0
         self._following_for = 0.0
 
     def _engage_brake(self) -> None:
@@ -197,7 +216,7 @@ class SimulatedDrive:
             return
         image = self.image
         mode = image[slot.MODE_DISPLAY]
-        self._from = self._demand
+        self._from = self._to
         if mode == Mode.CYCLIC_SYNCHRONOUS_POSITION:
             target = image[slot.TARGET_POSITION] + image[slot.POSITION_OFFSET]
         elif mode == Mode.INTERPOLATED_POSITION:
@@ -206,7 +225,6 @@ class SimulatedDrive:
             else:
                 target = image[slot.INTERPOLATION_DATA]
         elif mode == Mode.CYCLIC_SYNCHRONOUS_VELOCITY:
-            self._from = self._demand_velocity
             target = image[slot.TARGET_VELOCITY] + image[slot.VELOCITY_OFFSET]
         else:
             return
@@ -256,7 +274,7 @@ class SimulatedDrive:
             reference = (image[slot.TARGET_TORQUE] + image[slot.TORQUE_OFFSET]) * 1e-3 * self.rated_current
             current = min(max(reference, -limit), limit)
             servo.limited = current != reference
-            self._demand = self._from = self._to = float(position)
+            self._demand = float(position)
             self._demand_velocity = servo.velocity
             return current
         if mode == Mode.CYCLIC_SYNCHRONOUS_VELOCITY:
@@ -290,8 +308,13 @@ class SimulatedDrive:
         velocity = self._demand_velocity
         self._demand_velocity = velocity - math.copysign(min(change, abs(velocity)), velocity)
         current = self.servo.follow_velocity(self._demand_velocity, limit, duration)
-        self._demand = self._from = self._to = float(position)
-        if self._demand_velocity == 0.0 and abs(self.servo.velocity) < _AT_REST * self.counts_per_radian:
+        self._demand = float(position)
+        slow = max(_AT_REST * self.counts_per_radian, _AT_REST_COUNTS / duration)
+        if self._demand_velocity or abs(self.servo.velocity) > slow:
+            self._rests_for = 0.0
+            return current
+        self._rests_for += duration
+        if self._rests_for >= _AT_REST_TIME:
             before = self.machine.state
             self.machine.stopped()
             if self.machine.state is not before:

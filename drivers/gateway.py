@@ -1,0 +1,100 @@
+"""One adapter, many listeners: brings a CAN adapter that can be opened only once onto a virtual channel.
+
+A serial adapter (slcan) and most vendors' interfaces belong to the one who opened them, but receiver, SYNC
+and canopen each want a bus of their own with filters of their own. A gateway opens the adapter, and a
+thread of it passes what it receives to a channel of the in-process bus, with the adapter's stamp. Frames
+sent on that channel go out by the adapter. The first who needs the adapter opens it, the last who leaves
+closes it.
+"""
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import can
+
+from drivers.virtual_bus import InProcessBus, frame_of
+
+_RECEIVE_CYCLE = 0.05  # s; closing waits for one of them
+
+_gateways: dict[tuple[str, str], "_Gateway"] = {}
+_gateways_lock = threading.Lock()
+
+
+class _Gateway:
+    """The adapter and the thread that listens to it."""
+
+    def __init__(self, key: tuple[str, str], adapter: can.BusABC):
+        self.key = key
+        self.channel = f"{key[0]}:{key[1]}"
+        self.members = 0
+        self._adapter = adapter
+        self._sending = threading.Lock()
+        self._closing = threading.Event()
+        self._port = InProcessBus(self.channel)
+        self._port.serve(self._send)
+        self._thread = threading.Thread(target=self._receive, name=f"gateway {self.channel}", daemon=True)
+        self._thread.start()
+
+    def _send(self, can_id: int, data: bytes) -> None:
+        message = can.Message(arbitration_id=can_id, is_extended_id=can_id > 0x7FF, data=data)
+        message.is_fd = len(data) > 8
+        with self._sending:
+            self._adapter.send(message)
+
+    def _receive(self) -> None:
+        while not self._closing.is_set():
+            try:
+                message = self._adapter.recv(_RECEIVE_CYCLE)
+            except (can.CanError, OSError) as error:
+                if not self._closing.is_set():
+                    self._port.fail(f"{self.channel}: the adapter is gone: {error}")
+                return
+            if message is not None:
+                self._port.pass_on(frame_of(message, round(message.timestamp * 1e9)))
+
+    def close(self) -> None:
+        self._closing.set()
+        self._thread.join(2.0)
+        self._port.shutdown()
+        self._adapter.shutdown()
+
+
+class GatewayMember(InProcessBus):
+    """A bus on the channel of a gateway; leaving it is `shutdown`, as for any bus."""
+
+    def __init__(self, gateway: _Gateway, can_filters: Any, receive_own_messages: bool):
+        super().__init__(gateway.channel, can_filters, receive_own_messages)
+        self._gateway: _Gateway | None = gateway
+
+    def shutdown(self) -> None:
+        super().shutdown()
+        gateway, self._gateway = self._gateway, None
+        if gateway is None:
+            return
+        with _gateways_lock:
+            gateway.members -= 1
+            if gateway.members:
+                return
+            del _gateways[gateway.key]
+        gateway.close()
+
+
+def join(
+    interface: str,
+    channel: str,
+    open_adapter: Callable[[], can.BusABC],
+    can_filters: Any = None,
+    receive_own_messages: bool = False,
+) -> GatewayMember:
+    """A bus by the gateway of an adapter; `open_adapter` is called if nobody has opened it yet.
+
+    Raises what `open_adapter` raises.
+    """
+    with _gateways_lock:
+        key = (interface, channel)
+        gateway = _gateways.get(key)
+        if gateway is None:
+            gateway = _gateways[key] = _Gateway(key, open_adapter())
+        gateway.members += 1
+    return GatewayMember(gateway, can_filters, receive_own_messages)
