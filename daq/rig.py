@@ -116,6 +116,8 @@ class Axis(_Settings):
     """N m at the motor's shaft (0x6076); where the profile gives the command as a fraction of it"""
     mode: Literal["cyclic-synchronous-position", "interpolated-position"] = "cyclic-synchronous-position"
     """mode of operation in which the axis follows the setpoints"""
+    homing: Literal["absolute-encoder", "drive"] = "absolute-encoder"
+    """whether the drive must have been homed (mode 6) for its counts to mean anything"""
     home: Finite = 0.0
     """rad or m: joint position at which the drive counts zero"""
     limits: Limits

@@ -1,0 +1,102 @@
+"""The experiment's folder as sessions are added to it: what is complete is listed, what is not is kept apart."""
+
+import os
+import re
+from pathlib import Path
+from typing import Literal
+
+from daq.recorder import raw_log_of
+from daq.rig import KnownPayload, Rig
+from identify.recording import (
+    DeclaredSession,
+    ExperimentFile,
+    Joint,
+    JointLimits,
+    Payload,
+    Robot,
+    append_session,
+    write_experiment,
+)
+from identify.recording.errors import InputError
+from identify.recording.experiment_file import EXPERIMENT_FILE, read_experiment_file
+
+INCOMPLETE = "incomplete"
+"""Folder inside the experiment's for sessions that are being recorded, were aborted, or faulted."""
+
+Role = Literal["identification", "validation"]
+
+
+def experiment_robot(rig: Rig) -> Robot:
+    """The rig's robot as the experiment describes it, drive gains included."""
+    gain = rig.drive_gain
+    coupled = rig.gear_matrix is not None
+    joints = tuple(
+        Joint(
+            **joint.model_dump(),
+            drive_gain=None if coupled else float(gain[index, index]),
+            motor_ratio=float(rig.motor_gear[index, index]) if coupled else axis.gear_ratio,
+            limits=JointLimits(
+                position=axis.limits.position,
+                velocity=axis.limits.velocity,
+                acceleration=axis.limits.acceleration,
+            ),
+        )
+        for index, (joint, axis) in enumerate(zip(rig.robot.joints, rig.axes, strict=True))
+    )
+    matrix = tuple(map(tuple, gain.tolist())) if coupled else None
+    return Robot(gravity=rig.robot.gravity, joints=joints, drive_gain_matrix=matrix)
+
+
+def open_experiment(folder: Path, rig: Rig, name: str | None = None) -> None:
+    """Make the experiment's folder and file, or check that those that are there belong to this rig.
+
+    Raises InputError where they belong to another robot.
+    """
+    path = folder / EXPERIMENT_FILE
+    if path.exists():
+        there = [joint.name for joint in read_experiment_file(path).robot.joints]
+        ours = [joint.name for joint in rig.robot.joints]
+        if there != ours:
+            raise InputError(
+                f"{path}: robot.joints are {', '.join(there)}; rig {rig.name} has {', '.join(ours)}: "
+                "record into another experiment"
+            )
+    else:
+        experiment = ExperimentFile(
+            format=1,
+            name=name or folder.resolve().name,
+            robot=experiment_robot(rig),
+            payloads=tuple(map(_payload, rig.payloads)),
+        )
+        write_experiment(folder, experiment)
+    (folder / INCOMPLETE).mkdir(exist_ok=True)
+
+
+def next_recording(folder: Path) -> Path:
+    """A recording's path among the incomplete ones whose number is not taken anywhere in the experiment."""
+    taken = {-1}
+    for place in (folder, folder / INCOMPLETE):
+        for path in place.glob("session-*"):
+            number = re.match(r"session-(\d+)\.", path.name)
+            if number:
+                taken.add(int(number[1]))
+    return folder / INCOMPLETE / f"session-{max(taken) + 1:02d}.h5"
+
+
+def admit(folder: Path, recording: Path, payload: KnownPayload, role: Role) -> Path:
+    """Move a complete recording with its raw log into the experiment and list it; where it then stands."""
+    final = folder / recording.name
+    if final.exists():
+        raise InputError(f"{final}: is there already; move {recording} by hand")
+    log = raw_log_of(recording)
+    if log.exists():
+        os.replace(log, raw_log_of(final))
+    os.replace(recording, final)
+    append_session(
+        folder, DeclaredSession(file=final.name, payload=payload.name, role=role), _payload(payload)
+    )
+    return final
+
+
+def _payload(payload: KnownPayload) -> Payload:
+    return Payload(**payload.model_dump())

@@ -1,0 +1,195 @@
+"""The sequence of a motion: power on, approach, plan, rest, power off; from anywhere to rest when it must stop.
+
+It is told the samples and answers with controlwords. It counts time in cycles of the rig, so it is the same in
+real and in simulated time. What the drives say in their statuswords decides; nothing is assumed.
+"""
+
+from collections.abc import Callable
+from enum import Enum, auto
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daq.rig import Rig
+from daq.safety import StopCause, StopReason
+from daq.samples import POSITION_CAME, Phase
+from daq.setpoint_stream import SetpointStream, Trajectory
+from drivers.cia402 import ENABLE_INTERPOLATION, TOWARDS_OPERATION_ENABLED, Command, State, state_of
+
+_ENABLE_TIMEOUT = 3.0
+"""s of the rig's time until every axis is powered: brakes take some tenths of a second"""
+_SETTLE = 0.3
+"""s at the end of the plan before power goes off"""
+_REST_WINDOW = 0.1
+"""s over which an axis must stand still to be at rest"""
+_REST_SHARE = 0.005
+"""of its velocity limit: slower than that, an axis is at rest"""
+_POWER_OFF = 0.1
+"""s for the drives to see the last controlword"""
+
+
+class Step(Enum):
+    """Where the sequence stands."""
+
+    STANDBY = auto()
+    ENABLING = auto()
+    MOVING = auto()
+    SETTLING = auto()
+    STOPPING = auto()
+    POWERING_OFF = auto()
+    ENDED = auto()
+
+
+class MotionSequence:
+    """Moves a rig through its plan and back to rest.
+
+    setpoints : where targets and controlwords go
+    trajectory : called with the joint positions (n,) when every axis has power; what to drive through
+    """
+
+    def __init__(
+        self, rig: Rig, setpoints: SetpointStream, trajectory: Callable[[NDArray[Any]], Trajectory]
+    ) -> None:
+        self.rig = rig
+        self.step = Step.STANDBY
+        self.reason: StopReason | None = None
+        """why the motion ended, once it has"""
+        self.came_to_rest = True
+        self._setpoints = setpoints
+        self._trajectory = trajectory
+        n = len(rig.axes)
+        self._powered = [
+            Command.ENABLE_OPERATION.value
+            | (ENABLE_INTERPOLATION if axis.mode == "interpolated-position" else 0)
+            for axis in rig.axes
+        ]
+        self._status: list[int | None] = [None] * n
+        self._counts: NDArray[Any] = np.zeros(n, np.int64)
+        self._known = np.zeros(n, bool)
+        self._age = 0
+        window = max(2, round(_REST_WINDOW / rig.cycle))
+        self._recent = np.full((window, n), np.nan)
+        self._rest_speed = np.array([axis.limits.velocity for axis in rig.axes]) * _REST_SHARE
+        self._resolution = np.abs(rig.position_matrix).sum(axis=1)
+
+    def begin(self) -> None:
+        """The operator has started: power on and go."""
+        if self.step is Step.STANDBY:
+            self._enter(Step.ENABLING)
+
+    def stop(self, reason: StopReason) -> None:
+        """Bring every axis to rest by quick stop; the first reason counts."""
+        if self.reason is None:
+            self.reason = reason
+        if self.step in (Step.STANDBY, Step.ENABLING):
+            self._power_off()
+        elif self.step in (Step.MOVING, Step.SETTLING):
+            self._setpoints.stop()
+            self._setpoints.command([Command.QUICK_STOP.value] * len(self._status))
+            self._recent[:] = np.nan
+            self._enter(Step.STOPPING)
+
+    def give_up(self) -> None:
+        """No sample comes any more, so nothing can be confirmed: end with the power commanded off."""
+        self.came_to_rest = self.came_to_rest and self.step in (Step.STANDBY, Step.POWERING_OFF)
+        self._power_off()
+        self._enter(Step.ENDED)
+
+    def take(self, rows: NDArray[Any]) -> None:
+        """What the drives said in the next rows; goes on to the next step when it is time."""
+        if not len(rows):
+            return
+        self._age += len(rows)
+        self._remember(rows)
+        match self.step:
+            case Step.ENABLING:
+                self._enable()
+            case Step.MOVING:
+                if self._setpoints.at_end and rows["phase"][-1] == Phase.STANDSTILL:
+                    self._enter(Step.SETTLING)
+            case Step.SETTLING:
+                if self._age * self.rig.cycle >= _SETTLE:
+                    if self.reason is None:
+                        self.reason = StopReason(StopCause.PLAN_DONE, "the plan was driven to its end")
+                    self._power_off()
+            case Step.STOPPING:
+                self._watch_stopping()
+            case Step.POWERING_OFF:
+                if self._age * self.rig.cycle >= _POWER_OFF:
+                    self._enter(Step.ENDED)
+
+    def _enter(self, step: Step) -> None:
+        self.step = step
+        self._age = 0
+
+    def _remember(self, rows: NDArray[Any]) -> None:
+        came = (rows["valid"] & POSITION_CAME) != 0
+        for axis in range(len(self._status)):
+            last = np.flatnonzero(came[:, axis])
+            if len(last):
+                self._status[axis] = int(rows["status"][last[-1], axis])
+                self._counts[axis] = rows["position"][last[-1], axis]
+                self._known[axis] = True
+        recent = np.where(came, rows["position"], np.nan)[-len(self._recent) :]
+        self._recent = np.concatenate([self._recent[len(recent) :], recent])
+
+    def _enable(self) -> None:
+        """One step of every axis's state machine towards OPERATION ENABLED, from what its statusword says."""
+        if self._known.all():
+            # Until it has power an axis may sag; its target goes with it, so that nothing jumps.
+            self._setpoints.hold(self._counts.tolist())
+            states = [_state(word) for word in self._status]
+            if all(state is State.OPERATION_ENABLED for state in states):
+                position = self.rig.position_matrix @ self._counts + self.rig.position_offset
+                self._setpoints.follow(self._trajectory(position))
+                self._enter(Step.MOVING)
+                return
+            if State.FAULT not in states and State.FAULT_REACTION_ACTIVE not in states:
+                self._setpoints.command(
+                    [
+                        TOWARDS_OPERATION_ENABLED[state][0].value
+                        if state in TOWARDS_OPERATION_ENABLED
+                        else word
+                        for state, word in zip(states, self._powered, strict=True)
+                    ]
+                )
+        if self._age * self.rig.cycle >= _ENABLE_TIMEOUT:
+            stuck = [
+                f"joint {axis.joint} is {'silent' if word is None else f'in {_words(word)}'}"
+                for axis, word in zip(self.rig.axes, self._status, strict=True)
+                if word is None or _state(word) is not State.OPERATION_ENABLED
+            ]
+            words = f"no power within {_ENABLE_TIMEOUT:g} s: {', '.join(stuck)}"
+            self.stop(StopReason(StopCause.DRIVE_FAULT, words))
+
+    def _watch_stopping(self) -> None:
+        lasted = self._age * self.rig.cycle
+        position = self._recent @ self.rig.position_matrix.T
+        with np.errstate(invalid="ignore"):
+            travelled = position.max(axis=0) - position.min(axis=0)
+        allowed = self._rest_speed * _REST_WINDOW + self._resolution
+        if np.all(travelled <= allowed):
+            self._power_off()
+        elif lasted >= self.rig.supervision.stop_timeout:
+            self.came_to_rest = False
+            self._power_off()
+
+    def _power_off(self) -> None:
+        self._setpoints.stop(Phase.STANDSTILL)
+        self._setpoints.command([Command.DISABLE_VOLTAGE.value] * len(self._status))
+        self._enter(Step.POWERING_OFF)
+
+
+def _state(word: int | None) -> State | None:
+    if word is None:
+        return None
+    try:
+        return state_of(word)
+    except ValueError:
+        return None
+
+
+def _words(word: int) -> str:
+    state = _state(word)
+    return f"statusword 0x{word:04X}" if state is None else state.words

@@ -1,0 +1,105 @@
+"""Finishing what a kill or a power cut left: recordings that were never closed.
+
+Every flushed row of an HDF5 file in SWMR mode is readable, but the file stays marked as being written and most
+programs refuse it. It is copied into a closed one; the original is kept until the copy is on disk.
+"""
+
+import json
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+
+from daq.recorder import raw_log_of
+from daq.recording_file import set_status
+from identify.recording.errors import InputError
+from identify.recording.session_hdf5 import CYCLE
+
+
+@dataclass(frozen=True)
+class RecordingState:
+    """What a recording says of itself."""
+
+    path: Path
+    status: str
+    """`recording` while it grows, and after a kill; `complete`, `aborted`, `faulted`"""
+    reason: str
+    rows: int
+    payload: str
+    role: str
+
+
+def recording_state(path: Path) -> RecordingState:
+    """Read a recording's state, closed or not.
+
+    Raises InputError where the file is no recording or is damaged beyond reading.
+    """
+    try:
+        with h5py.File(path, "r", libver="latest", swmr=True) as file:
+            attributes = file.attrs
+            rows = min(len(file[name]) for name in _columns(file))
+            payload = json.loads(attributes["payload"])
+            return RecordingState(
+                path,
+                str(attributes["status"]),
+                str(attributes["status_reason"]),
+                rows,
+                payload["name"],
+                str(attributes.get("role", "identification")),
+            )
+    except (OSError, KeyError, ValueError) as error:
+        raise InputError(f"{path}: cannot be read as a recording ({error})") from None
+
+
+def recover_recording(path: Path, status: str, reason: str) -> RecordingState:
+    """Close a recording that was left open, keeping every row that all of its columns have.
+
+    Raises InputError where it cannot be read, or is not open.
+    """
+    before = recording_state(path)
+    if before.status != "recording":
+        raise InputError(f"{path}: is closed already ({before.status}); there is nothing to recover")
+    copy = path.with_suffix(".recovered")
+    copy.unlink(missing_ok=True)
+    with (
+        h5py.File(path, "r", libver="latest", swmr=True) as source,
+        h5py.File(copy, "x", libver="latest") as target,
+    ):
+        for name, value in source.attrs.items():
+            target.attrs[name] = value
+        for name in _columns(source):
+            column = source[name]
+            target.create_dataset(
+                name,
+                data=column[: before.rows],
+                maxshape=(None, *column.shape[1:]),
+                chunks=column.chunks,
+            )
+            for key, value in column.attrs.items():
+                target[name].attrs[key] = value
+    set_status(copy, status, reason, {"recovered": True, "rows": before.rows})
+    os.replace(copy, path)
+    _mend_log(raw_log_of(path))
+    return RecordingState(path, status, reason, before.rows, before.payload, before.role)
+
+
+def _columns(file: h5py.File) -> list[str]:
+    names = [name for name in file if isinstance(file[name], h5py.Dataset)]
+    if CYCLE not in names:
+        raise KeyError(f"no data set {CYCLE!r}")
+    return names
+
+
+def _mend_log(log: Path) -> None:
+    """Cut a last line that was written in part; a reader would stumble over it."""
+    if not log.exists():
+        return
+    with log.open("r+b") as file:
+        end = file.seek(0, os.SEEK_END)
+        start = max(0, end - 4096)
+        file.seek(start)
+        tail = file.read()
+        whole = tail.rfind(b"\n") + 1
+        if start + whole < end:
+            file.truncate(start + whole)

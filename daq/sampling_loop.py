@@ -1,0 +1,203 @@
+"""From the bus into the rings: frames in blocks, aligned on SYNC, checked against the limits.
+
+One object for both pacings. In real time SYNC comes from a thread with absolute deadlines and this loop sleeps,
+then drains; in simulated time SYNC goes out as soon as the nodes have answered, a fixed number of cycles per
+turn, so that the same session gives the same numbers every time.
+"""
+
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daq.alignment import SyncAlignment
+from daq.rig import Rig
+from daq.ring_buffer import RingWriter
+from daq.safety import LimitMonitor, StopCause, StopReason
+from daq.samples import RowDecoder
+from daq.setpoint_stream import SetpointStream
+from drivers.bus import pass_ids
+from drivers.frames import FrameReceiver
+from drivers.process_data import DriveStream
+from drivers.receive_python_can import PythonCanReceiver
+from drivers.receive_socketcan import SocketCanReceiver
+from drivers.sync_producer import SYNC_ID, AsAnswered, RealTime, SimulatedClock, SyncProducer
+from drivers.virtual_bus import InProcessBus
+
+ROWS_IN_RING = 1 << 16
+FRAMES_IN_RING = 1 << 18
+_NAP = 0.001
+"""s of sleep between two drains in real time: 9 % of a core on a full bus, a tenth of waking for every frame"""
+
+_CYCLES_PER_TURN = 16
+"""SYNCs between two looks at the samples in simulated time"""
+
+
+def open_receiver(rig: Rig, streams: Sequence[DriveStream]) -> FrameReceiver:
+    """The quickest receiver that the rig's bus allows, for SYNC and the drives' TPDOs only.
+
+    Raises BusError when the bus cannot be opened.
+    """
+    identifiers = [SYNC_ID, *(identifier for stream in streams for identifier in stream.transmit_ids)]
+    receiver: FrameReceiver
+    if rig.bus.interface == "socketcan":
+        receiver = SocketCanReceiver(rig.bus.channel, pass_ids(identifiers), fd=rig.bus.fd)
+    else:
+        receiver = PythonCanReceiver(rig.bus, pass_ids(identifiers))
+    receiver.open()
+    return receiver
+
+
+class SamplingLoop:
+    """Turns of the loop: let time pass, drain the bus, align, decode, write the rings, check the limits.
+
+    rows, frames : the rings
+    """
+
+    def __init__(
+        self, rig: Rig, streams: Sequence[DriveStream], receiver: Any, rows: RingWriter, frames: RingWriter
+    ) -> None:
+        self.rig = rig
+        self._receiver = receiver
+        self._row_ring = rows
+        self._frame_ring = frames
+        scales = [
+            None if not rig.record_temperature or profile.temperature is None else profile.temperature.scale
+            for profile in rig.profiles
+        ]
+        self._decoder = RowDecoder(streams, scales)
+        self.alignment = SyncAlignment(self._decoder.columns, rig.cycle)
+        self.setpoints = SetpointStream(streams, receiver.send)
+        self.monitor = LimitMonitor(rig)
+        self._producer = SyncProducer(
+            receiver.send, rig.cycle, self._pacing(), on_cycle=self.setpoints.on_cycle
+        )
+        self._simulated = rig.pacing == "as-fast-as-answered"
+        self._silence = rig.supervision.silence
+        self._jitter = _Jitter(rig.cycle)
+        self._last_row = time.monotonic()
+
+    def _pacing(self) -> RealTime | AsAnswered:
+        if self.rig.pacing == "real-time":
+            return RealTime()
+        bus = getattr(self._receiver, "bus", None)
+        if not isinstance(bus, InProcessBus):
+            raise ValueError("simulated time needs the simulated drives in this process, on the virtual bus")
+        clock = SimulatedClock()
+        bus.use_clock(clock)
+        return AsAnswered(advance=clock.advance)
+
+    def start(self) -> None:
+        """Let SYNC begin."""
+        if not self._simulated:
+            self._producer.start()
+        self._last_row = time.monotonic()
+
+    def turn(self) -> tuple[NDArray[Any], StopReason | None]:
+        """One turn: the rows that became final, and what is wrong with them.
+
+        Raises BusError when the bus fails.
+        """
+        if self._simulated:
+            self._wait_for_recorder()
+            self._producer.run(_CYCLES_PER_TURN)
+        else:
+            time.sleep(_NAP)
+            if not self._producer.running:
+                self._producer.stop()  # raises what SYNC's thread raised
+        frames = self._receiver.read()
+        if len(frames):
+            self._frame_ring.write(frames)
+        rows = self._decode(self.alignment.feed(frames))
+        reason = self.monitor.check(rows)
+        return rows, reason or self._bus_trouble(rows)
+
+    def _decode(self, aligned: Any) -> NDArray[Any]:
+        rows = self._decoder.rows(aligned, *self.setpoints.told(aligned.cycle))
+        if len(rows):
+            self._row_ring.write(rows)
+            self._jitter.take(rows["sync_time"])
+        return rows
+
+    def _bus_trouble(self, rows: NDArray[Any]) -> StopReason | None:
+        if self._receiver.dropped:
+            words = f"{self._receiver.dropped} frames were lost because this machine was too slow to receive"
+            return StopReason(StopCause.LOST_FRAMES, words)
+        now = time.monotonic()
+        if len(rows):
+            self._last_row = now
+        elif not self._simulated and now - self._last_row > max(self._silence, 5 * self.rig.cycle):
+            return StopReason(StopCause.LOST_SYNC, f"no SYNC came back from the bus for {self._silence:g} s")
+        return None
+
+    def _wait_for_recorder(self) -> None:
+        """In simulated time nothing is gained by overtaking the recorder."""
+        patience = time.monotonic() + 5.0
+        while (
+            self._row_ring.room < ROWS_IN_RING // 2 or self._frame_ring.room < FRAMES_IN_RING // 2
+        ) and time.monotonic() < patience:
+            time.sleep(_NAP)
+
+    def end(self) -> None:
+        """No more SYNC; the rows that waited for one go out. Raises BusError when SYNC's thread met one."""
+        try:
+            self._producer.stop()
+        finally:
+            frames = self._receiver.read()
+            if len(frames):
+                self._frame_ring.write(frames)
+            final = self.alignment.feed(frames)
+            for aligned in (final, self.alignment.flush()):
+                self._decode(aligned)
+            self._row_ring.finish()
+            self._frame_ring.finish()
+
+    def counters(self) -> dict[str, Any]:
+        """What was counted so far, for the recording."""
+        statistics = self._producer.statistics
+        return {
+            "alignment": self.alignment.counters.to_json(),
+            "frames_dropped": self._receiver.dropped,
+            "sync": {
+                "sent": statistics.sent,
+                "missed_deadlines": statistics.missed,
+                "slow_callbacks": statistics.slow_callbacks,
+                "worst_lateness": statistics.worst_lateness,
+                "mean_lateness": statistics.mean_lateness,
+                "lateness_histogram": statistics.lateness_histogram,
+                **self._jitter.to_json(),
+            },
+        }
+
+
+class _Jitter:
+    """Running statistics of the time from SYNC to SYNC, s."""
+
+    def __init__(self, period: float) -> None:
+        self._period = period
+        self._count = 0
+        self._sum = self._squares = self._worst = 0.0
+        self._last: int | None = None
+
+    def take(self, sync_time: NDArray[np.int64]) -> None:
+        """Take the stamps (M,) ns of the next SYNCs."""
+        stamps = sync_time if self._last is None else np.concatenate([[self._last], sync_time])
+        self._last = int(sync_time[-1])
+        deviation = np.diff(stamps) * 1e-9 - self._period
+        self._count += len(deviation)
+        self._sum += float(deviation.sum())
+        self._squares += float(deviation @ deviation)
+        self._worst = max(self._worst, float(np.abs(deviation).max(initial=0.0)))
+
+    def to_json(self) -> dict[str, float]:
+        """Mean period, standard deviation and largest deviation from the nominal period, s."""
+        if not self._count:
+            return {}
+        mean = self._sum / self._count
+        return {
+            "period_mean": self._period + mean,
+            "period_std": max(0.0, self._squares / self._count - mean * mean) ** 0.5,
+            "period_worst_deviation": self._worst,
+        }

@@ -1,0 +1,389 @@
+"""The payload session: rig checked, payload weighed, armed, started, watched, ended; each step in its turn.
+
+This is the side that holds the stop button. The bus belongs to the acquisition process, the files to the
+recorder; both go on to a safe end without us.
+"""
+
+import json
+import secrets
+import subprocess
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from daq.acquisition import AcquisitionOrder, Told
+from daq.child_process import start_process
+from daq.excitation.excitation_plan import ExcitationPlan
+from daq.excitation.plan_limits import require_within_limits
+from daq.experiment_folder import Role, admit, next_recording, open_experiment
+from daq.live import LiveRows, LiveView
+from daq.plan_setpoints import plan_counts
+from daq.recorder import RecorderOrder, raw_log_of
+from daq.recording_file import SessionDescription
+from daq.recovery import recording_state, recover_recording
+from daq.rig import KnownPayload, Rig
+from daq.rig_drives import RigCheck
+from daq.safety import StopCause, StopReason
+from daq.session_events import TRANSITIONS, SessionEvent, SessionState, StepOutOfTurn
+from identify.recording.errors import InputError
+
+_BEAT = 0.2
+"""s between two signs of life to the acquisition process"""
+_CHECK_TIMEOUT = 60.0
+"""s for the acquisition process to start and to look at every drive"""
+_CLOSE_TIMEOUT = 30.0
+"""s for processes to end by themselves"""
+_MASS_TOLERANCE = 0.005
+"""of the payload's mass, but at least 5 g: more is another payload, or a scale that is not tared"""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far the plan has been driven."""
+
+    cycle: int
+    cycles: int
+    elapsed: float
+    """s of the rig's time"""
+
+    @property
+    def fraction(self) -> float:
+        """0 to 1."""
+        return self.cycle / self.cycles if self.cycles else 0.0
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A complete session, for what runs after it."""
+
+    experiment: Path
+    file: Path
+    payload: str
+
+
+class PayloadSession:
+    """One session with one payload on one rig, recorded into an experiment's folder.
+
+    experiment : the folder; made when it is not there
+    plan : checked against the rig's limits at once
+    on_event : called with every SessionEvent from the session's own thread
+    after_session : called likewise with a Recorded, before the state becomes `done`
+
+    Raises InputError when plan, payload or folder do not fit the rig.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        experiment: Path,
+        plan: ExcitationPlan,
+        payload: KnownPayload,
+        operator: str,
+        on_event: Callable[[SessionEvent], None] | None = None,
+        *,
+        role: Role = "identification",
+        after_session: Callable[[Recorded], None] | None = None,
+        seed: int | None = None,
+    ) -> None:
+        require_within_limits(plan, rig)
+        self.rig = rig
+        self.experiment = Path(experiment)
+        self.plan = plan
+        self.payload = payload
+        self.operator = operator
+        self.role: Role = role
+        self.state = SessionState.NEW
+        self.reason = ""
+        self.file: Path | None = None
+        self.rig_check: RigCheck | None = None
+        self.weighed_mass: float | None = None
+        self._on_event = on_event or (lambda event: None)
+        self._after_session = after_session
+        self._seed = seed
+        self._counts = plan_counts(rig, plan)
+        self._progress = Progress(0, len(self._counts), 0.0)
+        self._ring = f"{rig.name[:24]}-{secrets.token_hex(6)}"
+        self._clock_source = ""
+        self._remarks: tuple[str, ...] = ()
+        self._changed = threading.Condition()
+        self._sending = threading.Lock()
+        self._closing = threading.Event()
+        self._connection: Connection | None = None
+        self._recorder_end: Connection | None = None
+        self._acquisition: subprocess.Popen[bytes] | None = None
+        self._recorder: subprocess.Popen[bytes] | None = None
+        self._threads: list[threading.Thread] = []
+        self._ended: Told | None = None
+        self._live: LiveView | None = None
+
+    # ---- the steps ----
+
+    def check(self) -> RigCheck:
+        """Take the bus and look at every drive. A rig that fails the check ends the session as faulted.
+
+        Raises InputError where the experiment's folder belongs to another robot, StepOutOfTurn.
+        """
+        self._in_turn(SessionState.NEW, "check the rig")
+        open_experiment(self.experiment, self.rig)
+        ours, theirs = Pipe()
+        recorder_end, acquisition_end = Pipe()
+        self._connection, self._recorder_end = ours, recorder_end
+        self._acquisition = start_process("daq.acquisition", theirs, acquisition_end)
+        seed = self._seed if self._seed is not None else _seed_of(next_recording(self.experiment))
+        ours.send(
+            AcquisitionOrder(
+                self.rig, self.payload, self._counts, f"{self._ring}-rows", f"{self._ring}-frames", seed
+            )
+        )
+        for task in (self._listen, self._beat):
+            thread = threading.Thread(target=task, name=f"session-{task.__name__}", daemon=True)
+            self._threads.append(thread)
+            thread.start()
+        self._await(lambda: self.rig_check is not None, _CHECK_TIMEOUT, "the rig was not checked in time")
+        if self.rig_check is None:
+            raise StepOutOfTurn(f"the rig could not be checked: {self.reason}")
+        return self.rig_check
+
+    def confirm_payload(self, mass: float) -> None:
+        """The payload is mounted and weighs `mass` kg, as the scale said.
+
+        Raises InputError when that is not the payload's mass, StepOutOfTurn.
+        """
+        self._in_turn(SessionState.CHECKED, "confirm the payload")
+        tolerance = max(0.005, _MASS_TOLERANCE * self.payload.mass)
+        if not abs(mass - self.payload.mass) <= tolerance:
+            raise InputError(
+                f"payload {self.payload.name}: weighs {self.payload.mass:g} kg in the rig file, {mass:g} kg on "
+                f"the scale; they may differ by {tolerance:.3g} kg"
+            )
+        self.weighed_mass = mass
+        self._enter(SessionState.CONFIRMED, f"payload {self.payload.name} confirmed, {mass:g} kg")
+
+    def arm(self) -> None:
+        """Open the recording and let monitors and SYNC run; the next step moves the robot.
+
+        Raises StepOutOfTurn, also when arming failed; the session has then ended with its reason.
+        """
+        self._in_turn(SessionState.CONFIRMED, "arm")
+        assert self._recorder_end is not None
+        description = SessionDescription(
+            rig=self.rig,
+            plan=json.loads(self.plan.to_json()),
+            payload=self.payload,
+            operator=self.operator,
+            clock_source=self._clock_source,
+            role=self.role,
+            weighed_mass=self.weighed_mass,
+            remarks=self._remarks,
+        )
+        self.file = next_recording(self.experiment)
+        ours, theirs = Pipe()
+        self._recorder = start_process("daq.recorder", self._recorder_end, theirs)
+        ours.send(RecorderOrder(self.file, description, f"{self._ring}-rows", f"{self._ring}-frames"))
+        ours.close()
+        self._say("arm")
+        self._await(lambda: self.state is SessionState.ARMED, _CHECK_TIMEOUT, "arming took too long")
+        if self.state is not SessionState.ARMED:
+            raise StepOutOfTurn(f"not armed: {self.reason}")
+
+    def start(self) -> None:
+        """The robot moves. Returns at once. Raises StepOutOfTurn unless armed."""
+        self._in_turn(SessionState.ARMED, "start")
+        self._enter(SessionState.RUNNING, "started by the operator")
+        self._say("start")
+
+    def stop(self, reason: str = "operator's stop") -> None:
+        """Bring the axes to rest and end the session; at any time, from any thread, harmless when repeated."""
+        if self.state.ended:
+            return
+        if self._connection is None:
+            self._end(SessionState.ABORTED, reason)
+        else:
+            self._say("stop", reason)
+
+    def wait(self, timeout: float | None = None) -> SessionState:
+        """Wait until the session has ended, at most `timeout` s; its state then."""
+        with self._changed:
+            self._changed.wait_for(lambda: self.state.ended, timeout)
+        return self.state
+
+    def close(self) -> None:
+        """End everything: stop if need be, and wait for the processes. Harmless when repeated."""
+        self.stop("the session was closed")
+        self.wait(_CLOSE_TIMEOUT)
+        self._closing.set()
+        for process in (self._acquisition, self._recorder):
+            if process is not None:
+                try:
+                    process.wait(_CLOSE_TIMEOUT)
+                except subprocess.TimeoutExpired:
+                    process.kill()
+                    process.wait()
+        for thread in self._threads:
+            if thread is not threading.current_thread():
+                thread.join(_CLOSE_TIMEOUT)
+        if self._live is not None:
+            self._live.close()
+            self._live = None
+        for connection in (self._connection, self._recorder_end):
+            if connection is not None:
+                connection.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    # ---- what can be seen ----
+
+    @property
+    def progress(self) -> Progress:
+        """How far the plan has been driven."""
+        return self._progress
+
+    def live(self, seconds: float) -> LiveRows:
+        """The newest samples, at most `seconds` of them, in SI units; none before the session is checked."""
+        if self._live is None:
+            self._live = LiveView.attach(self.rig, f"{self._ring}-rows")
+        return LiveRows.empty(self.rig) if self._live is None else self._live.latest(seconds)
+
+    # ---- behind ----
+
+    def _in_turn(self, needed: SessionState, step: str) -> None:
+        if self.state is not needed:
+            ended = f" ({self.reason})" if self.reason else ""
+            raise StepOutOfTurn(
+                f"cannot {step}: the session is {self.state.value}{ended}, it must be {needed.value}"
+            )
+
+    def _enter(self, state: SessionState, words: str) -> None:
+        with self._changed:
+            if state not in TRANSITIONS[self.state]:
+                return
+            self.state = state
+            if state.ended:
+                self.reason = words
+            self._changed.notify_all()
+        self._on_event(SessionEvent("state", state, words))
+
+    def _end(self, state: SessionState, words: str) -> None:
+        self._enter(state, words)
+
+    def _await(self, condition: Callable[[], bool], timeout: float, words: str) -> None:
+        with self._changed:
+            if not self._changed.wait_for(lambda: condition() or self.state.ended, timeout):
+                late = True
+            else:
+                late = False
+        if late:
+            self.stop(words)
+            self.wait(_CLOSE_TIMEOUT)
+
+    def _say(self, word: str, argument: str = "") -> None:
+        assert self._connection is not None
+        with self._sending:
+            try:
+                self._connection.send((word, argument))
+            except OSError:
+                return  # it has died; the listener says so
+
+    def _beat(self) -> None:
+        while not self._closing.wait(_BEAT) and self._ended is None:
+            self._say("beat")
+
+    def _listen(self) -> None:
+        """The session's own thread: takes the acquisition process's words until its end."""
+        assert self._connection is not None
+        while self._ended is None:
+            try:
+                self._hear(self._connection.recv())
+            except (EOFError, OSError):
+                died = StopReason(StopCause.INTERNAL, "the acquisition process died")
+                self._ended = Told("ended", died.words, reason=died)
+        try:
+            self._finish(self._ended.reason or StopReason(StopCause.INTERNAL, self._ended.words))
+        except Exception as error:
+            self._end(SessionState.FAULTED, f"{type(error).__name__}: {error}")
+
+    def _hear(self, told: Told) -> None:
+        match told.what:
+            case "checked":
+                assert told.check is not None
+                self._remarks, self._clock_source = told.remarks, told.clock_source
+                if told.check.ok:
+                    self._enter(SessionState.CHECKED, "; ".join(["the rig is ready", *told.remarks]))
+                with self._changed:
+                    self.rig_check = told.check
+                    self._changed.notify_all()
+            case "armed":
+                self._enter(SessionState.ARMED, "armed: recording and monitors run; starting moves the robot")
+            case "progress":
+                elapsed = told.cycle * self.rig.cycle
+                self._progress = Progress(told.cycle, told.cycles, elapsed)
+                data = {
+                    "cycle": told.cycle,
+                    "cycles": told.cycles,
+                    "fraction": self._progress.fraction,
+                    "elapsed": elapsed,
+                }
+                self._on_event(SessionEvent("progress", self.state, "", data))
+            case "ended":
+                self._ended = told
+
+    def _finish(self, reason: StopReason) -> None:
+        """The motion has ended: see the files closed, list the session if it is complete."""
+        if self._acquisition is not None:
+            self._acquisition.wait()
+        if self._recorder is not None:
+            self._recorder.wait()
+        state = SessionState.ABORTED if reason.status == "aborted" else SessionState.FAULTED
+        words = reason.words
+        if self.file is None or not self.file.exists():
+            self._end(state, words)
+            return
+        found = recording_state(self.file)
+        if found.status == "recording":
+            found = recover_recording(self.file, "faulted", f"the recorder died; {words}")
+            words = found.reason
+        if found.rows == 0:
+            # Nothing was measured: leave no empty shells behind.
+            self.file.unlink()
+            raw_log_of(self.file).unlink(missing_ok=True)
+            self.file = None
+            self._end(state, words)
+            return
+        if found.status != "complete":
+            kept = f"{words}; {found.rows} samples are kept in {self.file.parent.name}/{self.file.name}"
+            self._end(state if found.status == "aborted" else SessionState.FAULTED, kept)
+            return
+        self.file = admit(self.experiment, self.file, self.payload, self.role)
+        self._progress = Progress(len(self._counts), len(self._counts), len(self._counts) * self.rig.cycle)
+        if self._after_session is not None:
+            try:
+                self._after_session(Recorded(self.experiment, self.file, self.payload.name))
+            except Exception as error:
+                self._on_event(
+                    SessionEvent("remark", self.state, f"after the session: {type(error).__name__}: {error}")
+                )
+        self._end(SessionState.DONE, f"{words}; {found.rows} samples in {self.file.name}")
+
+
+def _seed_of(recording: Path) -> int:
+    """A simulated session's seed: its number, so that sessions differ and each is the same every time."""
+    return int(recording.stem.rpartition("-")[2])
+
+
+def wait_for_end(session: PayloadSession, period: float = 0.2) -> SessionState:
+    """Wait for the end in steps short enough for Ctrl-C to be noticed."""
+    while not session.wait(period).ended:
+        time.sleep(0)
+    return session.state

@@ -1,0 +1,122 @@
+"""What the drives are told in every cycle: controlword and target, sent in cycle k for cycle k+1.
+
+Everything is computed beforehand; in the rhythm of SYNC there is only packing and sending. `on_cycle` runs in
+SYNC's thread, the rest in the thread that watches the samples; what passes between them are whole objects,
+replaced and never changed.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daq.samples import Phase
+from drivers.process_data import DriveStream
+
+_REMEMBERED = 1 << 14
+"""cycles whose setpoint and phase are kept until their samples have come; 16 s at 1 kHz"""
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Targets to drive through.
+
+    counts : (L, n) int32, target of every axis in every cycle
+    phase : (L,) uint8, `Phase` of every cycle
+    """
+
+    counts: NDArray[np.int32]
+    phase: NDArray[np.uint8]
+
+    def __len__(self) -> int:
+        return len(self.counts)
+
+
+class SetpointStream:
+    """Sends the drives' setpoints.
+
+    streams : the axes' process data
+    send : `send(can_id, data)`
+    """
+
+    def __init__(self, streams: Sequence[DriveStream], send: Callable[[int, bytes], None]) -> None:
+        n = len(streams)
+        self._send = send
+        self._receivers = [(stream.receive.can_id, stream.receive.packer.pack) for stream in streams]
+        self._controlwords = [0] * n
+        self._held: list[int] | None = None
+        self._trajectory: Trajectory | None = None
+        self._first_cycle = 0
+        self._phase = Phase.STANDSTILL
+        self._setpoint_of_cycle = np.zeros((_REMEMBERED, n), np.int32)
+        self._phase_of_cycle = np.zeros(_REMEMBERED, np.uint8)
+        self.cycle = -1
+        self.done = 0
+        """cycles of the trajectory that have been sent"""
+
+    def on_cycle(self, cycle: int) -> None:
+        """SYNC `cycle` went out: send what takes effect at the next."""
+        self.cycle = cycle
+        trajectory = self._trajectory
+        slot = (cycle + 1) % _REMEMBERED
+        if trajectory is not None:
+            if self._first_cycle < 0:
+                self._first_cycle = cycle
+            place = cycle - self._first_cycle
+            if place < len(trajectory):
+                targets: Sequence[int] = trajectory.counts[place].tolist()
+                phase = int(trajectory.phase[place])
+                self.done = place + 1
+            else:
+                targets = trajectory.counts[-1].tolist()
+                phase = Phase.STANDSTILL
+            self._held = list(targets)
+        else:
+            if self._held is None:
+                return
+            targets, phase = self._held, self._phase
+        self._setpoint_of_cycle[slot] = targets
+        self._phase_of_cycle[slot] = phase
+        for (identifier, pack), controlword, target in zip(
+            self._receivers, self._controlwords, targets, strict=True
+        ):
+            self._send(identifier, pack(controlword, target))
+
+    def hold(self, counts: Sequence[int], phase: Phase = Phase.STANDSTILL) -> None:
+        """Hold these targets from the next cycle on."""
+        self._held = list(counts)
+        self._phase = phase
+        self._trajectory = None
+
+    def stop(self, phase: Phase = Phase.STOPPING) -> None:
+        """Leave the trajectory and hold the last target, the cycles being marked as `phase`."""
+        self._phase = phase
+        self._trajectory = None
+
+    def follow(self, trajectory: Trajectory) -> None:
+        """Drive through a trajectory from the next cycle on; its end is held."""
+        self._first_cycle = -1
+        self.done = 0
+        self._trajectory = trajectory
+
+    @property
+    def at_end(self) -> bool:
+        """Whether the trajectory has been sent to its end."""
+        trajectory = self._trajectory
+        return trajectory is not None and self.done >= len(trajectory)
+
+    @property
+    def length(self) -> int:
+        """Cycles of the trajectory, 0 without one."""
+        trajectory = self._trajectory
+        return 0 if trajectory is None else len(trajectory)
+
+    def command(self, controlwords: Sequence[int]) -> None:
+        """The axes' controlwords from the next cycle on."""
+        self._controlwords = list(controlwords)
+
+    def told(self, cycles: NDArray[np.int64]) -> tuple[NDArray[np.int32], NDArray[np.uint8]]:
+        """Setpoints (M, n) and phases (M,) that took effect in these cycles."""
+        slots = cycles % _REMEMBERED
+        return self._setpoint_of_cycle[slots], self._phase_of_cycle[slots]
