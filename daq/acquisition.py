@@ -139,21 +139,20 @@ class Acquisition:
         drives = RigDrives(self.rig)
         closing.callback(drives.close)
         check = drives.check()
-        self._tell(Told("checked", check.problems, check=check, remarks=tuple(remarks)))
         if not check.ok:
+            self._tell(Told("checked", check.problems, check=check))
             return StopReason(StopCause.BUS, check.problems), {}
-        asked = self._wait(drives, lambda: self._arm_asked)
-        if asked is not None:
-            return asked, {}
         streams = drives.configure()
         receiver = open_receiver(self.rig, streams)
         closing.callback(receiver.close)
         loop = SamplingLoop(self.rig, streams, receiver, rows, frames)
-        trouble = self._recorder_ready()
+        self._tell(Told("checked", check=check, remarks=tuple(remarks), clock_source=receiver.clock_source))
+        asked = self._wait(drives, lambda: self._arm_asked)
+        trouble = asked or self._recorder_ready()
         if trouble is not None:
             return trouble, {}
         drives.stream()
-        self._tell(Told("armed", remarks=tuple(remarks), clock_source=receiver.clock_source))
+        self._tell(Told("armed"))
         sequence = MotionSequence(self.rig, loop.setpoints, self._trajectory)
         sequence_reason = self._move(loop, sequence, drives)
         counters = {**loop.counters(), "remarks": remarks}
@@ -168,9 +167,10 @@ class Acquisition:
             return StopReason(StopCause.RECORDER, "the recorder died before it was ready")
         return None if word == "ready" else StopReason(StopCause.FULL_DISK, word)
 
-    def _trajectory(self, position: NDArray[Any]) -> Trajectory:
-        """From where the joints are to the plan's begin, and through the plan."""
+    def _trajectory(self, held: NDArray[Any]) -> Trajectory:
+        """From the targets (n,) at which the joints are held to the plan's begin, and through the plan."""
         plan = self.order.counts
+        position = self.rig.position_matrix @ held + self.rig.position_offset
         begin = self.rig.position_matrix @ plan[0] + self.rig.position_offset
         approach = approach_counts(self.rig, position, begin)
         phase = np.full(len(approach) + len(plan), Phase.PLAN, np.uint8)
@@ -199,11 +199,11 @@ class Acquisition:
                 loop.end()
                 return asked
         last_row = time.monotonic()
+        done = 0
         try:
             while sequence.step is not Step.ENDED:
                 rows, reason = loop.turn()
                 reason = self._watch(drives) or reason
-                self._listen(0.0)
                 if self._start_asked and sequence.step is Step.STANDBY and sequence.reason is None:
                     self._tell(Told("moving"))
                     sequence.begin()
@@ -217,7 +217,8 @@ class Acquisition:
                     sequence.give_up()
                 if now - self._told >= _TELL_EVERY:
                     self._told = now
-                    done = max(0, loop.setpoints.done - (loop.setpoints.length - plan))
+                    if loop.setpoints.length:
+                        done = max(0, loop.setpoints.done - (loop.setpoints.length - plan))
                     self._tell(Told("progress", cycle=done, cycles=plan))
         finally:
             loop.end()
@@ -232,6 +233,7 @@ class Acquisition:
 
     def _watch(self, drives: RigDrives) -> StopReason | None:
         """Everything that ends a motion and does not come with a sample."""
+        self._listen(0.0)
         now = time.monotonic()
         if self._terminated:
             return StopReason(StopCause.DEAD_PARENT, "the acquisition process was told to terminate")
@@ -304,7 +306,3 @@ def main() -> None:
     acquisition = Acquisition(order, parent, recorder)
     signal.signal(signal.SIGTERM, acquisition.terminate)
     acquisition.run()
-
-
-if __name__ == "__main__":
-    main()

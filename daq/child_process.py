@@ -24,7 +24,8 @@ def start_process(module: str, *connections: Connection) -> "subprocess.Popen[by
     path = os.pathsep.join(part for part in (str(_ROOT), os.environ.get("PYTHONPATH")) if part)
     try:
         return subprocess.Popen(
-            [sys.executable, "-m", module, *map(str, descriptors)],
+            # Not `-m module`: what it sends would then be pickled as the classes of a module `__main__`.
+            [sys.executable, "-c", f"from {module} import main; main()", *map(str, descriptors)],
             pass_fds=descriptors,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,

@@ -45,7 +45,8 @@ class MotionSequence:
     """Moves a rig through its plan and back to rest.
 
     setpoints : where targets and controlwords go
-    trajectory : called with the joint positions (n,) when every axis has power; what to drive through
+    trajectory : called with the targets (n,) in counts, at which every axis is held with power; what to drive
+        through from there
     """
 
     def __init__(
@@ -66,6 +67,7 @@ class MotionSequence:
         ]
         self._status: list[int | None] = [None] * n
         self._counts: NDArray[Any] = np.zeros(n, np.int64)
+        self._target: NDArray[Any] = np.zeros(n, np.int64)
         self._known = np.zeros(n, bool)
         self._age = 0
         window = max(2, round(_REST_WINDOW / rig.cycle))
@@ -137,12 +139,14 @@ class MotionSequence:
     def _enable(self) -> None:
         """One step of every axis's state machine towards OPERATION ENABLED, from what its statusword says."""
         if self._known.all():
-            # Until it has power an axis may sag; its target goes with it, so that nothing jumps.
-            self._setpoints.hold(self._counts.tolist())
             states = [_state(word) for word in self._status]
+            # While an axis has no power its target goes with it; from the command that gives it power on the target
+            # stands: an axis that sags until its controller takes hold is brought back, and nothing jumps.
+            powerless = [state not in (State.SWITCHED_ON, State.OPERATION_ENABLED) for state in states]
+            self._target = np.where(powerless, self._counts, self._target)
+            self._setpoints.hold(self._target.tolist())
             if all(state is State.OPERATION_ENABLED for state in states):
-                position = self.rig.position_matrix @ self._counts + self.rig.position_offset
-                self._setpoints.follow(self._trajectory(position))
+                self._setpoints.follow(self._trajectory(self._target))
                 self._enter(Step.MOVING)
                 return
             if State.FAULT not in states and State.FAULT_REACTION_ACTIVE not in states:

@@ -11,11 +11,14 @@ import signal
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from daq.raw_log import RawLog
 from daq.recording_file import RecordingFile, SessionDescription
@@ -69,6 +72,7 @@ class Recorder:
         self.file = RecordingFile(order.path, order.description)
         self.lost_rows = 0
         self.lost_frames = 0
+        self._begun = False
         self._refused = ""
         self._flushed = self._synced = time.monotonic()
 
@@ -91,13 +95,21 @@ class Recorder:
                 self._log.append(frames)
             if len(rows):
                 moved = True
-                recorded = rows[(rows["phase"] == Phase.PLAN) | (rows["phase"] == Phase.STOPPING)]
+                recorded = self._of_the_session(rows)
                 if len(recorded):
                     self.file.append(recorded)
         self._rows.publish_position()
         self._frames.publish_position()
         self._flush_when_due()
         return moved
+
+    def _of_the_session(self, rows: NDArray[Any]) -> NDArray[Any]:
+        """The rows from the plan's begin to the axes' rest; what came before is in the raw log."""
+        planned = rows["phase"] == Phase.PLAN
+        if not self._begun:
+            rows = rows[int(np.argmax(planned)) :] if planned.any() else rows[:0]
+            self._begun = len(rows) > 0
+        return rows[(rows["phase"] == Phase.PLAN) | (rows["phase"] == Phase.STOPPING)]
 
     def _flush_when_due(self) -> None:
         now = time.monotonic()
@@ -130,16 +142,6 @@ class Recorder:
             self._refused = words
             self._tell(words)
 
-    @property
-    def writer_gone(self) -> bool:
-        """Whether no row will follow: said by the writer, or because its process has died."""
-        return self._rows.finished or not self._rows.writer_alive
-
-    @property
-    def writer_finished(self) -> bool:
-        """Whether the writer said that no row will follow."""
-        return self._rows.finished
-
     def finish(self, ending: Ending) -> None:
         """Drain the rings and close the files with the final status.
 
@@ -170,16 +172,17 @@ def record(order: RecorderOrder, acquisition: Connection) -> None:
     acquisition : to the acquisition process; it is told `ready`, and words when the disk refuses, and says its
         `Ending` at the end. Its closing means that the process has died.
     """
-    talking = True
 
     def tell(words: str) -> None:
-        nonlocal talking
-        try:
+        # When it has died, nobody is left to tell; that is found below.
+        with suppress(OSError):
             acquisition.send(words)
-        except OSError:
-            talking = False
 
-    recorder = Recorder(order, tell)
+    try:
+        recorder = Recorder(order, tell)
+    except OSError as error:
+        tell(f"the recording cannot be created ({error})")
+        raise
     tell("ready")
     ending = None
     while ending is None:
@@ -194,15 +197,15 @@ def record(order: RecorderOrder, acquisition: Connection) -> None:
 
 
 def main() -> None:
-    """The recorder's process: its connection is the file descriptor in the first argument."""
+    """The process: connections to the acquisition process and to the parent are descriptors in the arguments."""
     # Ctrl-C and the end of the terminal are for the process that holds the stop button, which tells us.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGHUP, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
-    acquisition = Connection(int(sys.argv[1]))
-    order = acquisition.recv()
+    acquisition, parent = Connection(int(sys.argv[1])), Connection(int(sys.argv[2]))
+    try:
+        order = parent.recv()
+    except EOFError:
+        return
+    parent.close()
     record(order, acquisition)
-
-
-if __name__ == "__main__":
-    main()

@@ -143,7 +143,8 @@ class RigDrives:
         items = []
         for axis, value in zip(self.rig.axes, position, strict=True):
             lowest, highest = axis.limits.position
-            ok = lowest - axis.limits.following_error <= value <= highest + axis.limits.following_error
+            slack = axis.limits.following_error
+            ok = bool(lowest - slack <= value <= highest + slack)
             words = f"stands at {value:.4g}" + (
                 "" if ok else f", outside its limits {lowest:g} to {highest:g}"
             )

@@ -115,7 +115,7 @@ class PayloadSession:
         self._sending = threading.Lock()
         self._closing = threading.Event()
         self._connection: Connection | None = None
-        self._recorder_end: Connection | None = None
+        self._recorder_order: Connection | None = None
         self._acquisition: subprocess.Popen[bytes] | None = None
         self._recorder: subprocess.Popen[bytes] | None = None
         self._threads: list[threading.Thread] = []
@@ -133,8 +133,11 @@ class PayloadSession:
         open_experiment(self.experiment, self.rig)
         ours, theirs = Pipe()
         recorder_end, acquisition_end = Pipe()
-        self._connection, self._recorder_end = ours, recorder_end
+        self._connection = ours
         self._acquisition = start_process("daq.acquisition", theirs, acquisition_end)
+        # It only waits for its order, but by then it has started.
+        self._recorder_order, recorder_theirs = Pipe()
+        self._recorder = start_process("daq.recorder", recorder_end, recorder_theirs)
         seed = self._seed if self._seed is not None else _seed_of(next_recording(self.experiment))
         ours.send(
             AcquisitionOrder(
@@ -171,7 +174,7 @@ class PayloadSession:
         Raises StepOutOfTurn, also when arming failed; the session has then ended with its reason.
         """
         self._in_turn(SessionState.CONFIRMED, "arm")
-        assert self._recorder_end is not None
+        assert self._recorder_order is not None
         description = SessionDescription(
             rig=self.rig,
             plan=json.loads(self.plan.to_json()),
@@ -183,10 +186,9 @@ class PayloadSession:
             remarks=self._remarks,
         )
         self.file = next_recording(self.experiment)
-        ours, theirs = Pipe()
-        self._recorder = start_process("daq.recorder", self._recorder_end, theirs)
-        ours.send(RecorderOrder(self.file, description, f"{self._ring}-rows", f"{self._ring}-frames"))
-        ours.close()
+        self._recorder_order.send(
+            RecorderOrder(self.file, description, f"{self._ring}-rows", f"{self._ring}-frames")
+        )
         self._say("arm")
         self._await(lambda: self.state is SessionState.ARMED, _CHECK_TIMEOUT, "arming took too long")
         if self.state is not SessionState.ARMED:
@@ -231,9 +233,8 @@ class PayloadSession:
         if self._live is not None:
             self._live.close()
             self._live = None
-        for connection in (self._connection, self._recorder_end):
-            if connection is not None:
-                connection.close()
+        if self._connection is not None:
+            self._connection.close()
 
     def __enter__(self) -> Self:
         return self
@@ -303,13 +304,13 @@ class PayloadSession:
     def _listen(self) -> None:
         """The session's own thread: takes the acquisition process's words until its end."""
         assert self._connection is not None
-        while self._ended is None:
-            try:
-                self._hear(self._connection.recv())
-            except (EOFError, OSError):
-                died = StopReason(StopCause.INTERNAL, "the acquisition process died")
-                self._ended = Told("ended", died.words, reason=died)
         try:
+            while self._ended is None:
+                try:
+                    self._hear(self._connection.recv())
+                except (EOFError, OSError):
+                    died = StopReason(StopCause.INTERNAL, "the acquisition process died")
+                    self._ended = Told("ended", died.words, reason=died)
             self._finish(self._ended.reason or StopReason(StopCause.INTERNAL, self._ended.words))
         except Exception as error:
             self._end(SessionState.FAULTED, f"{type(error).__name__}: {error}")
@@ -343,6 +344,8 @@ class PayloadSession:
         """The motion has ended: see the files closed, list the session if it is complete."""
         if self._acquisition is not None:
             self._acquisition.wait()
+        if self._recorder_order is not None:
+            self._recorder_order.close()
         if self._recorder is not None:
             self._recorder.wait()
         state = SessionState.ABORTED if reason.status == "aborted" else SessionState.FAULTED

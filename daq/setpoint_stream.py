@@ -52,6 +52,7 @@ class SetpointStream:
         self._setpoint_of_cycle = np.zeros((_REMEMBERED, n), np.int32)
         self._phase_of_cycle = np.zeros(_REMEMBERED, np.uint8)
         self.cycle = -1
+        self._length = 0
         self.done = 0
         """cycles of the trajectory that have been sent"""
 
@@ -98,6 +99,7 @@ class SetpointStream:
         """Drive through a trajectory from the next cycle on; its end is held."""
         self._first_cycle = -1
         self.done = 0
+        self._length = len(trajectory)
         self._trajectory = trajectory
 
     @property
@@ -108,9 +110,8 @@ class SetpointStream:
 
     @property
     def length(self) -> int:
-        """Cycles of the trajectory, 0 without one."""
-        trajectory = self._trajectory
-        return 0 if trajectory is None else len(trajectory)
+        """Cycles of the last trajectory, 0 before there is one."""
+        return self._length
 
     def command(self, controlwords: Sequence[int]) -> None:
         """The axes' controlwords from the next cycle on."""
