@@ -171,7 +171,7 @@ class KnownPayload(_Settings):
     """kg"""
     com: Vector3 = (0.0, 0.0, 0.0)
     """m, centre of mass"""
-    inertia: tuple[Finite, Finite, Finite, Finite, Finite, Finite] = (0.0,) * 6
+    inertia: tuple[Finite, Finite, Finite, Finite, Finite, Finite] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     """kg m² about the centre of mass: XX XY XZ YY YZ ZZ"""
 
 

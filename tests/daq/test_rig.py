@@ -63,7 +63,7 @@ def test_joint_power_equals_motor_power_for_a_coupled_wrist(tmp_path):
     motor_velocity = np.array([45 * 0.7, 32 * (0.7 + 0.4)])
     assert (rig.drive_gain @ current) @ joint_velocity == pytest.approx(motor_torque @ motor_velocity)
     motor_turns = motor_velocity / (2 * np.pi)
-    counts = motor_turns * 16384
+    counts = motor_turns * data["axes"][0]["encoder_counts"]
     np.testing.assert_allclose(rig.position_matrix @ counts, joint_velocity)
 
 
