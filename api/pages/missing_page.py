@@ -6,6 +6,7 @@ from urllib.parse import urlencode
 
 from fastapi import APIRouter, Query, Request
 from fastapi.responses import HTMLResponse
+from markupsafe import Markup
 
 from api.pages.catalogue_words import effect_titles, entry_of
 from api.pages.error_figures import JointUnits, effect_picture
@@ -59,7 +60,7 @@ def evidence(
     shown = stored.current()
     if shown is None:
         return page(request, "evidence.html", selected={"effect": None})
-    diagnosis = _joint_diagnosis(stored, shown, joint)
+    diagnosis = joint_diagnosis(stored, shown, joint)
     return page(request, "evidence.html", selected=_selected(stored, shown, diagnosis, joint, effect))
 
 
@@ -67,7 +68,7 @@ def body_context(
     stored: StoredExperiment, shown: ShownModel, joint: str, effect: str | None = None
 ) -> dict[str, Any]:
     """Context of the part of the page that a step of the model exchanges."""
-    diagnosis = _joint_diagnosis(stored, shown, joint)
+    diagnosis = joint_diagnosis(stored, shown, joint)
     units = JointUnits.of(stored.declared.robot.joints[stored.joint_names.index(joint)].type)
     floor = shown.joint(joint)["noise_floor"]
     titles = effect_titles()
@@ -79,7 +80,7 @@ def body_context(
         "verdict": verdict_of(diagnosis, floor, titles),
         "diagnosed": diagnosis is not None,
         "model_effects": _model_effects(stored, shown, joint),
-        "step_chart": _step_chart(stored, joint, floor),
+        "step_chart": step_chart(stored, joint, floor),
         "current": shown.joint(joint),
         "previous_error": before.joint(joint)["relative_error"] if before else None,
         "noise_floor": floor,
@@ -101,7 +102,8 @@ def body_context(
     }
 
 
-def _joint_diagnosis(stored: StoredExperiment, shown: ShownModel, joint: str) -> dict[str, Any] | None:
+def joint_diagnosis(stored: StoredExperiment, shown: ShownModel, joint: str) -> dict[str, Any] | None:
+    """What the diagnosis of a version says of one joint, or None if nobody asked yet."""
     document = stored.models.diagnosis(shown.version.id)
     if document is None:
         return None
@@ -161,7 +163,8 @@ def _model_effects(stored: StoredExperiment, shown: ShownModel, joint: str) -> l
     return rows
 
 
-def _step_chart(stored: StoredExperiment, joint: str, floor: float | None) -> Any:
+def step_chart(stored: StoredExperiment, joint: str, floor: float | None) -> Markup:
+    """The staircase of one joint: the versions that stand, then those that were undone."""
     steps = []
     for identifier in [*stored.story.line, *reversed(stored.story.undone)]:
         model = stored.model(identifier)
@@ -235,7 +238,7 @@ def _step_evidence(
     stored: StoredExperiment, parent: ShownModel, shown: ShownModel, joint: str, effect: str
 ) -> dict[str, Any]:
     """What was known of an effect when it was added: the diagnosis of the version before, with the fit's own errors."""
-    earlier = _joint_diagnosis(stored, parent, joint)
+    earlier = joint_diagnosis(stored, parent, joint)
     known = next((each for each in earlier["candidates"] if each["effect"] == effect), {}) if earlier else {}
     return dict(known) | {
         "relative_error_before": parent.joint(joint)["relative_error"],

@@ -60,7 +60,7 @@ def model_page(
         "beside_version": other.number if other else None,
         "headline": _headline(shown, joint, samples[0]),
         "units": units,
-        "figures": _figures(stored, models, first, joint, files, units),
+        "figures": figures_of(stored, models, first, joint, files, units),
         "tables": tables(samples, stored.payload_of) | {"joints": _by_joint(stored, models)},
         "table_models": [f"model {model.number}" for model in models],
         "without_payload": [],
@@ -173,7 +173,7 @@ def _parameter_table(model: ShownModel, joint: str) -> dict[str, Any]:
     }
 
 
-def _figures(
+def figures_of(
     stored: StoredExperiment,
     models: list[ShownModel],
     first: ShownModel,

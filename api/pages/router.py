@@ -5,13 +5,42 @@ from urllib.parse import quote
 from fastapi import APIRouter, Request
 from fastapi.responses import FileResponse, RedirectResponse, Response
 
-from api.pages import account_pages, experiments_page, missing_page, model_page, sample_range, step_actions
+from api.pages import (
+    account_pages,
+    experiments_page,
+    live_page,
+    missing_page,
+    model_page,
+    report,
+    results_page,
+    rig_page,
+    run_bar,
+    sample_range,
+    session_form,
+    session_steps,
+    step_actions,
+)
 from api.pages.rendering import PREFIX, page, static_files
 from api.service import access
 from api.service.problems import Problem
 
 router = APIRouter()
-for part in (account_pages, experiments_page, model_page, sample_range, missing_page, step_actions):
+PARTS = (
+    account_pages,
+    run_bar,
+    rig_page,
+    session_form,
+    session_steps,
+    live_page,
+    experiments_page,
+    model_page,
+    sample_range,
+    missing_page,
+    step_actions,
+    results_page,
+    report,
+)
+for part in PARTS:
     router.include_router(part.router)
 
 

@@ -43,7 +43,7 @@ OWN_VARIABLE: dict[str, OwnVariable] = {
     "stribeck": _SIZE_OF_SPEED,
     "load-friction": _TURNED_LOAD,
     "load-friction-asymmetric": _TURNED_LOAD,
-    "load-stribeck": _TURNED_LOAD,
+    "load-stribeck": _SIZE_OF_SPEED,
     "friction-position": _TURNED_POSITION,
     "friction-temperature": OwnVariable("temperature", "temperature", "temperature", turned=True),
     "friction-warmup": _TIME,

@@ -1,0 +1,120 @@
+"""Results: the identified parameters, the files to take along, and the report."""
+
+import csv
+import io
+import json
+from typing import Any
+
+import yaml
+from fastapi import APIRouter, Request
+from fastapi.responses import HTMLResponse, Response
+
+from api.pages.layout import experiment_link, frame
+from api.pages.model_page import VersionChoice, chosen_model, experiment_context
+from api.pages.rendering import PREFIX, page
+from api.pages.stored_models import ShownModel, StoredExperiment
+from api.pages.urdf_file import urdf_of
+from api.service import access
+from api.service.problems import Problem
+
+router = APIRouter(prefix=PREFIX, include_in_schema=False)
+
+PARAMETER_COLUMNS = (
+    "name",
+    "joint",
+    "value",
+    "std",
+    "std_robust",
+    "relative_std_percent",
+    "unit",
+    "grouping",
+)
+
+
+@router.get("/experiments/{experiment}/results")
+def results_page(
+    request: Request, user: access.Viewer, experiment: str, version: VersionChoice = None
+) -> HTMLResponse:
+    """The page."""
+    stored = StoredExperiment(access.service_of(request).experiments, experiment)
+    context = frame(request, user, "results", experiment)
+    shown = chosen_model(stored, version) or stored.current()
+    context |= experiment_context(stored, stored.joint_names[0], shown, "results")
+    if shown is None:
+        return page(request, "no_model.html", **context)
+    link = experiment_link(experiment, "download")
+    formats = [("json", "JSON"), ("csv", "CSV"), ("yaml", "YAML")]
+    if urdf_of(stored, shown) is not None:
+        formats.append(("urdf", "URDF"))
+    context |= {
+        "shown": shown,
+        "versions": [stored.model(each.id) for each in stored.story.versions],
+        "document": shown.document,
+        "groups": parameter_groups(stored, shown),
+        "downloads": [
+            {"name": name, "link": f"{link}/{ending}?version={shown.version.id}"} for ending, name in formats
+        ],
+        "report_link": f"{experiment_link(experiment, 'report')}?version={shown.version.id}",
+        "results_link": f"/experiments/{experiment}/results",
+    }
+    return page(request, "results.html", **context)
+
+
+@router.get("/experiments/{experiment}/download/{ending}")
+def download(
+    request: Request, _user: access.Viewer, experiment: str, ending: str, version: VersionChoice = None
+) -> Response:
+    """The results as a file."""
+    stored = StoredExperiment(access.service_of(request).experiments, experiment)
+    shown = chosen_model(stored, version) or stored.current()
+    if shown is None:
+        raise Problem(404, "There is no model yet.")
+    if ending == "urdf":
+        content, kind = urdf_of(stored, shown), "application/xml"
+        if content is None:
+            raise Problem(
+                404, "A URDF needs every standard inertial parameter; this model has base parameters only."
+            )
+    elif ending in WRITERS:
+        write, kind = WRITERS[ending]
+        content = write(shown)
+    else:
+        raise Problem(404, f"There is no download as {ending}; there are json, csv and yaml.")
+    name = f"{stored.id}-model-{shown.number}.{ending}"
+    return Response(
+        content, media_type=kind, headers={"Content-Disposition": f'attachment; filename="{name}"'}
+    )
+
+
+def parameter_groups(stored: StoredExperiment, shown: ShownModel) -> list[dict[str, Any]]:
+    """Parameters by joint, those of the whole robot last."""
+    groups = []
+    for joint in [*stored.joint_names, None]:
+        rows = [entry for entry in shown.document["parameters"] if entry["joint"] == joint]
+        if rows:
+            groups.append({"joint": joint, "parameters": rows})
+    return groups
+
+
+def _as_json(shown: ShownModel) -> str:
+    return json.dumps(shown.document, indent=1, ensure_ascii=False)
+
+
+def _as_csv(shown: ShownModel) -> str:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(PARAMETER_COLUMNS)
+    for entry in shown.document["parameters"]:
+        writer.writerow(["" if entry[column] is None else entry[column] for column in PARAMETER_COLUMNS])
+    return text.getvalue()
+
+
+def _as_yaml(shown: ShownModel) -> str:
+    return yaml.safe_dump(shown.document, sort_keys=False, allow_unicode=True)
+
+
+WRITERS = {
+    "json": (_as_json, "application/json"),
+    "csv": (_as_csv, "text/csv"),
+    "yaml": (_as_yaml, "application/yaml"),
+}

@@ -1,0 +1,177 @@
+"""Rig: nodes, states, limits, calibration, faults in words, and what to do next."""
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Form, Query, Request
+from fastapi.responses import HTMLResponse, Response
+
+from api.pages.account_pages import as_moment
+from api.pages.error_figures import JointUnits
+from api.pages.layout import frame
+from api.pages.number_format import moment, significant
+from api.pages.rendering import PREFIX, page
+from api.pages.run_bar import onlooker_words
+from api.service import access
+from api.service.application import Service
+from api.service.problems import Problem
+from api.service.session_desk import MOVING, ActiveSession
+from daq.rig import Rig
+from identify.recording.errors import InputError
+
+router = APIRouter(prefix=PREFIX, include_in_schema=False)
+
+RigChoice = Annotated[str | None, Query(max_length=64)]
+LAST_RIG = "rig"
+"""Key of the browser's session under which the rig that was looked at last is kept."""
+
+
+@router.get("/rig")
+def rig_page(request: Request, user: access.Viewer, rig: RigChoice = None) -> HTMLResponse:
+    """The page of one rig, with tabs for the others."""
+    service = access.service_of(request)
+    context = frame(request, user, "rig")
+    files = service.rigs.files()
+    if not files:
+        return page(request, "rig.html", **context, rigs=[], rig_id=None)
+    rig_id = chosen_rig(request, rig)
+    context |= {
+        "rigs": [{"id": each, "here": each == rig_id, "link": f"{PREFIX}/rig?rig={each}"} for each in files],
+        "rig_id": rig_id,
+    }
+    return page(request, "rig.html", **context, **rig_context(service, rig_id, user.name))
+
+
+@router.get("/rig/state")
+def rig_state(
+    request: Request, user: access.Viewer, rig: Annotated[str, Query(max_length=64)]
+) -> HTMLResponse:
+    """The part of the page that changes by itself."""
+    service = access.service_of(request)
+    service.rigs.look(rig, user)
+    context = frame(request, user, "rig") | {"rig_id": rig} | rig_context(service, rig, user.name)
+    return page(request, "rig_body.html", **context)
+
+
+@router.post("/rig/take")
+def take(request: Request, user: access.Operator, rig: Annotated[str, Form(max_length=64)]) -> Response:
+    """Have the rig."""
+    service = access.service_of(request)
+    service.rigs.take(_known(service, rig), user)
+    service.live.tell(rig)
+    return rig_state(request, user, rig)
+
+
+@router.post("/rig/release")
+def release(request: Request, user: access.Operator, rig: Annotated[str, Form(max_length=64)]) -> Response:
+    """Give the rig back."""
+    service = access.service_of(request)
+    service.rigs.release(_known(service, rig), user)
+    service.live.tell(rig)
+    return rig_state(request, user, rig)
+
+
+def chosen_rig(request: Request, rig: str | None) -> str:
+    """The rig asked for, else the one looked at last, else the first. Raises the problem 404 for an unknown one."""
+    files = access.service_of(request).rigs.files()
+    wanted = rig or request.session.get(LAST_RIG)
+    if wanted not in files:
+        if rig:
+            raise Problem(404, f"There is no rig {rig}; there are {', '.join(files)}.")
+        wanted = next(iter(files), None)
+        if wanted is None:
+            raise Problem(404, "There is no rig yet: put its file into the folder rigs of the data folder.")
+    request.session[LAST_RIG] = wanted
+    return wanted
+
+
+def rig_context(service: Service, rig_id: str, own_name: str) -> dict[str, Any]:
+    """What is known of a rig now."""
+    try:
+        settings = service.rigs.rig(rig_id)
+    except InputError as error:
+        return {"settings": None, "broken": str(error), "state": None}
+    active = service.sessions.active(rig_id)
+    operator = service.rigs.operator(rig_id)
+    return {
+        "settings": settings,
+        "broken": None,
+        "operator": operator,
+        "mine": operator == own_name,
+        "onlookers": onlooker_words(service, rig_id, own_name),
+        "state": _state(active),
+        "axes": [_axis(settings, index) for index in range(len(settings.axes))],
+        "checks": _checks(active),
+        "calibration": _calibration(service, rig_id, settings),
+        "events": [_event(event) for event in reversed(active.events[-12:])] if active else [],
+        "active": active,
+        "moving": active is not None and active.state in MOVING,
+    }
+
+
+def _checks(active: ActiveSession | None) -> list[dict[str, Any]]:
+    """What the last look at every node found."""
+    found = active.payload_session.rig_check if active is not None else None
+    return found.to_json()["items"] if found is not None else []
+
+
+def _calibration(service: Service, rig_id: str, settings: Rig) -> list[tuple[str, str]]:
+    """Where the scaling comes from: the rig's file and when it was changed last."""
+    changed = as_moment(service.rigs.files()[rig_id].stat().st_mtime)
+    gains = [
+        f"{axis.joint} {significant(settings.drive_gain[i, i], 5)}" for i, axis in enumerate(settings.axes)
+    ]
+    return [("file of the rig", moment(changed)), ("drive gains, eq. (4)", ", ".join(gains))]
+
+
+def _state(active: ActiveSession | None) -> dict[str, str]:
+    """The rig's state in words, and what to do."""
+    if active is None:
+        return {
+            "kind": "idle",
+            "words": "At rest, bus closed",
+            "todo": "Plan a session; its first step checks every node without powering it.",
+        }
+    state, reason = active.state.value, active.payload_session.reason
+    todo = {
+        "new": "Check the rig: go on with the session that is being prepared.",
+        "checked": "Weigh and mount the payload, then confirm it.",
+        "payload confirmed": "Clear the robot's space, then arm.",
+        "armed": "Start moves the robot. Stop is always at hand.",
+        "running": "Watch it on the live page.",
+        "done": "Look at the model, or measure the next payload.",
+        "aborted": "Somebody stopped it. Find out why before the next session; what was measured is kept.",
+        "faulted": "Read the reason, mend it at the machine, then check the rig again; what was measured is kept.",
+    }[state]
+    kind = {"faulted": "fault", "aborted": "warn", "armed": "warn", "running": "warn"}.get(state, "good")
+    return {
+        "kind": kind,
+        "words": f"{state[0].upper()}{state[1:]}{f': {reason}' if reason else ''}",
+        "todo": todo,
+    }
+
+
+def _axis(settings: Rig, index: int) -> dict[str, Any]:
+    axis = settings.axes[index]
+    units = JointUnits.of(settings.robot.joints[index].type)
+    return {
+        "joint": axis.joint,
+        "node": axis.node,
+        "drive": axis.drive,
+        "units": units,
+        "limits": axis.limits,
+        "gain": float(settings.drive_gain[index, index]),
+        "gear": float(settings.motor_gear[index, index]),
+        "counts": axis.encoder_counts,
+        "home": axis.home,
+    }
+
+
+def _event(event: Any) -> dict[str, Any]:
+    kind = {"faulted": "fault", "aborted": "warn"}.get(event.state.value, "good")
+    return {"time": event.time, "words": event.words, "kind": kind}
+
+
+def _known(service: Service, rig: str) -> str:
+    if rig not in service.rigs.files():
+        raise Problem(404, f"There is no rig {rig}.")
+    return rig

@@ -1,0 +1,79 @@
+"""What every page shows while something moves, and the stop button behind it."""
+
+from typing import Any
+
+from fastapi import APIRouter, Request
+
+from api.pages.number_format import duration, listing
+from api.pages.rendering import PREFIX
+from api.service import access
+from api.service.application import Service
+from api.service.routes.rigs import stop_rig
+from api.service.session_desk import MOVING, ActiveSession
+from daq.session_events import SessionState
+
+router = APIRouter(prefix=PREFIX, include_in_schema=False)
+
+
+@router.get("/run-state")
+def run_state(request: Request, user: access.Viewer) -> dict[str, Any]:
+    """Whether a rig moves, how long still, who has it and who looks on; asked for by every page once a second."""
+    service = access.service_of(request)
+    for rig in service.rigs.files():
+        service.rigs.look(rig, user)
+    active = moving_session(service)
+    if active is None:
+        return {"running": False, "rig_state": "good", "rig_words": "Nothing moves", "onlookers": ""}
+    progress = active.payload_session.progress
+    armed = active.state == SessionState.ARMED
+    return {
+        "running": True,
+        "title": "Armed: the next step moves the robot" if armed else "The robot moves",
+        "detail": f"{active.experiment}, {active.id}, by {active.user}",
+        "left": "" if armed else f"{duration(seconds_left(progress))} left",
+        "fraction": progress.fraction,
+        "note": "Stops the motion at once, without a question. Everything measured is kept.",
+        "rig_state": "warn",
+        "rig_words": "Armed" if armed else "Moving",
+        "onlookers": onlooker_words(service, active.rig, user.name),
+    }
+
+
+@router.post("/stop")
+async def stop(request: Request, user: access.SignedIn) -> dict[str, Any]:
+    """Bring everything to rest, now. Open to everybody who is signed in."""
+    service = access.service_of(request)
+    stopped = []
+    for rig in service.rigs.files():
+        if (await stop_rig(request, user, rig)).stopped:
+            stopped.append(rig)
+    words = f"{listing(stopped)} stops." if stopped else "Nothing was moving."
+    return {"stopped": stopped, "words": words}
+
+
+def moving_session(service: Service) -> ActiveSession | None:
+    """The first session that is armed or running."""
+    for rig in service.rigs.files():
+        active = service.sessions.active(rig)
+        if active is not None and active.state in MOVING:
+            return active
+    return None
+
+
+def seconds_left(progress: Any) -> float | None:
+    """s that the plan still takes, from the share that is done; None before the first cycle."""
+    if not progress.fraction:
+        return None
+    return progress.elapsed * (1.0 - progress.fraction) / progress.fraction
+
+
+def onlooker_words(service: Service, rig: str, own_name: str) -> str:
+    """Who has the rig and who looks on, the reader left out."""
+    operator = service.rigs.operator(rig)
+    others = [name for name in service.rigs.onlookers(rig) if name != own_name]
+    words = []
+    if operator and operator != own_name:
+        words.append(f"{operator} has the rig")
+    if others:
+        words.append(f"{listing(others)} {'looks' if len(others) == 1 else 'look'} on")
+    return " · ".join(words)

@@ -1,0 +1,203 @@
+"""New session, first half: rig, experiment, payload and plan, with a preview of the motion."""
+
+from typing import Annotated, Any, Literal
+from urllib.parse import urlencode
+
+from fastapi import APIRouter, Form, Query, Request
+from fastapi.responses import HTMLResponse, RedirectResponse, Response
+from pydantic import ValidationError
+
+from api.pages.account_pages import said_in_words
+from api.pages.job_views import JOB_TITLES
+from api.pages.layout import experiment_link, frame
+from api.pages.plan_view import plan_view
+from api.pages.rendering import PREFIX, page
+from api.pages.rig_page import RigChoice, chosen_rig
+from api.service import access
+from api.service.application import Service
+from api.service.model_story import ModelStory
+from api.service.problems import Problem
+from daq.rig import KnownPayload, Rig
+from daq.session_events import SessionState
+from identify.recording.errors import InputError
+
+router = APIRouter(prefix=PREFIX, include_in_schema=False)
+
+NEW = "new"
+"""Value of the choice `another one` for experiments and payloads."""
+Choice = Annotated[str | None, Query(max_length=100)]
+Kilogram = Annotated[float, Form(ge=0, le=1e5, allow_inf_nan=False)]
+Metre = Annotated[float, Form(ge=-100, le=100, allow_inf_nan=False)]
+
+
+@router.get("/new-session")
+def new_session_page(
+    request: Request,
+    user: access.Viewer,
+    rig: RigChoice = None,
+    experiment: Choice = None,
+    payload: Choice = None,
+    plan: Choice = None,
+) -> Response:
+    """The form; while a session is being prepared on the rig, that session."""
+    service = access.service_of(request)
+    rig_id = chosen_rig(request, rig)
+    active = service.sessions.active(rig_id)
+    if active is not None and not active.state.ended and rig is None:
+        return RedirectResponse(session_link(active.experiment, active.id))
+    context = frame(request, user, "new-session")
+    try:
+        settings = service.rigs.rig(rig_id)
+    except InputError as error:
+        raise Problem(422, f"The rig's file is wrong: {error}") from error
+    choice = _chosen(request, service, settings, experiment, payload, plan)
+    context |= choice | {"rigs": list(service.rigs.files()), "rig_id": rig_id, "settings": settings}
+    context["waiting"] = _waiting(service, choice["experiment"])
+    return page(request, "new_session.html", **context)
+
+
+@router.post("/new-session")
+def prepare(
+    request: Request,
+    user: access.Operator,
+    rig: Annotated[str, Form(max_length=64)],
+    experiment: Annotated[str, Form(max_length=64)],
+    payload: Annotated[str, Form(max_length=64)],
+    plan: Annotated[str, Form(max_length=64)],
+    role: Annotated[Literal["identification", "validation"], Form()] = "identification",
+    experiment_name: Annotated[str, Form(max_length=64)] = "",
+    payload_name: Annotated[str, Form(max_length=64)] = "",
+    mass: Kilogram = 0.0,
+    com_x: Metre = 0.0,
+    com_y: Metre = 0.0,
+    com_z: Metre = 0.0,
+) -> Response:
+    """Prepare a session and go on to its steps; a new experiment is made on the way."""
+    service = access.service_of(request)
+    with said_in_words():
+        settings = service.rigs.rig(rig)
+        known = _payload(settings, payload, payload_name, mass, (com_x, com_y, com_z))
+        service.plans.plan(plan)
+        if experiment == NEW:
+            if not experiment_name.strip():
+                raise InputError("give the experiment a name")
+            service.rigs.require(rig, user)
+            experiment = service.experiments.create(
+                service.rigs.experiment_file(rig, experiment_name.strip())
+            ).id
+        row = service.sessions.create(experiment, user, rig=rig, plan=plan, payload=known, role=role)
+    service.live.tell(rig)
+    return Response(status_code=204, headers={"HX-Redirect": session_link(experiment, row.id)})
+
+
+@router.post("/plans")
+def make_plan(
+    request: Request,
+    user: access.Operator,
+    rig: Annotated[str, Form(max_length=64)],
+    seconds: Annotated[float, Form(gt=0, le=3600)],
+    experiment: Annotated[str, Form(max_length=64)] = "",
+    payload: Annotated[str, Form(max_length=64)] = "",
+) -> HTMLResponse:
+    """Plan a motion within the rig's limits; progress until it is there."""
+    service = access.service_of(request)
+    with said_in_words():
+        job = service.planner.plan(rig, user.name, f"{rig} {seconds:g} s", seconds, "load-velocity", 0)
+    return _plan_progress(request, job.id, {"rig": rig, "experiment": experiment, "payload": payload})
+
+
+@router.get("/plans/progress")
+def plan_progress(
+    request: Request,
+    _user: access.Viewer,
+    job: Annotated[str, Query(max_length=32)],
+    rig: Annotated[str, Query(max_length=64)],
+    experiment: Choice = None,
+    payload: Choice = None,
+) -> HTMLResponse:
+    """How far the planning is; then the form with the new plan chosen."""
+    return _plan_progress(
+        request, job, {"rig": rig, "experiment": experiment or "", "payload": payload or ""}
+    )
+
+
+def _plan_progress(request: Request, job_id: str, kept: dict[str, str]) -> HTMLResponse:
+    job = access.service_of(request).jobs.get(job_id)
+    if job is None:
+        raise Problem(404, "The planning is not known any more; plan again.")
+    poll = f"{PREFIX}/plans/progress?{urlencode({'job': job.id, **kept})}"
+    shown = {"title": JOB_TITLES["plan"], "fraction": job.fraction, "words": job.words, "poll_link": poll}
+    if job.state.final and job.state != "done":
+        return page(request, "problem_message.html", detail=f"No plan was made: {job.words}")
+    response = page(request, "job_strip.html", job=shown)
+    if job.state.final:
+        response.headers["HX-Redirect"] = (
+            f"{PREFIX}/new-session?{urlencode(kept | {'plan': job.result['plan']})}"
+        )
+    return response
+
+
+def session_link(experiment: str, session: str) -> str:
+    return experiment_link(experiment, f"sessions/{session}")
+
+
+def _payload(
+    settings: Rig, payload: str, name: str, mass: float, com: tuple[float, float, float]
+) -> KnownPayload:
+    if payload != NEW:
+        return settings.payload(payload)
+    try:
+        return KnownPayload(name=name.strip(), mass=mass, com=com)
+    except ValidationError:
+        raise InputError(
+            f"payload name {name.strip()!r}: use letters, digits, '_', '.' and '-', a letter or digit first"
+        ) from None
+
+
+def _chosen(
+    request: Request,
+    service: Service,
+    settings: Rig,
+    experiment: str | None,
+    payload: str | None,
+    plan: str | None,
+) -> dict[str, Any]:
+    """The choices of the form and what is chosen, with the preview of the plan."""
+    joints = [axis.joint for axis in settings.axes]
+    rows = [row for row in service.experiments.rows() if not row.problem and row.joints == joints]
+    wanted = experiment or request.session.get("experiment")
+    chosen = next((row for row in rows if row.id == wanted), rows[0] if rows and experiment != NEW else None)
+    plans = [(each, service.plans.plan(each)) for each in service.plans.ids()]
+    plans = [(each, made) for each, made in plans if made.joints == tuple(joints)]
+    made = next(((each, one) for each, one in plans if each == plan), plans[0] if plans else None)
+    known = {each.name: each for each in settings.payloads}
+    known_payload = known.get(payload or "") or next(iter(known.values()))
+    sessions = service.experiments.sessions(chosen.id) if chosen else []
+    measured = [row.payload["mass"] for row in sessions if row.file is not None]
+    document = None
+    if chosen is not None:
+        story = ModelStory(service.experiments.folder(chosen.id))
+        current = story.read().current
+        document = story.identification(current.id) if current else None
+    view = plan_view(made[1], settings, known_payload, measured, document) if made else None
+    return {
+        "experiments": rows,
+        "experiment": chosen,
+        "payloads": list(known.values()),
+        "payload": known_payload,
+        "other_payload": payload == NEW,
+        "plans": [(each, one.name or each, one.duration) for each, one in plans],
+        "plan_id": made[0] if made else None,
+        "view": view,
+        "measured": [row for row in sessions if row.file is not None],
+    }
+
+
+def _waiting(service: Service, experiment: Any) -> dict[str, str] | None:
+    """A session of the experiment that was prepared and neither measured nor discarded."""
+    if experiment is None:
+        return None
+    for row in service.experiments.sessions(experiment.id):
+        if row.file is None and not SessionState(row.state).ended:
+            return {"id": row.id, "link": session_link(experiment.id, row.id)}
+    return None

@@ -1,0 +1,53 @@
+"""Results: the parameters, the files, and the report that stands alone."""
+
+import csv
+import io
+
+import httpx
+import yaml
+
+EXPERIMENT = "/pages/experiments/rx130l-joint3"
+
+
+def test_every_parameter_stands_with_both_deviations_and_its_grouping(
+    browser_client: httpx.Client, models: dict
+) -> None:
+    text = browser_client.get(f"{EXPERIMENT}/results").text
+    for parameter in models["with load"].to_json()["parameters"]:
+        assert f"<b>{parameter['name']}</b>" in text
+    assert "ZZ1 + Ia1" in text
+
+
+def test_the_downloads_hold_the_document_of_the_fit(browser_client: httpx.Client, models: dict) -> None:
+    expected = models["usual"].to_json()
+    as_json = browser_client.get(f"{EXPERIMENT}/download/json", params={"version": "m1"})
+    as_yaml = browser_client.get(f"{EXPERIMENT}/download/yaml", params={"version": "m1"})
+    as_csv = browser_client.get(f"{EXPERIMENT}/download/csv", params={"version": "m1"})
+    assert as_json.json() == expected
+    assert yaml.safe_load(as_yaml.text) == expected
+    rows = list(csv.DictReader(io.StringIO(as_csv.text)))
+    assert [row["name"] for row in rows] == [entry["name"] for entry in expected["parameters"]]
+    assert [float(row["value"]) for row in rows] == [entry["value"] for entry in expected["parameters"]]
+    assert "rx130l-joint3-model-1.csv" in as_csv.headers["content-disposition"]
+
+
+def test_an_unknown_download_is_answered_with_what_there_is(browser_client: httpx.Client) -> None:
+    response = browser_client.get(f"{EXPERIMENT}/download/xls")
+    assert response.status_code == 404
+    assert "json, csv and yaml" in response.text
+
+
+def test_the_report_stands_alone(browser_client: httpx.Client) -> None:
+    response = browser_client.get(f"{EXPERIMENT}/report")
+    text = response.text
+    assert response.status_code == 200
+    for loaded in ("<script", "<link", "<img", "url(", "@font-face", "@import"):
+        assert loaded not in text
+    # measured against predicted for three sessions, a map, a staircase, four bands
+    assert text.count("<svg") == 3 + 1 + 1 + 4
+    assert "sha256-" in response.headers["content-security-policy"]
+
+
+def test_the_report_kept_as_a_file_has_a_name(browser_client: httpx.Client) -> None:
+    response = browser_client.get(f"{EXPERIMENT}/report", params={"keep": "true"})
+    assert 'filename="rx130l-joint3-model-2.html"' in response.headers["content-disposition"]
