@@ -197,7 +197,7 @@ class Identification:
         return [
             f"{entry.file}: {remark}"
             for entry in self.experiment.sessions
-            for remark in record.session(entry).remarks
+            for remark in record.facts(entry).remarks
         ]
 
 

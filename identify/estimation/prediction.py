@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.estimation.context import contexts, slot_rows
 from identify.estimation.fitting import FittedModel
-from identify.estimation.observation import contexts, slot_rows
 from identify.recording import SessionEntry
 
 Array = NDArray[np.float64]

@@ -1,6 +1,6 @@
-"""The record of an experiment: its sessions read, the signal settings chosen, each joint summarised."""
+"""The record of an experiment: its sessions, the signal settings chosen, each joint summarised."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -25,6 +25,9 @@ REST_SPEED = 2e-3
 RESOLUTION_SAMPLES = 50_000
 """positions looked at to find the encoder's step; the step shows within the first moves"""
 
+LARGEST_HELD = 128 << 20
+"""bytes of filtered motion and regressor held between passes; what a longer record needs more is computed again"""
+
 
 @dataclass(frozen=True)
 class Samples:
@@ -42,6 +45,68 @@ class Samples:
     temperature: Array | None
 
 
+@dataclass(frozen=True)
+class SessionFacts:
+    """What is asked of a session again and again, so that its samples need not be at hand for it."""
+
+    start: float
+    """s, time of the first sample"""
+    duration: float
+    """s"""
+    period: float
+    """s, of sampling"""
+    position_step: Array
+    """(n,) smallest step between recorded positions, rad or m; infinite where none was seen"""
+    has_external: bool
+    remarks: tuple[str, ...]
+
+
+class PreparedBlock:
+    """A block of motion and what every model of it needs: known loads and inertial columns."""
+
+    def __init__(self, block: MotionBlock, body: RigidBody, entry: SessionEntry, drive_gain: Array) -> None:
+        self.block = block
+        self._body, self._entry, self._drive_gain = body, entry, drive_gain
+
+    @cached_property
+    def torque(self) -> Array:
+        """(N, n): joint torque g_f v of eq. (7)."""
+        return self.block.command @ self._drive_gain.T
+
+    @cached_property
+    def known(self) -> Array:
+        """(N, n): known part of tau_out."""
+        block = self.block
+        return self._body.known_load(self._entry.payload, block.q, block.dq, block.ddq, block.external)
+
+    @cached_property
+    def inertial(self) -> list[Array]:
+        """For each joint (N, base parameters that act on it): columns of eq. (10)."""
+        return self._body.inertial_columns(self.block.q, self.block.dq, self.block.ddq)
+
+    @cached_property
+    def inertial_rows(self) -> list[Array]:
+        """The same filtered and decimated, (M, columns)."""
+        return [self.block.decimate(columns) for columns in self.inertial]
+
+    @cached_property
+    def measured_rows(self) -> Array:
+        """(M, 2 n) filtered and decimated: Y (torque less the known load) of every joint, then tau."""
+        return self.block.decimate(np.hstack([self.torque - self.known, self.torque]))
+
+
+class _ByFile(dict[str, Samples]):
+    """Samples of a session, decimated when first asked for."""
+
+    def __init__(self, gather: Callable[[str], Samples]) -> None:
+        super().__init__()
+        self._gather = gather
+
+    def __missing__(self, file: str) -> Samples:
+        self[file] = self._gather(file)
+        return self[file]
+
+
 @dataclass
 class Record:
     """What is measured, and the rigid robot that it was measured on."""
@@ -49,7 +114,10 @@ class Record:
     experiment: Experiment
     settings: SignalSettings
     body: RigidBody
-    _sessions: dict[str, Session] = field(default_factory=dict)
+    _facts: dict[str, SessionFacts] = field(default_factory=dict)
+    _gathered: dict[str, tuple[Samples, Array]] = field(default_factory=dict)
+    _held: dict[str, list[PreparedBlock]] = field(default_factory=dict)
+    _held_bytes: int = 0
 
     @classmethod
     def of(cls, experiment: Experiment, settings: SignalSettings | None = None) -> "Record":
@@ -71,29 +139,52 @@ class Record:
         return [entry for entry in self.experiment.sessions if entry.role == role]
 
     def session(self, entry: SessionEntry) -> Session:
-        """A session, read once."""
-        if entry.file not in self._sessions:
-            self._sessions[entry.file] = self.experiment.read(entry)
-        return self._sessions[entry.file]
+        """A session's samples; held by the experiment while they are small."""
+        return self.experiment.read(entry)
 
-    def blocks(self, entry: SessionEntry) -> Iterator[MotionBlock]:
-        """The session's blocks of motion.
+    def facts(self, entry: SessionEntry) -> SessionFacts:
+        """What is known of a session beside its samples."""
+        if entry.file not in self._facts:
+            session = self.session(entry)
+            self._facts[entry.file] = SessionFacts(
+                start=float(session.time[0]),
+                duration=float(session.time[-1] - session.time[0]),
+                period=session.sampling_period,
+                position_step=_position_step(session.position[:RESOLUTION_SAMPLES]),
+                has_external=session.external is not None,
+                remarks=session.remarks,
+            )
+        return self._facts[entry.file]
+
+    def blocks(self, entry: SessionEntry) -> Iterator[PreparedBlock]:
+        """The session's blocks of motion; held for the next pass while all that is held is small.
 
         :raises InputError: nothing of the session is left after trimming.
         """
+        if entry.file in self._held:
+            yield from self._held[entry.file]
+            return
+        self.facts(entry)
+        session = self.session(entry)
+        rows = len(session.time) // self.settings.stride(session.sampling_period)
+        cost = 8 * rows * (8 * self.joints + int(self.body.base.acts.sum()))
+        hold = self._held_bytes + cost <= LARGEST_HELD
+        held: list[PreparedBlock] = []
         empty = True
-        for block in motion_blocks(self.session(entry), self.settings):
+        for block in motion_blocks(session, self.settings):
             empty = False
-            yield block
+            prepared = PreparedBlock(block, self.body, entry, self.experiment.drive_gain)
+            if hold:
+                held.append(prepared)
+            yield prepared
         if empty:
             edge = self.settings.edge()
             raise InputError(
                 f"{entry.path}: too short: the filters need more than {2 * edge:.3g} s of uninterrupted samples"
             )
-
-    def torque(self, block: MotionBlock) -> Array:
-        """(N, n): joint torque g_f v of eq. (7)."""
-        return block.command @ self.experiment.drive_gain.T
+        if hold:
+            self._held[entry.file] = held
+            self._held_bytes += cost
 
     def started(self, entry: SessionEntry) -> float:
         """s of recorded motion before this session, all sessions in the order of the experiment."""
@@ -101,21 +192,13 @@ class Record:
         for other in self.experiment.sessions:
             if other.file == entry.file:
                 return before
-            time = self.session(other).time
-            before += float(time[-1] - time[0])
+            before += self.facts(other).duration
         return before
 
     @cached_property
     def position_resolution(self) -> Array:
         """(n,): smallest step between recorded positions, rad or m."""
-        smallest = np.full(self.joints, np.inf)
-        for entry in self.experiment.sessions:
-            position = self.session(entry).position[:RESOLUTION_SAMPLES]
-            for joint in range(self.joints):
-                steps = np.abs(np.diff(position[:, joint]))
-                steps = steps[steps > 1e-12 * max(1.0, float(np.abs(position[:, joint]).max()))]
-                if len(steps):
-                    smallest[joint] = min(smallest[joint], float(steps.min()))
+        smallest = np.min([self.facts(entry).position_step for entry in self.experiment.sessions], axis=0)
         return np.where(np.isfinite(smallest), smallest, 0.0)
 
     @cached_property
@@ -125,52 +208,54 @@ class Record:
         Rounding is white with a deviation of step/√12 over the whole band; the derivative of the part below
         the cut-off f_c has the deviation step/√12 · 2π f_c √(2 f_c T / 3).
         """
-        period = min(self.session(entry).sampling_period for entry in self.experiment.sessions)
+        period = min(self.facts(entry).period for entry in self.experiment.sessions)
         cutoff = np.asarray(self.settings.position_cutoff, float)
         return self.position_resolution / np.sqrt(12) * 2 * np.pi * cutoff * np.sqrt(2 * cutoff * period / 3)
 
     @cached_property
     def samples(self) -> dict[str, Samples]:
-        """Decimated samples of every session, by file."""
-        return {entry.file: self._gather(entry) for entry in self.experiment.sessions}
+        """Decimated samples of every session, by file; a session is passed over when it is first asked for."""
+        entries = {entry.file: entry for entry in self.experiment.sessions}
 
-    def _gather(self, entry: SessionEntry) -> Samples:
-        parts: list[tuple[Array, ...]] = []
-        for block in self.blocks(entry):
-            kinematics = [block.at_decimated(values) for values in (block.time, block.q, block.dq, block.ddq)]
-            warmth = block.temperature
-            temperature = np.zeros((block.count, 0)) if warmth is None else block.at_decimated(warmth)
-            fast = np.stack([block.at_decimated(slow) for slow in self._slow(block)], axis=1)
-            parts.append((*kinematics, block.decimate(self.torque(block)), fast, temperature))
-        time, q, dq, ddq, measured, slow, temperature = (
-            np.concatenate(list(part)) for part in zip(*parts, strict=True)
-        )
-        return Samples(
-            entry,
-            time,
-            q,
-            dq,
-            ddq,
-            measured,
-            ~slow.astype(bool),
-            temperature if temperature.shape[1] else None,
-        )
+        def gather(file: str) -> Samples:
+            samples, peak = self._gather(entries[file])
+            return replace(samples, moving=peak > self.rest_speed)
 
-    def _slow(self, block: MotionBlock) -> list[NDArray[np.bool_]]:
-        """For each joint whether it has been below its rest speed all around an instant."""
-        return [
-            resting(block.dq[:, joint], self.rest_speed[joint], block.sampling_period)
-            for joint in range(self.joints)
-        ]
+        return _ByFile(gather)
+
+    def _gather(self, entry: SessionEntry) -> tuple[Samples, Array]:
+        """Samples of a session, and the highest speed around each, (samples, joints)."""
+        if entry.file not in self._gathered:
+            parts: list[tuple[Array, ...]] = []
+            for prepared in self.blocks(entry):
+                block = prepared.block
+                kinematics = [
+                    block.at_decimated(values) for values in (block.time, block.q, block.dq, block.ddq)
+                ]
+                warmth = block.temperature
+                temperature = np.zeros((block.count, 0)) if warmth is None else block.at_decimated(warmth)
+                parts.append((*kinematics, block.decimate(prepared.torque), peak_speed(block), temperature))
+            time, q, dq, ddq, measured, peak, temperature = (
+                np.concatenate(list(part)) for part in zip(*parts, strict=True)
+            )
+            samples = Samples(
+                entry,
+                time,
+                q,
+                dq,
+                ddq,
+                measured,
+                np.ones(q.shape, bool),
+                temperature if temperature.shape[1] else None,
+            )
+            self._gathered[entry.file] = (samples, peak)
+        return self._gathered[entry.file]
 
     @cached_property
     def top_speed(self) -> Array:
         """(n,): 99.9 % quantile of |dq|, rad/s."""
-        fastest = np.zeros(self.joints)
-        for entry in self.experiment.sessions:
-            speeds = [np.abs(block.at_decimated(block.dq)) for block in self.blocks(entry)]
-            fastest = np.maximum(fastest, np.quantile(np.concatenate(speeds), 0.999, axis=0))
-        return fastest
+        speeds = [np.abs(self._gather(entry)[0].dq) for entry in self.experiment.sessions]
+        return np.max([np.quantile(speed, 0.999, axis=0) for speed in speeds], axis=0)
 
     @cached_property
     def rest_speed(self) -> Array:
@@ -190,7 +275,7 @@ class Record:
         q = np.concatenate([part.q[:, joint] for part in samples])
         temperatures = [part.temperature[:, joint] for part in samples if part.temperature is not None]
         warmed = len(temperatures) == len(samples) and np.ptp(np.concatenate(temperatures)) > 1.0
-        periods = [self.session(entry).sampling_period for entry in entries]
+        periods = [self.facts(entry).period for entry in entries]
         description = experiment.robot.joints[joint]
         return JointSummary(
             joint=joint,
@@ -207,9 +292,9 @@ class Record:
             payloads=tuple(payload.name for payload in experiment.payloads),
             payload_masses=tuple(payload.mass for payload in experiment.payloads),
             payload_of_session=tuple(self.body.payload_index(entry.payload) for entry in entries),
-            session_durations=tuple(float(np.ptp(self.session(entry).time)) for entry in entries),
+            session_durations=tuple(self.facts(entry).duration for entry in entries),
             has_temperature=bool(warmed),
-            has_external_force=any(self.session(entry).external is not None for entry in entries),
+            has_external_force=any(self.facts(entry).has_external for entry in entries),
             motor_ratio=float(description.motor_ratio or 1.0),
             coupled_motors=tuple(coupled_motors(experiment.drive_gain, joint)),
             period=min(periods),
@@ -224,10 +309,26 @@ class Record:
             self.summaries[joint], load_range=(float(load.min()), float(load.max())), position_lines=lines
         )
 
+    def __getstate__(self) -> dict[str, object]:
+        """For another process: the figures found so far go along, samples are read and filtered there."""
+        kept = {"experiment", "settings", "body", "_facts", "position_resolution", "top_speed", "rest_speed"}
+        state: dict[str, object] = {name: value for name, value in vars(self).items() if name in kept}
+        return state | {"_gathered": {}, "_held": {}, "_held_bytes": 0}
 
-def resting(velocity: Array, speed: float, period: float) -> NDArray[np.bool_]:
-    """Samples whose whole neighbourhood, half of `REST_TIME` to either side, is slower than `speed`."""
-    half = max(1, round(0.5 * REST_TIME / period))
-    fast = np.concatenate([[0], np.cumsum(np.abs(velocity) > speed)])
-    index = np.arange(len(velocity))
-    return fast[np.minimum(index + half + 1, len(velocity))] == fast[np.maximum(index - half, 0)]
+
+def peak_speed(block: MotionBlock) -> Array:
+    """(M, n): highest speed within half of `REST_TIME` to either side of each decimated sample, rad/s.
+
+    Below the rest speed the joint is at rest there.
+    """
+    half = max(1, round(0.5 * REST_TIME / block.sampling_period))
+    speed = np.pad(np.abs(block.dq), ((half, half), (0, 0)))
+    around = np.lib.stride_tricks.sliding_window_view(speed, 2 * half + 1, axis=0)
+    return block.at_decimated(around).max(axis=-1)
+
+
+def _position_step(position: Array) -> Array:
+    """(n,) smallest step other than rounding, infinite where there is none."""
+    steps = np.abs(np.diff(position, axis=0))
+    rounding = 1e-12 * np.maximum(1.0, np.abs(position).max(axis=0))
+    return np.where(steps > rounding, steps, np.inf).min(axis=0)

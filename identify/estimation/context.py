@@ -1,0 +1,166 @@
+"""What the effects of one block of motion share, and the columns that they make of it."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.effects.model import Term
+from identify.effects.motion import BlockMemory, JointMotion
+from identify.estimation.record import PreparedBlock, Record
+from identify.recording import SessionEntry
+from identify.signals import MotionBlock
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Slot:
+    """A term with one choice of its constants: a group of columns."""
+
+    term: Term
+    constants: tuple[tuple[str, float], ...] = ()
+
+    @classmethod
+    def of(cls, term: Term, constants: dict[str, float] | None = None) -> "Slot":
+        """The slot of a term; its own constants unless others are given."""
+        chosen = dict(term.constants or ()) if constants is None else constants
+        return cls(term, tuple(sorted(chosen.items())))
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The constants by name."""
+        return dict(self.constants)
+
+
+@dataclass(frozen=True)
+class FittedTorque:
+    """A fitted model as the columns of other effects need it: base parameters and the friction beside them.
+
+    chi     : (b,) base parameters
+    factors : for every slot the values of its parameters
+    """
+
+    chi: Array
+    factors: tuple[tuple[Slot, Array], ...] = ()
+
+
+@dataclass
+class JointContext:
+    """What all effects of one block share.
+
+    session : index of the session among those of the experiment
+    load    : (N, n) tau_out of the fitted model; without one the known load
+    torque  : (N, n) the whole torque of the fitted model; without one the known load
+    """
+
+    prepared: PreparedBlock
+    entry: SessionEntry
+    session: int
+    session_start: float
+    record_start: float
+    load: Array
+    torque: Array
+    memory: BlockMemory
+    record: Record
+    fitted: FittedTorque | None
+    _views: dict[tuple[int, int], JointMotion] = field(default_factory=dict)
+
+    @property
+    def block(self) -> MotionBlock:
+        """The block of motion."""
+        return self.prepared.block
+
+    @property
+    def known(self) -> Array:
+        """(N, n): known part of tau_out."""
+        return self.prepared.known
+
+    @property
+    def inertial(self) -> list[Array]:
+        """For each joint (N, base parameters that act on it): columns of eq. (10)."""
+        return self.prepared.inertial
+
+    def motion(self, joint: int, owner: int) -> JointMotion:
+        """The block as an effect of motor or joint `owner` sees it on the rows of `joint`."""
+        if (joint, owner) not in self._views:
+            self._views[joint, owner] = self._view(joint, owner)
+        return self._views[joint, owner]
+
+    def _view(self, joint: int, owner: int) -> JointMotion:
+        block, body = self.block, self.record.body
+        chi = np.zeros(len(body.base)) if self.fitted is None else self.fitted.chi
+        payload = self.entry.payload
+        motor = body.shares[:, owner]
+        session_time = block.time - self.session_start
+        return JointMotion(
+            joint=joint,
+            time=block.time,
+            session_time=session_time,
+            experiment_time=session_time + self.record_start,
+            q=block.q[:, joint],
+            dq=block.dq[:, joint],
+            ddq=block.ddq[:, joint],
+            period=block.sampling_period,
+            load=self.load[:, joint],
+            model_torque=self.torque[:, joint],
+            known_load=self.known[:, joint],
+            payload=body.payload_index(payload),
+            session=self.session,
+            temperature=None if block.temperature is None else block.temperature[:, joint],
+            motor_velocity=block.dq @ motor,
+            motor_acceleration=block.ddq @ motor,
+            motor_share=float(body.shares[joint, owner]),
+            inertial=self.inertial[joint],
+            memory=self.memory,
+            load_slope_of=lambda: body.load_slope(joint, chi, payload, block.q, block.dq, block.ddq),
+            gravity_gradient_of=lambda: body.gravity_gradient(joint, chi, payload, block.q),
+            payload_gradient_of=lambda: body.payload_gradient(joint, payload, block.q, block.dq, block.ddq),
+        )
+
+
+def contexts(record: Record, entry: SessionEntry, fitted: FittedTorque | None) -> Iterator[JointContext]:
+    """The blocks of a session with everything that columns are made of."""
+    memory = BlockMemory()
+    segment = -1
+    session = [own.file for own in record.experiment.sessions].index(entry.file)
+    start, before = record.facts(entry).start, record.started(entry)
+    for prepared in record.blocks(entry):
+        if prepared.block.segment != segment:
+            memory.forget()
+            segment = prepared.block.segment
+        load = prepared.known
+        if fitted is not None:
+            load = record.body.load(prepared.inertial, fitted.chi, prepared.known)
+        context = JointContext(prepared, entry, session, start, before, load, load, memory, record, fitted)
+        if fitted is not None:
+            context.torque = model_torque(context, fitted)
+            context._views.clear()
+        yield context
+
+
+def model_torque(context: JointContext, fitted: FittedTorque) -> Array:
+    """(N, n): load and friction as the fitted model predicts them, full rate."""
+    torque = context.load.copy()
+    for slot, values in fitted.factors:
+        if not slot.term.effect.uses_torque:
+            for joint, columns in slot_rows(context, slot):
+                torque[:, joint] += columns @ values
+    return torque
+
+
+def slot_rows(context: JointContext, slot: Slot) -> Iterator[tuple[int, Array]]:
+    """The rows that a slot has columns on: joint and columns (N, parameters)."""
+    effect, owner = slot.term.effect, slot.term.joint
+    for joint in rows_of(context.record, slot.term):
+        yield joint, effect.columns(context.motion(joint, owner), slot.values)
+
+
+def rows_of(record: Record, term: Term) -> list[int]:
+    """Joints whose rows carry the columns of a term."""
+    if term.effect.rows == "joint":
+        return [term.joint]
+    if term.effect.rows == "robot":
+        return list(range(record.joints))
+    return [int(joint) for joint in np.flatnonzero(record.body.shares[:, term.joint])]
