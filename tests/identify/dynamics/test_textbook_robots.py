@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -166,3 +167,11 @@ def test_standard_parameters_stand_in_the_papers_order():
 def test_motion_of_the_wrong_shape_is_refused():
     with pytest.raises(ValueError, match=r"must be \(4, 2\)"):
         standard_regressor(TWO_LINKS, np.zeros((4, 2)), np.zeros((4, 3)), np.zeros((4, 2)))
+
+
+def test_a_link_makes_no_torque_on_the_joints_beyond_it():
+    base = base_parameters(TWO_LINKS)
+    everything = replace(base, acts=np.ones_like(base.acts))
+    columns = everything.joint_columns(1, *random_motion(8, 6, 2))
+    assert not columns[:, :3].any()
+    assert columns[:, 3:].any(axis=0).all()
