@@ -48,8 +48,8 @@ class Reach:
     jerk: Array
 
     @classmethod
-    def of(cls, rig: Rig, margin: float = MARGIN) -> "Reach":
-        """The limits of a rig, less a margin."""
+    def of(cls, rig: Rig, margin: float = MARGIN, dynamic_share: float = 1.0) -> "Reach":
+        """The limits of a rig, less a margin; of the dynamic ones only a share."""
         limits = [axis.limits for axis in rig.axes]
         low = np.array([limit.position[0] for limit in limits])
         high = np.array([limit.position[1] for limit in limits])
@@ -57,9 +57,9 @@ class Reach:
         return cls(
             low=middle - half,
             high=middle + half,
-            velocity=margin * np.array([limit.velocity for limit in limits]),
-            acceleration=margin * np.array([limit.acceleration for limit in limits]),
-            jerk=margin * np.array([limit.jerk for limit in limits]),
+            velocity=dynamic_share * margin * np.array([limit.velocity for limit in limits]),
+            acceleration=dynamic_share * margin * np.array([limit.acceleration for limit in limits]),
+            jerk=dynamic_share * margin * np.array([limit.jerk for limit in limits]),
         )
 
     @property

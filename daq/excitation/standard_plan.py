@@ -2,11 +2,12 @@
 sinusoids.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from daq.excitation.blend import Array
 from daq.excitation.excitation_plan import ExcitationPlan
-from daq.excitation.plan_limits import SAMPLING
 from daq.excitation.sinusoid import Sinusoids
 from daq.excitation.speed_ladder import Reach, speed_ladder
 from daq.excitation.trapezoid import Dwell, Move, move_at
@@ -18,42 +19,70 @@ HARMONICS = 5
 paper)
 """
 
-REPEATS = 3
+FEWEST_REPEATS = 3
 """periods: two would give a noise floor, the third gives it an uncertainty"""
+
+LONGEST_PERIOD = 8.0
+"""s: a longer fundamental would leave five harmonics too slow to excite inertia"""
+
+SHORTEST_SINUSOIDS = 4.0
+"""s: in less time no three periods are worth having"""
 
 REST = 0.5
 """s at rest before and after: offsets of the position show"""
 
 
+@dataclass(frozen=True)
+class Recipe:
+    """Everything that distinguishes one plan from another once limits and time are given."""
+
+    ladder_share: float = 0.6
+    """of the time that goes to the ladder of speeds; the rest is for sinusoids"""
+    seed: int = 0
+    """of the order of places and directions on the ladder"""
+    shape: Array | None = None
+    """(2, n, harmonics): cosine and sine amplitudes, up to a factor per joint; random phases where None"""
+    centre: Array | None = None
+    """(n,) -1..1: about where in its range each joint swings; the middle where None"""
+
+    def build(self, rig: Rig, reach: Reach, seconds: float, name: str = "standard") -> ExcitationPlan:
+        """The plan, stretched to the limits.
+
+        Raises InputError where the time is too short.
+        """
+        if not seconds > 2.0 * REST:
+            raise InputError(f"seconds: a plan needs more than {2.0 * REST:g} s, not {seconds:g}")
+        n = len(rig.axes)
+        shape = random_shape(n, self.seed) if self.shape is None else self.shape
+        centre = np.zeros(n) if self.centre is None else self.centre
+        swing_about = reach.middle + 0.5 * (reach.high - reach.low) * centre
+        active = seconds - 2.0 * REST
+        ladder = speed_ladder(reach, swing_about, self.ladder_share * active, self.seed)
+        left = active - sum(move.duration for move in ladder)
+        phases: list[Dwell | Move | Sinusoids] = [Dwell(duration=REST), *ladder]
+        if left >= SHORTEST_SINUSOIDS:
+            phases.append(sum_of_sinusoids(reach, left, shape, centre))
+        phases.append(Dwell(duration=REST))
+        plan = ExcitationPlan(
+            name=name,
+            rig=rig.name,
+            joints=tuple(axis.joint for axis in rig.axes),
+            start=tuple(swing_about.tolist()),
+            phases=tuple(phases),
+        )
+        if plan.duration > seconds + 1e-6:
+            raise InputError(
+                f"seconds: within these limits the shortest plan lasts {plan.duration:.1f} s, not {seconds:g}"
+            )
+        return plan
+
+
 def standard_plan(rig: Rig, seconds: float, seed: int = 0, name: str = "standard") -> ExcitationPlan:
-    """A plan of at most `seconds` within the rig's limits: 60 % of the time on the ladder, the rest on
-    sinusoids.
+    """A plan of at most `seconds` within the rig's limits, made for no model in particular.
 
     Raises InputError where the time is too short.
     """
-    if not seconds > 2.0 * REST:
-        raise InputError(f"seconds: a plan needs more than {2.0 * REST:g} s, not {seconds:g}")
-    reach = Reach.of(rig)
-    centre = reach.middle
-    active = seconds - 2.0 * REST
-    ladder = speed_ladder(reach, centre, 0.6 * active, seed)
-    left = active - sum(move.duration for move in ladder)
-    phases: list[Dwell | Move | Sinusoids] = [Dwell(duration=REST), *ladder]
-    if left >= 4.0:
-        phases.append(sum_of_sinusoids(reach, left, random_shape(len(centre), seed)))
-    phases.append(Dwell(duration=REST))
-    plan = ExcitationPlan(
-        name=name,
-        rig=rig.name,
-        joints=tuple(axis.joint for axis in rig.axes),
-        start=tuple(float(x) for x in centre),
-        phases=tuple(phases),
-    )
-    if plan.duration > seconds + 1e-6:
-        raise InputError(
-            f"seconds: within these limits the shortest plan lasts {plan.duration:.1f} s, not {seconds:g}"
-        )
-    return plan
+    return Recipe(seed=seed).build(rig, Reach.of(rig), seconds, name)
 
 
 def random_shape(axes: int, seed: int) -> Array:
@@ -64,36 +93,55 @@ def random_shape(axes: int, seed: int) -> Array:
     return np.array([amplitude * np.cos(phase), amplitude * np.sin(phase)])
 
 
-def sum_of_sinusoids(reach: Reach, seconds: float, shape: Array) -> Sinusoids:
+def sum_of_sinusoids(reach: Reach, seconds: float, shape: Array, centre: Array) -> Sinusoids:
     """Repeated harmonics of a given shape (2, n, harmonics), as large as the limits allow, lasting `seconds`.
 
-    The fades take a tenth of the time each; every joint is scaled to its first limit and centred in its
-    range.
+    centre : (n,) -1..1 in the range; a joint that swings off the middle has less room. Every joint is
+    scaled to the first limit that it meets; the fades take at most a tenth of the time each.
     """
-    fade = 0.1 * seconds
-    frequency = REPEATS / (seconds - 2.0 * fade)
+    repeats = max(FEWEST_REPEATS, int(np.ceil(0.9 * seconds / LONGEST_PERIOD)))
+    fade = min(0.1 * seconds, 0.5 * seconds / (repeats + 1))
+    half = 0.5 * (reach.high - reach.low)
     unscaled = Sinusoids(
-        frequency=frequency,
-        repeats=REPEATS,
+        frequency=repeats / (seconds - 2.0 * fade),
+        repeats=repeats,
         fade=fade,
         centre=(0.0,) * shape.shape[1],
         cosine=tuple(map(tuple, shape[0].tolist())),
         sine=tuple(map(tuple, shape[1].tolist())),
     )
-    time = np.arange(0.0, unscaled.duration, SAMPLING)
-    terms = unscaled.evaluate(time, np.zeros(shape.shape[1]))
-    allowed = (0.5 * (reach.high - reach.low), reach.velocity, reach.acceleration, reach.jerk)
+    terms = unscaled.evaluate(peak_times(unscaled), np.zeros(shape.shape[1]))
+    allowed = (half * (1.0 - np.abs(centre)), reach.velocity, reach.acceleration, reach.jerk)
     share = np.min(
         [limit / np.abs(term).max(axis=0) for limit, term in zip(allowed, terms, strict=True)], axis=0
     )
-    scaled = shape * share[np.newaxis, :, np.newaxis]
+    scaled = shape * (PEAK_MARGIN * share[np.newaxis, :, np.newaxis])
     return unscaled.model_copy(
         update={
-            "centre": tuple(reach.middle.tolist()),
+            "centre": tuple((reach.middle + half * centre).tolist()),
             "cosine": tuple(map(tuple, scaled[0].tolist())),
             "sine": tuple(map(tuple, scaled[1].tolist())),
         }
     )
+
+
+PEAK_SAMPLES = 24
+"""per period of the highest harmonic: a peak between two of them is missed by less than (π/24)²/2 of that
+harmonic
+"""
+
+PEAK_MARGIN = 1.0 - 0.5 * (np.pi / PEAK_SAMPLES) ** 2
+"""by which peaks between the samples may be higher"""
+
+
+def peak_times(phase: Sinusoids) -> Array:
+    """s: the fade-in, one period and the fade-out, sampled closely enough to find the peaks."""
+    harmonics = len(phase.cosine[0])
+    step = 1.0 / (phase.frequency * harmonics * PEAK_SAMPLES)
+    begin, end = phase.repeated
+    first = np.arange(0.0, begin + 1.0 / phase.frequency, step)
+    last = np.arange(end, phase.duration, step)
+    return np.concatenate([first, last, [phase.duration]])
 
 
 def approach(rig: Rig, here: Array, to: Array, share: float = 0.2) -> ExcitationPlan | None:

@@ -1,0 +1,102 @@
+"""What the planner asks of a model: its regressor and its torque. `api` hands in an object that has it.
+
+The planner knows nothing of rigid bodies or friction: it plans for whatever linear model it is given.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daq.excitation.blend import Array
+from daq.excitation.excitation_plan import ExcitationPlan
+from daq.rig import KnownPayload
+
+
+@dataclass(frozen=True)
+class PlannedParameter:
+    """One parameter that is to be identified."""
+
+    name: str
+    joint: str
+    unit: str
+    effect: str | None
+    """name of the effect that it belongs to; None for the rigid robot's own"""
+    value: float | None
+    """what is known of it beforehand; None where it is only assumed"""
+
+
+@dataclass(frozen=True)
+class PlannedMotion:
+    """Samples of a plan as one session with one payload would run it; (N, n) unless said otherwise."""
+
+    payload: KnownPayload
+    time: Array
+    """(N,) s since the session began"""
+    q: Array
+    dq: Array
+    ddq: Array
+    period: float
+    """s between samples"""
+
+    @classmethod
+    def of(cls, plan: ExcitationPlan, payload: KnownPayload, period: float) -> "PlannedMotion":
+        """A whole plan, sampled in the middle of every period."""
+        time = np.arange(0.5 * period, plan.duration, period)
+        return cls(payload, time, *plan.setpoints(time), period)
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """An effect that the plan cannot show, and why."""
+
+    effect: str
+    joint: str
+    reason: str
+
+
+class PlanModel(Protocol):
+    """A model that is linear in its parameters, with a guess of them."""
+
+    @property
+    def name(self) -> str:
+        """As the user named it."""
+        ...
+
+    @property
+    def parameters(self) -> tuple[PlannedParameter, ...]:
+        """(p) the parameters, in the order of the columns."""
+        ...
+
+    @property
+    def source(self) -> str:
+        """In words, where the values that loads and torques are predicted with come from."""
+        ...
+
+    @property
+    def is_identified(self) -> bool:
+        """Whether those values were measured on this machine; a torque predicted with assumed ones
+        forbids nothing.
+        """
+        ...
+
+    def rows(self, motion: PlannedMotion) -> list[tuple[NDArray[np.intp], Array]]:
+        """For every joint the indices (k,) and columns (N, k), N m per unit, of the parameters on its
+        rows.
+        """
+        ...
+
+    def torque(self, motion: PlannedMotion) -> Array:
+        """(N, n) N m: joint torque that the motion will ask for, friction included."""
+        ...
+
+    def load(self, motion: PlannedMotion) -> Array:
+        """(N, n) N m: the part of the torque that the gears drive, τ_out of eq. (6)."""
+        ...
+
+    def obstacles(self, motions: list[PlannedMotion]) -> list[Obstacle]:
+        """Effects, of this model and of the rest of the catalogue, that sessions with these motions
+        cannot show.
+        """
+        ...
