@@ -5,6 +5,7 @@ The file is stored with the recording. It holds no samples: `setpoints` evaluate
 `sinusoid.py` and `trapezoid.py` at any times.
 """
 
+import json
 from pathlib import Path
 from typing import Annotated, Literal, NamedTuple, Self
 
@@ -114,14 +115,20 @@ class ExcitationPlan(BaseModel):
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
-        """Read a plan file (JSON).
+        """Read a plan file (JSON), or the plan within what `coulomb plan --json` printed.
 
         Raises InputError with one line that names the file and the field.
         """
         try:
-            return cls.model_validate_json(Path(path).read_bytes())
-        except OSError as error:
-            raise InputError(f"{path}: {error.strerror or error}") from None
+            document = json.loads(Path(path).read_text(encoding="utf-8"))
+        except (OSError, UnicodeDecodeError) as error:
+            raise InputError(f"{path}: cannot be read ({error})") from None
+        except json.JSONDecodeError as error:
+            raise InputError(f"{path}, line {error.lineno}: not JSON ({error.msg})") from None
+        if isinstance(document, dict) and isinstance(document.get("plan"), dict):
+            document = document["plan"]
+        try:
+            return cls.model_validate(document)
         except ValidationError as error:
             problem = error.errors(include_url=False)[0]
             field = ".".join(str(part) for part in problem["loc"])

@@ -9,7 +9,6 @@ It is seeded and counts evaluations, not seconds: the same request gives the sam
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 
@@ -22,7 +21,8 @@ from daq.excitation.speed_ladder import Reach
 from daq.excitation.standard_plan import Recipe, random_shape, sum_of_sinusoids
 from daq.rig import KnownPayload, Rig
 
-Criterion = Literal["d-optimal", "condition"]
+CRITERIA = ("d-optimal", "condition")
+"""what is made large: the information's determinant, or small: the condition number"""
 
 LADDER_SHARES = (0.45, 0.6, 0.75)
 """of the time; the rest is for sinusoids"""
@@ -30,8 +30,8 @@ LADDER_SHARES = (0.45, 0.6, 0.75)
 LADDER_SEEDS = 4
 """orders of places and directions that are compared; one joint has few that differ"""
 
-EVALUATIONS = 160
-"""of the search for the sinusoids, and as many again for every joint beyond the first five"""
+EVALUATIONS = 400
+"""of the search for the sinusoids"""
 
 FIRST_STEP, SMALLEST_STEP = 0.3, 1e-3
 """of the search, in units of the first harmonic's amplitude; below the smallest it starts afresh"""
@@ -58,7 +58,8 @@ class Request:
     """of each session"""
     noise: Array
     """(n,) N m, standard deviation of the filtered joint torque"""
-    criterion: Criterion = "d-optimal"
+    criterion: str = "d-optimal"
+    """one of CRITERIA"""
     seed: int = 0
     dynamic_share: float = 1.0
     """of the limits on velocity, acceleration and jerk that may be used; lowered where the current limit
@@ -100,7 +101,7 @@ def optimal_plan(request: Request, progress: Callable[[float, str], None] | None
     return plan.model_copy(update={"model": request.model.name})
 
 
-def score(found: Information, criterion: Criterion, scale: Array) -> float:
+def score(found: Information, criterion: str, scale: Array) -> float:
     """What is maximised: ln det of the information, or minus the logarithm of the condition number."""
     if criterion == "d-optimal":
         return found.log_determinant(scale)
@@ -143,8 +144,7 @@ def _with_better_sinusoids(
 
     x = np.concatenate([np.zeros(n), random_shape(n, recipe.seed).ravel()])
     best, step = goal(x), FIRST_STEP
-    evaluations = EVALUATIONS * max(1, n - 4)
-    for count in range(evaluations):
+    for count in range(EVALUATIONS):
         trial = x + step * random.standard_normal(len(x))
         reached = goal(trial)
         if reached > best:
@@ -153,5 +153,5 @@ def _with_better_sinusoids(
             step *= 1.5**-0.25
         if step < SMALLEST_STEP:
             step = FIRST_STEP
-        say(0.2 + 0.8 * (count + 1) / evaluations, "searching for the best sinusoids")
+        say(0.2 + 0.8 * (count + 1) / EVALUATIONS, "searching for the best sinusoids")
     return recipe_of(x)

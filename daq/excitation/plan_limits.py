@@ -54,7 +54,7 @@ def violations(
     if times is None:
         times = sampling_times(plan)
     position, velocity, acceleration, jerk = plan.evaluate(times)
-    current = None if torque is None else np.linalg.solve(rig.drive_gain, torque.T).T
+    current = None if torque is None else np.asarray(np.linalg.solve(rig.drive_gain, torque.T).T, dtype=float)
     found: list[Violation] = []
     for j, axis in enumerate(rig.axes):
         limits = axis.limits

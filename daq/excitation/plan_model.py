@@ -47,15 +47,6 @@ class PlannedMotion:
         return cls(payload, time, *plan.setpoints(time), period)
 
 
-@dataclass(frozen=True)
-class Obstacle:
-    """An effect that the plan cannot show, and why."""
-
-    effect: str
-    joint: str
-    reason: str
-
-
 class PlanModel(Protocol):
     """A model that is linear in its parameters, with a guess of them."""
 
@@ -93,10 +84,4 @@ class PlanModel(Protocol):
 
     def load(self, motion: PlannedMotion) -> Array:
         """(N, n) N m: the part of the torque that the gears drive, τ_out of eq. (6)."""
-        ...
-
-    def obstacles(self, motions: list[PlannedMotion]) -> list[Obstacle]:
-        """Effects, of this model and of the rest of the catalogue, that sessions with these motions
-        cannot show.
-        """
         ...

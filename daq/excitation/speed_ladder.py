@@ -11,6 +11,7 @@ do not run in parallel.
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from daq.excitation.blend import Array
 from daq.excitation.trapezoid import Move, move_at, quickest_ramp
@@ -78,6 +79,8 @@ def speed_ladder(reach: Reach, start: Array, seconds: float, seed: int = 0) -> t
     def lasts(moves: tuple[Move, ...]) -> float:
         return sum(move.duration for move in moves)
 
+    rungs, places = LADDERS[-1]
+    best: tuple[Move, ...] = ()
     for rungs, places in LADDERS:
         best = _ladder(reach, start, SHORTEST_CRUISE, rungs, places, seed)
         if lasts(best) <= seconds:
@@ -115,7 +118,7 @@ def _ladder(
             moves.append(move_at(position, to, share * reach.velocity, reach.acceleration, reach.jerk))
             position = np.array(to, dtype=float)
 
-    def there_and_back(place: Array, stretch: Array, upwards: Array, share: float) -> None:
+    def there_and_back(place: Array, stretch: Array, upwards: NDArray[np.bool_], share: float) -> None:
         low = reach.low + place * (range_ - stretch)
         begin, end = np.where(upwards, low, low + stretch), np.where(upwards, low + stretch, low)
         go(begin, TRANSIT)

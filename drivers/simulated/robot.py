@@ -47,7 +47,7 @@ class Robot:
             pseudo_inertia(mass, com, (xx, xy, xz, yy, yz, zz)),
         )
         self._coupling = np.eye(n) if settings.coupling is None else np.array(settings.coupling)
-        self._uncoupling = np.linalg.inv(self._coupling)
+        self._uncoupling = np.asarray(np.linalg.inv(self._coupling), dtype=float)
         self._is_coupled = not np.array_equal(self._coupling, np.eye(n))
         self._ratio = np.array([axis.motor.gear_ratio for axis in axes])
         self._torque_per_ampere = self._ratio * np.array([axis.motor.torque_constant for axis in axes])
@@ -202,7 +202,7 @@ class Robot:
         quadrant = self._quadrant
         flips = np.zeros(self.axes, dtype=int)
         released = np.zeros(self.axes, dtype=bool)
-        acceleration = load = np.zeros(self.axes)
+        acceleration, load = np.zeros(self.axes), np.zeros(self.axes)
         for _ in range(MOST_CHANGES):
             slope = slopes[quadrant, columns]
             left = slope[:, np.newaxis] * mass + self._rotor_apart_diagonal
@@ -213,7 +213,7 @@ class Robot:
             if stuck.any():
                 left[stuck] = np.eye(self.axes)[stuck]
                 right[stuck] = 0.0
-            acceleration = np.linalg.solve(left, right)
+            acceleration = np.asarray(np.linalg.solve(left, right), dtype=float)
             load = mass @ acceleration + bias
             wrong = ~stuck & ~between & ((load * direction >= 0.0) != (quadrant == 1))
             if wrong.any():

@@ -1,0 +1,309 @@
+"""A model of the identifier as the planner sees it: regressor, loads and torques for planned motion."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from api.assumed_masses import SOURCE, assumed_base_parameters, torque_limits
+from daq.excitation.plan_model import PlannedMotion, PlannedParameter
+from daq.rig import KnownPayload, Rig
+from identify.dynamics.base_parameters import base_parameters
+from identify.dynamics.geometry import Geometry
+from identify.effects.catalogue import effects
+from identify.effects.model import Model, Term, coupled_motors, parse_addition, parse_model
+from identify.effects.motion import BlockMemory, JointMotion, JointSummary
+from identify.estimation.rigid_body import RigidBody
+from identify.recording.errors import InputError
+from identify.recording.experiment_file import Payload
+
+Array = NDArray[np.float64]
+
+FRICTION_SHARE = 0.05
+"""of the current limit: what dry friction, and at the highest speed viscous friction, is assumed to need"""
+
+
+@dataclass(frozen=True)
+class Identified:
+    """Values of parameters by name, and where they come from in words."""
+
+    values: Mapping[str, float]
+    source: str
+
+    @classmethod
+    def load(cls, path: Path) -> "Identified":
+        """Read what `coulomb identify --json` printed.
+
+        Raises InputError that names the file.
+        """
+        try:
+            document = json.loads(path.read_text(encoding="utf-8"))
+        except (OSError, UnicodeDecodeError) as error:
+            raise InputError(f"{path}: cannot be read ({error})") from None
+        except json.JSONDecodeError as error:
+            raise InputError(f"{path}, line {error.lineno}: not JSON ({error.msg})") from None
+        try:
+            values = {str(one["name"]): float(one["value"]) for one in document["parameters"]}
+            source = f"identified: {document['experiment']}, model {document['model']}"
+        except (KeyError, TypeError, ValueError):
+            raise InputError(f"{path}: not a result of `coulomb identify --json`") from None
+        return cls(values, source)
+
+
+class RegressorModel:
+    """Rigid robot and effects on planned motion; has the protocol `daq.excitation.plan_model.PlanModel`.
+
+    name       : rigid, usual, load-velocity, or rigid+effect,effect…
+    payloads   : those of the sessions that are planned
+    additions  : EFFECT or EFFECT@JOINT
+    identified : what is known; where None, masses and friction are assumed
+    Raises InputError where a model, effect or joint does not exist, or an identified value is missing.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        name: str,
+        payloads: Sequence[KnownPayload],
+        additions: Sequence[str] = (),
+        identified: Identified | None = None,
+    ) -> None:
+        self.name = name
+        self.is_identified = identified is not None
+        self.source = identified.source if identified else SOURCE
+        own = {payload.name for payload in payloads}
+        self._payloads = [*payloads, *(payload for payload in rig.payloads if payload.name not in own)]
+        self._rig = rig
+        self._body = RigidBody(
+            base_parameters(Geometry.from_robot(rig.robot)),
+            tuple(Payload.model_validate(payload.model_dump()) for payload in self._payloads),
+            rig.drive_gain,
+        )
+        base = self._body.base
+        self._chi = (
+            _identified_base(base.names, identified) if identified else assumed_base_parameters(rig, base)
+        )
+        model = self._parse(additions)
+        summaries = [self._summary(j, len(payloads)) for j in range(len(rig.axes))]
+        self._terms = [self._with_constants(term, summaries[term.joint]) for term in model.terms]
+        named = [
+            (name, joint, unit, None)
+            for name, joint, unit in zip(base.names, base.joints, base.units, strict=True)
+        ]
+        self._columns: list[NDArray[np.intp]] = []
+        probe = self._views(self._probe(payloads))
+        for term in self._terms:
+            width = term.effect.columns(
+                probe(self._rows_of(term)[0], term.joint), dict(term.constants or ())
+            ).shape[1]
+            self._columns.append(np.arange(len(named), len(named) + width))
+            named += _names(term, width, summaries[term.joint])
+        assumed = (
+            dict(zip((name for name, *_ in named), self._chi.tolist(), strict=False))
+            | self._assumed_friction()
+        )
+        known = identified.values if identified else assumed
+        self._values = np.array([*self._chi, *(known.get(name, 0.0) for name, *_ in named[len(base) :])])
+        self.parameters = tuple(
+            PlannedParameter(name, joint, unit, effect, float(value) if identified else None)
+            for (name, joint, unit, effect), value in zip(named, self._values, strict=True)
+        )
+
+    def rows(self, motion: PlannedMotion) -> list[tuple[NDArray[np.intp], Array]]:
+        """For every joint the indices (k,) and columns (N, k) of the parameters on its rows."""
+        view = self._views(motion)
+        acts = self._body.base.acts
+        indices = [[np.flatnonzero(acts[j])] for j in range(len(acts))]
+        parts = [[view(j, j).inertial] for j in range(len(acts))]
+        for term, columns in zip(self._terms, self._columns, strict=True):
+            for j in self._rows_of(term):
+                parts[j].append(term.effect.columns(view(j, term.joint), dict(term.constants or ())))
+                indices[j].append(columns)
+        return [
+            (np.concatenate(places), np.hstack(columns))
+            for places, columns in zip(indices, parts, strict=True)
+        ]
+
+    def load(self, motion: PlannedMotion) -> Array:
+        """(N, n) N m: τ_out of eq. (6), the payload included."""
+        view = self._views(motion)
+        return np.column_stack([view(j, j).load for j in range(self._body.joints)])
+
+    def torque(self, motion: PlannedMotion) -> Array:
+        """(N, n) N m: load and friction."""
+        payload = self._payload(motion)
+        torque = self._body.known_load(payload, motion.q, motion.dq, motion.ddq, None)
+        for j, (indices, columns) in enumerate(self.rows(motion)):
+            torque[:, j] += columns @ self._values[indices]
+        return torque
+
+    def _parse(self, additions: Sequence[str]) -> Model:
+        joints = [axis.joint for axis in self._rig.axes]
+        catalogue = effects()
+        gain = self._rig.drive_gain
+        model = parse_model(self.name, joints, catalogue, gain)
+        for addition in additions:
+            model = model.with_terms(parse_addition(addition, joints, catalogue, gain))
+        return model
+
+    def _with_constants(self, term: Term, summary: JointSummary) -> Term:
+        """The term with the middle of its constants' range; a plan that suits it suits its neighbours."""
+        if term.effect.name in NEEDS_A_RECORD:
+            raise InputError(
+                f"model: '{term.effect.name}' cannot be planned for: {NEEDS_A_RECORD[term.effect.name]}"
+            )
+        grid = term.effect.grid(summary)
+        return term.chosen(grid[len(grid) // 2])
+
+    def _payload(self, motion: PlannedMotion) -> Payload:
+        names = [payload.name for payload in self._payloads]
+        return self._body.payloads[names.index(motion.payload.name)]
+
+    def _rows_of(self, term: Term) -> list[int]:
+        if term.effect.rows == "joint":
+            return [term.joint]
+        if term.effect.rows == "robot":
+            return list(range(self._body.joints))
+        return [int(j) for j in np.flatnonzero(self._body.shares[:, term.joint])]
+
+    def _probe(self, payloads: Sequence[KnownPayload]) -> PlannedMotion:
+        """Some samples, to learn how many columns an effect has."""
+        random = np.random.default_rng(0)
+        q, dq, ddq = random.standard_normal((3, 8, len(self._rig.axes)))
+        return PlannedMotion(payloads[0], 0.01 * np.arange(8.0), q, dq, ddq, 0.01)
+
+    def _assumed_friction(self) -> dict[str, float]:
+        """Values of viscous and dry friction by name."""
+        friction = FRICTION_SHARE * torque_limits(self._rig)
+        found: dict[str, float] = {}
+        for j, axis in enumerate(self._rig.axes):
+            found[f"FC{j + 1}"] = float(friction[j])
+            found[f"FV{j + 1}"] = float(friction[j] / axis.limits.velocity)
+        return found
+
+    def _views(self, motion: PlannedMotion) -> "_Views":
+        return _Views(self._body, self._chi, self._payload(motion), motion)
+
+    def _summary(self, j: int, sessions: int) -> JointSummary:
+        """The joint as sessions within its limits would show it; effects choose their constants by it."""
+        axis, body = self._rig.axes[j], self._body
+        limits = axis.limits
+        resolution = abs(float(self._rig.position_matrix[j, j]))
+        cutoff = 0.1 / self._rig.cycle
+        return JointSummary(
+            joint=j,
+            name=axis.joint,
+            revolute=self._rig.robot.joints[j].type == "revolute",
+            position_range=limits.position,
+            maximum_speed=limits.velocity,
+            speed_quantiles=limits.velocity * np.array([0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.99]),
+            speed_resolution=resolution * cutoff,
+            position_resolution=resolution,
+            load_range=(-float(torque_limits(self._rig)[j]), float(torque_limits(self._rig)[j])),
+            payloads=tuple(payload.name for payload in self._payloads),
+            payload_masses=tuple(payload.mass for payload in self._payloads),
+            payload_of_session=tuple(range(sessions)),
+            session_durations=(60.0,) * sessions,
+            has_temperature=False,
+            has_external_force=False,
+            motor_ratio=abs(axis.gear_ratio),
+            coupled_motors=tuple(coupled_motors(self._rig.drive_gain, j)),
+            period=self._rig.cycle,
+            decimated_period=10.0 * self._rig.cycle,
+            axis_along_gravity=body.axis_along_gravity(j),
+            loaded_sessions=sum(payload.mass > 0.0 for payload in self._payloads[:sessions]),
+        )
+
+
+NEEDS_A_RECORD = {
+    "torque-ripple": "its period is found in a record; take slow motion over a wide range, then identify",
+    "current-ripple": "its period is found in a record; take slow motion over a wide range, then identify",
+    "friction-temperature": "a plan does not say how warm the gearbox will be",
+}
+
+
+class _Views:
+    """Planned motion as an effect of a motor or joint `owner` sees it on the rows of a joint."""
+
+    def __init__(self, body: RigidBody, chi: Array, payload: Payload, motion: PlannedMotion) -> None:
+        self._body, self._chi, self._payload, self._motion = body, chi, payload, motion
+        self._inertial = body.inertial_columns(motion.q, motion.dq, motion.ddq)
+        self._known = body.known_load(payload, motion.q, motion.dq, motion.ddq, None)
+        self._load = body.load(self._inertial, chi, self._known)
+        self._memory = BlockMemory()
+        self._made: dict[tuple[int, int], JointMotion] = {}
+
+    def __call__(self, joint: int, owner: int) -> JointMotion:
+        if (joint, owner) not in self._made:
+            self._made[joint, owner] = self._view(joint, owner)
+        return self._made[joint, owner]
+
+    def _view(self, joint: int, owner: int) -> JointMotion:
+        body, chi, payload, motion = self._body, self._chi, self._payload, self._motion
+        motor = body.shares[:, owner]
+        return JointMotion(
+            joint=joint,
+            time=motion.time,
+            session_time=motion.time,
+            experiment_time=motion.time,
+            q=motion.q[:, joint],
+            dq=motion.dq[:, joint],
+            ddq=motion.ddq[:, joint],
+            period=motion.period,
+            load=self._load[:, joint],
+            model_torque=self._load[:, joint],
+            known_load=self._known[:, joint],
+            payload=body.payload_index(payload),
+            session=body.payload_index(payload),
+            temperature=None,
+            motor_velocity=motion.dq @ motor,
+            motor_acceleration=motion.ddq @ motor,
+            motor_share=float(body.shares[joint, owner]),
+            inertial=self._inertial[joint],
+            memory=self._memory,
+            load_slope_of=lambda: body.load_slope(joint, chi, payload, motion.q, motion.dq, motion.ddq),
+            gravity_gradient_of=lambda: body.gravity_gradient(joint, chi, payload, motion.q),
+            payload_gradient_of=lambda: body.payload_gradient(
+                joint, payload, motion.q, motion.dq, motion.ddq
+            ),
+        )
+
+
+def _names(term: Term, width: int, summary: JointSummary) -> list[tuple[str, str, str, str | None]]:
+    """Name, joint, unit and effect of each column, as `coulomb identify` names them."""
+    listed = list(term.effect.parameters_of(summary))
+    if len(listed) != width:
+        listed = [(f"{listed[0][0]}[{k + 1}]", listed[0][1]) for k in range(width)]
+    suffix = "" if term.effect.rows == "robot" else str(term.joint + 1)
+    return [
+        (
+            name + suffix,
+            summary.name,
+            unit if summary.revolute else unit.replace("N m", "N").replace("rad", "m"),
+            term.effect.name,
+        )
+        for name, unit in listed
+    ]
+
+
+def _identified_base(names: Sequence[str], identified: Identified) -> Array:
+    """(b,) base parameters; of eq. (30)'s products a_m·X and a_g·X the mean, since a_m + a_g is about 2."""
+    found = []
+    for name in names:
+        products = [
+            value
+            for key, value in identified.values.items()
+            if key.partition("@")[0] in (f"a_m·{name}", f"a_g·{name}")
+        ]
+        if name in identified.values:
+            found.append(identified.values[name])
+        elif products:
+            found.append(float(np.mean(products)))
+        else:
+            raise InputError(
+                f"{identified.source}: has no parameter '{name}' of this rig; it was identified on another robot"
+            )
+    return np.array(found)

@@ -1,0 +1,94 @@
+"""The identifier's model as the planner sees it, against the paper's own equation for one joint."""
+
+import json
+
+import numpy as np
+import pytest
+
+from api.assumed_masses import GRAVITY_SHARE, torque_limits
+from api.plan_model import Identified, RegressorModel
+from daq.excitation import standard_plan
+from daq.excitation.plan_model import PlannedMotion
+from daq.rig import Rig
+from identify.recording.errors import InputError
+
+
+@pytest.fixture(scope="module")
+def rig() -> Rig:
+    return Rig.load("rx130l-joint3-simulated")
+
+
+@pytest.fixture(scope="module")
+def motion(rig) -> PlannedMotion:
+    return PlannedMotion.of(standard_plan(rig, 40.0), rig.payload("disk-7"), 0.02)
+
+
+TABLE_1 = {"ZZ1R": 30.921, "MX1": 21.109, "MY1": 0.4, "FC1": 39.89, "FV1": 29.429, "offset1": 9.931}
+
+
+def test_the_torque_of_the_usual_model_is_equation_34(rig, motion):
+    """Table I's values with a payload of 6.97 kg at 1.277 m; MY has our frames' sign, −MY g sin q."""
+    model = RegressorModel(rig, "usual", rig.payloads, identified=Identified(TABLE_1, "Table I"))
+    q, dq, ddq = motion.q[:, 0], motion.dq[:, 0], motion.ddq[:, 0]
+    g, mass, length = 9.81, 6.97, 1.277
+    load = 30.921 * ddq + 21.109 * g * np.cos(q) - 0.4 * g * np.sin(q)
+    load += mass * length * (length * ddq + g * np.cos(q))
+    np.testing.assert_allclose(model.load(motion)[:, 0], load, atol=1e-9)
+    torque = load + 39.89 * np.sign(dq) + 29.429 * dq + 9.931
+    np.testing.assert_allclose(model.torque(motion)[:, 0], torque, atol=1e-9)
+
+
+def test_parameters_have_the_names_units_and_values_that_identify_gives(rig):
+    model = RegressorModel(rig, "usual", rig.payloads, identified=Identified(TABLE_1, "Table I"))
+    assert {parameter.name: parameter.value for parameter in model.parameters} == TABLE_1
+    assert [p.effect for p in model.parameters] == [None, None, None, "viscous", "coulomb", "offset"]
+
+
+def test_what_is_assumed_takes_the_stated_share_of_the_current_and_has_no_values(rig):
+    model = RegressorModel(rig, "rigid", rig.payloads)
+    still = np.zeros((200, 1))
+    q = np.linspace(*rig.axes[0].limits.position, 200)[:, np.newaxis]
+    load = model.load(PlannedMotion(rig.payloads[0], np.arange(200.0), q, still, still, 1.0))
+    assert np.abs(load).max() == pytest.approx(GRAVITY_SHARE * torque_limits(rig)[0], rel=0.01)
+    assert all(parameter.value is None for parameter in model.parameters)
+    assert not model.is_identified
+
+
+def test_six_coupled_axes_have_columns_on_every_row():
+    rig = Rig.load("tx40-simulated")
+    model = RegressorModel(rig, "rigid+viscous,coulomb,offset,coupled-friction", rig.payloads)
+    plan = standard_plan(rig, 60.0)
+    motion = PlannedMotion.of(plan, rig.payloads[2], 0.1)
+    rows = model.rows(motion)
+    names = [parameter.name for parameter in model.parameters]
+    on_joint_5 = {names[k] for k in rows[4][0]}
+    assert {"FV5", "FC5", "FVM6", "FCM6"} <= on_joint_5
+    assert {"FVM6", "FCM6", "FV6"} <= {names[k] for k in rows[5][0]}
+    torque = model.torque(motion)
+    assert torque.shape == motion.q.shape
+    assert np.isfinite(torque).all()
+
+
+def test_a_result_file_of_another_robot_or_none_at_all_is_refused(rig, tmp_path):
+    path = tmp_path / "result.json"
+    parameters = [{"name": "XX9", "value": 1.0}]
+    path.write_text(json.dumps({"experiment": "other", "model": "usual", "parameters": parameters}))
+    with pytest.raises(InputError, match="has no parameter 'ZZ1R'"):
+        RegressorModel(rig, "usual", rig.payloads, identified=Identified.load(path))
+    path.write_text("{]")
+    with pytest.raises(InputError, match=r"result\.json, line 1: not JSON"):
+        Identified.load(path)
+    path.write_text("[1]")
+    with pytest.raises(InputError, match="not a result of"):
+        Identified.load(path)
+
+
+def test_the_products_of_equation_30_give_their_mean(rig):
+    products = {"a_m·ZZ1R": 32.42, "a_g·ZZ1R": 29.294, "a_m·MX1": 22.2, "a_g·MX1": 19.4, "a_m·MY1": 0.0}
+    model = RegressorModel(rig, "rigid", rig.payloads, identified=Identified(products, "Table II"))
+    assert model.parameters[0].value == pytest.approx(0.5 * (32.42 + 29.294))
+
+
+def test_an_effect_that_needs_a_record_cannot_be_planned_for(rig):
+    with pytest.raises(InputError, match="torque-ripple"):
+        RegressorModel(rig, "usual", rig.payloads, ["torque-ripple"])
