@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import uvicorn
+from fastapi import FastAPI
 
 from api.service.application import create_application
 from api.service.settings import ServiceSettings
@@ -17,14 +18,11 @@ SHUTDOWN = 5
 """s that open connections have to end after an interrupt; the robot is at rest before."""
 
 
-def run_service(settings: ServiceSettings, certificate: Path | None = None, key: Path | None = None) -> None:
-    """Serve until interrupted.
-
-    Raises InputError if the address cannot be listened on, or see `create_application`.
-    """
-    application = create_application(settings)
-    listening = _listen(settings.host, settings.port)
-    configuration = uvicorn.Config(
+def server_settings(
+    application: FastAPI, certificate: Path | None = None, key: Path | None = None
+) -> uvicorn.Config:
+    """How the application is run; certificate and key (PEM) for https."""
+    return uvicorn.Config(
         application,
         log_level="warning",
         access_log=False,
@@ -37,21 +35,31 @@ def run_service(settings: ServiceSettings, certificate: Path | None = None, key:
         ssl_certfile=certificate,
         ssl_keyfile=key,
     )
+
+
+def run_service(settings: ServiceSettings, certificate: Path | None = None, key: Path | None = None) -> None:
+    """Serve until interrupted.
+
+    Raises InputError if the address cannot be listened on, or see `create_application`.
+    """
+    application = create_application(settings)
+    listening = listen(settings.host, settings.port)
+    server = uvicorn.Server(server_settings(application, certificate, key))
     scheme = "https" if certificate else "http"
     host = f"[{settings.host}]" if ":" in settings.host else settings.host
-    print(
-        f"coulomb: serving {scheme}://{host}:{listening.getsockname()[1]}/ (stop with Ctrl-C)",
-        file=sys.stderr,
-    )
+    port = listening.getsockname()[1]
+    print(f"coulomb: serving {scheme}://{host}:{port}/ (stop with Ctrl-C)", file=sys.stderr, flush=True)
     if not settings.bound_to_loopback and not settings.secure_cookies:
         print(
             "coulomb: passwords and cookies travel in clear; use --tls-certificate and --tls-key",
             file=sys.stderr,
+            flush=True,
         )
-    uvicorn.Server(configuration).run(sockets=[listening])
+    server.run(sockets=[listening])
 
 
-def _listen(host: str, port: int) -> socket.socket:
+def listen(host: str, port: int) -> socket.socket:
+    """A socket on that address; port 0 takes a free one. Raises InputError if it cannot be had."""
     try:
         family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
         listening = socket.socket(family, socket.SOCK_STREAM)

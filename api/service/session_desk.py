@@ -170,12 +170,15 @@ class SessionDesk:
             self._active[rig] = active
         return active.payload_session.check()
 
-    def weigh(self, experiment: str, identifier: str, user: User, mass: float) -> SessionRow:
-        """Note the payload's mass in kg as weighed. Raises the problem 409 once the payload is confirmed."""
+    def weigh(self, experiment: str, identifier: str, user: User, mass: Callable[[], float]) -> SessionRow:
+        """Note the payload's mass in kg as `mass()` says, typed or from the scale.
+
+        Raises the problem 409 once the payload is confirmed.
+        """
         row = self._prepared(experiment, identifier, user)
         if row.state not in (SessionState.NEW, SessionState.CHECKED):
             raise Problem(409, f"The session is {row.state}; the payload is weighed before.")
-        row.payload = row.payload | {"weighed": mass}
+        row.payload = row.payload | {"weighed": mass()}
         self._experiments.change_session(row)
         return row
 

@@ -14,9 +14,12 @@ class WeighingScale:
         self._lock = Lock()
 
     def weigh(self) -> float:
-        """The stable weight in kg. Raises the problem 503 with what to do if there is none."""
+        """The stable weight in kg.
+
+        Raises the problem 409 where there is no scale, and 503 with what to do if it gives no weight.
+        """
         if self._port is None:
-            raise Problem(503, "No scale is set up (coulomb serve --scale PORT); type the mass.")
+            raise Problem(409, "No scale is set up (coulomb serve --scale PORT); type the mass.")
         from drivers.scale import Scale
 
         with self._lock:

@@ -1,15 +1,19 @@
 """A service on a data folder of its own, and clients of every role."""
 
+import threading
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import httpx
 import pytest
+import uvicorn
 from fastapi import FastAPI
 
 from api.service.accounts import Role
 from api.service.application import Service, create_application
+from api.service.server import listen, server_settings
 from api.service.settings import ServiceSettings
 
 with warnings.catch_warnings():
@@ -95,3 +99,29 @@ def start_service(data_folder: Path, clock: Clock) -> Iterator[Callable[..., Run
 def service(start_service: Callable[..., RunningService]) -> RunningService:
     """A service without accounts on this machine."""
     return start_service()
+
+
+@dataclass
+class ListeningService(RunningService):
+    """A service that really listens, on a port of its own."""
+
+    address: str = ""
+
+
+@pytest.fixture
+def listening(data_folder: Path, clock: Clock) -> Iterator[ListeningService]:
+    """A service on uvicorn, in a thread of the tests' process."""
+    application = create_application(ServiceSettings(data_folder=data_folder, clock=clock))
+    server = uvicorn.Server(server_settings(application))
+    socket = listen("127.0.0.1", 0)
+    thread = threading.Thread(target=server.run, kwargs={"sockets": [socket]})
+    address = f"http://127.0.0.1:{socket.getsockname()[1]}"
+    thread.start()
+    running = ListeningService(application, application.state.service, clock, address=address)
+    # Answers only once it has started.
+    httpx.get(f"{address}/me", timeout=30.0)
+    yield running
+    server.should_exit = True
+    thread.join(30.0)
+    socket.close()
+    assert not thread.is_alive()

@@ -126,7 +126,11 @@ def weigh(
 ) -> SessionSummary:
     """Note what the payload weighs, as typed or from the scale."""
     service = service_of(request)
-    mass = weighing.mass if weighing.mass is not None else service.scale.weigh()
+    typed = weighing.mass
+
+    def mass() -> float:
+        return typed if typed is not None else service.scale.weigh()
+
     return SessionSummary.of(service.sessions.weigh(experiment, session, user, mass))
 
 

@@ -1,0 +1,78 @@
+"""The OpenAPI document says what the service does, with an example on every call."""
+
+import json
+
+import pytest
+from jsonschema_rs import validator_for
+
+from api.service.accounts import Role
+
+METHODS = ("get", "put", "post", "delete", "patch")
+
+
+@pytest.fixture
+def document(service):
+    return service.client(Role.VIEWER).get("/openapi.json").json()
+
+
+def operations(document):
+    for path, item in document["paths"].items():
+        for method in METHODS:
+            if method in item:
+                yield f"{method.upper()} {path}", item[method]
+
+
+def test_every_call_has_an_example_of_what_is_sent_and_of_what_comes_back(document):
+    without = []
+    for name, operation in operations(document):
+        for content in operation.get("requestBody", {}).get("content", {}).values():
+            if content.get("example") in (None, {}):
+                without.append(f"{name}: body")
+        for parameter in operation.get("parameters", []):
+            if parameter["in"] == "path" and "example" not in parameter:
+                without.append(f"{name}: {parameter['name']}")
+        for status, answer in operation["responses"].items():
+            for content in answer.get("content", {}).values():
+                if "example" not in content:
+                    without.append(f"{name}: {status}")
+    assert not without
+
+
+def test_every_example_is_valid_by_its_own_schema(document):
+    wrong = []
+
+    def check(name, content):
+        schema = dict(content["schema"]) | {"components": document["components"]}
+        if schema.get("format") == "binary":
+            return
+        errors = [error.message for error in validator_for(schema).iter_errors(content["example"])]
+        wrong.extend(f"{name}: {message}" for message in errors)
+
+    for name, operation in operations(document):
+        for kind, content in operation.get("requestBody", {}).get("content", {}).items():
+            if kind == "application/json":
+                check(f"{name}: body", content)
+        for status, answer in operation["responses"].items():
+            for kind, content in answer.get("content", {}).items():
+                if kind.endswith("json"):
+                    check(f"{name}: {status}", content)
+    assert not wrong
+
+
+def test_every_error_is_documented_as_a_problem_document(document):
+    kinds = {
+        (name, status): list(answer["content"])
+        for name, operation in operations(document)
+        for status, answer in operation["responses"].items()
+        if int(status) >= 400
+    }
+    assert kinds
+    assert {json.dumps(kind) for kind in kinds.values()} == {'["application/problem+json"]'}
+
+
+def test_every_call_says_in_words_what_it_does_and_who_may_make_it(document):
+    for name, operation in operations(document):
+        assert len(operation["description"]) > 10, name
+        if name != "POST /sign-in":
+            assert "Needs the role" in operation["description"], name
+            assert operation["security"], name
