@@ -80,7 +80,9 @@ class ModelDesk:
         version = self._standing(experiment)
         change = f"{effect}@{joint}" if joint else effect
         self._check_model(experiment, version.model, [change])
-        if change in version.add:
+        present = {(each["effect"], each["joint"]) for each in self._effects(experiment, version)}
+        joints = [joint] if joint else self._experiments.row(experiment).joints
+        if all((effect, each) in present for each in joints):
             raise Problem(409, f"The model has {change} already.")
         return self._submit_version(
             experiment, user, version.model, [*version.add, change], "effect added", change
@@ -98,7 +100,7 @@ class ModelDesk:
         # all out.
         present = [
             (each["effect"], each["joint"])
-            for each in self.story(experiment).identification(version.id)["effects"]
+            for each in self._effects(experiment, version)
             if each["effect"] != "offset"  # a part of `rigid`
         ]
         left = [pair for pair in present if pair[0] != effect or (joint is not None and pair[1] != joint)]
@@ -210,6 +212,10 @@ class ModelDesk:
         if version is None:
             raise Problem(409, "There is no model yet: measure or import a session, or fit a model first.")
         return version
+
+    def _effects(self, experiment: str, version: ModelVersion) -> list[dict[str, Any]]:
+        """Effects of a fitted version, those of its named model included."""
+        return self.story(experiment).identification(version.id)["effects"]
 
     def _refuse_overlap(self, experiment: str) -> None:
         self._experiments.folder(experiment)

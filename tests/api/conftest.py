@@ -1,12 +1,15 @@
 """A service on a data folder of its own, and clients of every role."""
 
+import io
 import threading
 import warnings
+import zipfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import httpx
+import numpy as np
 import pytest
 import uvicorn
 from fastapi import FastAPI
@@ -125,3 +128,93 @@ def listening(data_folder: Path, clock: Clock) -> Iterator[ListeningService]:
     thread.join(30.0)
     socket.close()
     assert not thread.is_alive()
+
+
+def _write_measured_experiment(folder: Path, name: str = "pendulum", sessions: int = 2) -> Path:
+    """An experiment of one joint with known truth: torque of a pendulum with friction that grows with the
+    load.
+
+    J = 2 kg m², MX = 3 kg m, F_v = 4 N m s/rad, F_c = 5 N m, offset 0.5 N m; drive gain 10 N m/A. Sessions
+    carry nothing, then a disk of 3 kg at 0.5 m; 20 s at 500 Hz each.
+    """
+    random = np.random.default_rng(1)
+    time = np.arange(0.0, 20.0, 0.002)
+    folder.mkdir(parents=True)
+    entries = []
+    for number in range(sessions):
+        mass = 3.0 * (number % 2)
+        phase = 0.3 * number
+        w = 2 * np.pi * np.array([0.1, 0.25, 0.6])
+        a = np.array([0.8, 0.3, 0.1])
+        angle = np.outer(time, w) + phase
+        q, dq, ddq = np.sin(angle) @ a, np.cos(angle) @ (a * w), -np.sin(angle) @ (a * w**2)
+        inertia, moment = 2.0 + mass * 0.25, 3.0 + mass * 0.5
+        load = inertia * ddq + 9.81 * moment * np.cos(q)
+        friction = 4.0 * dq + (5.0 + 0.1 * np.abs(load)) * np.sign(dq) + 0.5
+        command = (load + friction) / 10.0 + random.normal(0.0, 0.02, len(time))
+        rows = np.column_stack([time, q, command])
+        file = f"session-{number:02d}.csv"
+        np.savetxt(folder / file, rows, delimiter=",", header="t,q1,v1", comments="", fmt="%.9g")
+        entries.append(f"  - {{file: {file}, payload: {'disk' if mass else 'none'}}}")
+    (folder / "experiment.yaml").write_text(
+        "\n".join(
+            [
+                "format: 1",
+                f"name: {name}",
+                "robot:",
+                "  gravity: [0.0, -9.81, 0.0]",
+                "  joints: [{name: j1, type: revolute, drive_gain: 10.0}]",
+                "payloads:",
+                "  - {name: none, mass: 0.0}",
+                "  - {name: disk, mass: 3.0, com: [0.5, 0.0, 0.0]}",
+                "sessions:",
+                *entries,
+                "",
+            ]
+        )
+    )
+    return folder
+
+
+def _zipped(folder: Path) -> bytes:
+    """A folder's files as a zip archive."""
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for file in sorted(folder.iterdir()):
+            archive.write(file, file.name)
+    return packed.getvalue()
+
+
+def _finished(client: TestClient, job: dict) -> dict:
+    """The last state of a job, waited for on its WebSocket."""
+    state = job
+    with client.websocket_connect(f"ws://localhost:8000/jobs/{job['id']}/live") as connection:
+        while state["state"] in ("queued", "running"):
+            state = connection.receive_json()
+    return state
+
+
+@pytest.fixture(name="finished")
+def finished_fixture() -> Callable[[TestClient, dict], dict]:
+    return _finished
+
+
+@pytest.fixture(name="write_measured_experiment")
+def write_measured_experiment_fixture() -> Callable[..., Path]:
+    return _write_measured_experiment
+
+
+@pytest.fixture(name="zipped")
+def zipped_fixture() -> Callable[[Path], bytes]:
+    return _zipped
+
+
+@pytest.fixture
+def imported(service: RunningService, tmp_path: Path) -> tuple[TestClient, str]:
+    """An operator's client, and the id of an experiment of two sessions that is identified."""
+    client = service.client(Role.OPERATOR)
+    archive = _zipped(_write_measured_experiment(tmp_path / "measured"))
+    answer = client.post("/experiments/import", files={"file": ("pendulum.zip", archive)})
+    assert answer.status_code == 201, answer.text
+    assert _finished(client, answer.json()["job"])["state"] == "done"
+    return client, answer.json()["experiment"]["id"]
