@@ -77,6 +77,8 @@ class SimulatedDrive:
         self._from = 0.0
         self._to = 0.0
         self._slope = 0.0  # counts/s² or counts/s, of the interpolated target
+        self._slope_before = 0.0  # the same, of the cycle before
+        self._period = 1.0  # s, from setpoint to setpoint
         self._following_for = 0.0  # s
         self._rests_for = 0.0  # s
         self._following_error_shown = False
@@ -167,7 +169,7 @@ class SimulatedDrive:
         self._demand_velocity = self.servo.velocity
         by_velocity = image[slot.MODE_DISPLAY] == Mode.CYCLIC_SYNCHRONOUS_VELOCITY
         self._from = self._to = self._demand_velocity if by_velocity else self._demand
-        self._slope = 0.0
+        self._slope = self._slope_before = 0.0
         self._following_for = 0.0
 
     def _engage_brake(self) -> None:
@@ -232,7 +234,9 @@ class SimulatedDrive:
             low, high = self.software_limits
             target = min(max(target, low), high)
         self._to = float(target)
+        self._slope_before = self._slope
         self._slope = (self._to - self._from) / period
+        self._period = period
 
     def servo_step(self, angle: float, since_sync: float, duration: float) -> float:
         """The amplifier's current (A) for the next servo period.
@@ -285,12 +289,15 @@ class SimulatedDrive:
         if mode == Mode.HOMING and self._homing_active:
             return self._search_index(position, limit, duration)
         self._demand = demand = self._from + self._slope * since_sync
-        self._demand_velocity = self._slope
+        # The feed-forward goes over from slope to slope within the cycle. A step at each SYNC would make the
+        # current a sawtooth in step with the sampling, and what is recorded at SYNC would not be its mean.
+        share = min(1.0, since_sync / self._period)
+        self._demand_velocity = self._slope_before + (self._slope - self._slope_before) * share
         image[slot.POSITION_DEMAND] = round(demand)
         error = demand - position
         image[slot.FOLLOWING_ERROR] = round(error)
         self._supervise(error, duration)
-        return servo.follow_position(demand, self._slope, position, limit, duration)
+        return servo.follow_position(demand, self._demand_velocity, position, limit, duration)
 
     def _supervise(self, error: float, duration: float) -> None:
         """Following error, objects 0x6065 and 0x6066."""
@@ -356,7 +363,7 @@ class SimulatedDrive:
             self._homing_active = False
             self._homed = True
             self._demand = self._from = self._to = float(position + self.home_offset - index_position)
-            self._slope = 0.0
+            self._slope = self._slope_before = 0.0
             self.servo.shift(self.home_offset - index_position)
             self.update_statusword()
             speed = 0.0
