@@ -19,6 +19,10 @@ DECLARED_LOAD = ("payload-mass", "drive-gain", "payload-com", "gravity-tilt")
 """Effects that say that a declared load is wrong. They are judged against loads taken as declared; all others against
 a model that estimates the payload ratio beside (eq. 35), which would hide what these are about."""
 
+LOAD_FRICTION = ("load-friction", "load-friction-asymmetric")
+"""Effects fitted with loads as declared: an asymmetric efficiency and a payload ratio are the same column of the load,
+so that one of them must be taken as known. Their gain still counts from the model with the ratio, if that is better."""
+
 
 @dataclass(frozen=True)
 class Candidate:

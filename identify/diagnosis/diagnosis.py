@@ -1,31 +1,29 @@
 """`diagnose`: where a model fails and which physical effect is missing."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.diagnosis.candidates import Candidate, find_candidates
-from identify.diagnosis.position_lines import position_lines
-from identify.diagnosis.selection import Finding, Selection
+from identify.diagnosis.look import Look
+from identify.diagnosis.selection import SUPERFLUOUS, Finding
 from identify.diagnosis.structure import Structure, leftover_structure
+from identify.diagnosis.verdict import imitated, verdict
 from identify.diagnosis.where import where_it_fails
 from identify.effects.model import Model, Term
-from identify.effects.motion import JointSummary
 from identify.estimation.fitting import FittedModel, Progress, fit_model
-from identify.estimation.identification import known_effects, number, open_record, requested_model
-from identify.estimation.observation import observe
-from identify.estimation.prediction import Prediction, predict
+from identify.estimation.identification import number, open_record, requested_model
+from identify.estimation.prediction import Prediction, relative_error
 from identify.estimation.record import Record
 from identify.recording import Experiment
 from identify.validation.noise_floor import noise_floors
 
 Array = NDArray[np.float64]
 
-AT_THE_FLOOR = 1.05
-"""An error within this factor of the noise floor leaves nothing to explain."""
+MOST_LOOKS = 7
+"""Looks at a record; a joint that asks for more effects is not understood."""
 
 
 @dataclass(frozen=True)
@@ -117,97 +115,67 @@ def diagnose(
 
 
 def diagnose_record(record: Record, name: str, model: Model, progress: Progress | None = None) -> Diagnosis:
-    """`diagnose` on an open record."""
+    """`diagnose` on an open record.
+
+    Look at every candidate beside the model, add the strongest, fit again, take out what became superfluous, and
+    look again: the load that candidates depend on, and what others hide, are then seen better.
+    """
     told = progress or (lambda fraction, words: None)
     told(0.0, "fitting the model")
-    fitted = fit_model(record, model)
-    predictions = joint_predictions(fitted)
-    told(0.2, "computing the columns of every candidate effect")
-    summaries = informed_summaries(fitted, predictions)
-    first = len(fitted.slots)
-    candidates, left_out = find_candidates(
-        record, fitted.model, known_effects(record.experiment), summaries, first
-    )
-    slots = [*fitted.slots, *(slot for candidate in candidates for slot in candidate.slots())]
-    observation = observe(record, fitted.entries, slots, fitted.torque)
-    told(0.5, "judging every candidate on motion that the fit did not see")
-    ratio = first - 1 if fitted.estimates_payload_ratio else None
-    selection = Selection(
-        observation,
-        fitted.fit.weights,
-        candidates,
-        np.concatenate(
-            [np.arange(observation.base)] + [observation.slot_columns[i] for i in range(first) if i != ratio]
-        ).astype(np.intp),
-        observation.slot_columns[ratio] if ratio is not None else np.zeros(0, np.intp),
-    )
-    alone = [selection.findings(joint) for joint in range(record.joints)]
-    rivals = [_rivals(selection, found) for found in alone]
-    selection.run(range(record.joints))
-    told(0.8, "looking at what is left")
-    added = [_term(candidate, variant) for candidate, variant in selection.added]
-    better = fitted
-    if added:
-        better = fit_model(record, fitted.model.with_terms(_reopened(added)))
-    after = joint_predictions(better) if added else predictions
+    fitted = present = fit_model(record, model)
+    added: list[tuple[Term, int]] = []
+    refused: set[tuple[str, int]] = set()
+    look = first = Look.at(present)
+    found = [look.selection.findings(joint) for joint in range(record.joints)]
+    for index in range(MOST_LOOKS):
+        told(0.1 + 0.8 * index / MOST_LOOKS, "judging every candidate on motion that the fit did not see")
+        look = Look.at(present) if index else first
+        weak = [term for term, _ in added if look.worth(term) < SUPERFLUOUS]
+        if weak:
+            added = [(term, joint) for term, joint in added if term not in weak]
+            refused |= {term.key for term in weak}
+            present = _fit_with(record, fitted, added)
+            look = Look.at(present)
+        listed = [look.selection.findings(joint) for joint in range(record.joints)] if index else found
+        open_ = [[f for f in own if f.candidate.term.key not in refused] for own in listed]
+        chosen = look.selection.additions(open_) if index < MOST_LOOKS - 1 else []
+        if not chosen:
+            break
+        for candidate, variant in chosen:
+            added.append((candidate.term.chosen(candidate.constants[variant]), candidate.judged))
+        present = _fit_with(record, fitted, added)
+        added = _settled(present, added)
     floors = noise_floors(record)
     joints = tuple(
         _conclude(
-            record,
-            selection,
+            first,
+            look,
             joint,
-            alone[joint],
-            rivals[joint],
-            predictions[joint],
-            after[joint],
+            found[joint],
+            tuple(t for t, judged in added if judged == joint),
             floors[joint],
         )
         for joint in range(record.joints)
     )
     told(1.0, "done")
-    return Diagnosis(record.experiment, name, fitted, better, joints, tuple(left_out))
+    return Diagnosis(record.experiment, name, fitted, present, joints, tuple(first.left_out))
 
 
-def joint_predictions(fitted: FittedModel) -> list[list[Prediction]]:
-    """For every joint its predictions in the sessions of the fit."""
-    by_session = [predict(fitted, entry) for entry in fitted.entries]
-    return [list(parts) for parts in zip(*by_session, strict=True)]
+def _fit_with(record: Record, fitted: FittedModel, added: Sequence[tuple[Term, int]]) -> FittedModel:
+    """The diagnosed model with the added terms, their constants searched around what was found."""
+    return fit_model(record, fitted.model.with_terms(term for term, _ in added), refine=True)
 
 
-def informed_summaries(
-    fitted: FittedModel, predictions: Sequence[Sequence[Prediction]]
-) -> list[JointSummary]:
-    """The joints' summaries with the range of the fitted load and the lines over position."""
-    record = fitted.record
-    found = []
-    for summary, parts in zip(record.summaries, predictions, strict=True):
-        load = np.concatenate([part.predicted for part in parts])
-        lines = position_lines(parts, summary, record.settings.decimation_cutoff)
-        found.append(
-            replace(
-                summary,
-                load_range=(float(load.min()), float(load.max())),
-                position_lines=lines.torque,
-                load_lines=lines.gain,
-                lines_searched=lines.searched,
-            )
-        )
-    return found
+def _settled(present: FittedModel, added: Sequence[tuple[Term, int]]) -> list[tuple[Term, int]]:
+    """The added terms with the constants of the present fit."""
+    constants = {term.key: term for term in present.model.terms}
+    return [(constants[term.key], judged) for term, judged in added]
 
 
-def _term(candidate: Candidate, variant: int) -> Term:
-    return candidate.term.chosen(candidate.constants[variant])
-
-
-def _reopened(terms: Sequence[Term]) -> list[Term]:
-    """The terms with their constants as they were found; a fit keeps them."""
-    return list(terms)
-
-
-def _rivals(selection: Selection, found: Sequence[Finding]) -> dict[str, tuple[str, ...]]:
+def _rivals(look: Look, found: Sequence[Finding]) -> dict[str, tuple[str, ...]]:
     named: dict[str, tuple[str, ...]] = {}
     if found and found[0].justified:
-        rivals = selection.rivals(found[0], found)
+        rivals = look.selection.rivals(found[0], found)
         named[found[0].candidate.name] = rivals
         for rival in rivals:
             named[rival] = (found[0].candidate.name,)
@@ -215,38 +183,38 @@ def _rivals(selection: Selection, found: Sequence[Finding]) -> dict[str, tuple[s
 
 
 def _conclude(
-    record: Record,
-    selection: Selection,
+    look: Look,
+    final: Look,
     joint: int,
     findings: Sequence[Finding],
-    rivals: dict[str, tuple[str, ...]],
-    before: Sequence[Prediction],
-    after: Sequence[Prediction],
+    missing: tuple[Term, ...],
     floor: float | None,
 ) -> JointDiagnosis:
-    missing = tuple(_term(c, v) for c, v in selection.added if c.judged == joint)
+    before, after = look.predictions[joint], final.predictions[joint]
     structure = tuple(leftover_structure(after))
-    ordered = _missing_first(findings, [term.effect.name for term in missing])
-    error = np.sqrt(sum(float(p.residual[p.moving] @ p.residual[p.moving]) for p in after))
-    norm = np.sqrt(sum(float(p.measured[p.moving] @ p.measured[p.moving]) for p in after))
-    at_floor = floor is not None and norm > 0 and error / norm < AT_THE_FLOOR * floor
-    if missing:
-        verdict = "missing"
-    elif structure and structure[0].found and not at_floor:
-        verdict = "unexplained"
-    else:
-        verdict = "adequate"
+    said = verdict(mean_error(before), mean_error(after), floor, structure, bool(missing))
+    variable, free = look.best_free_function(joint)
+    where = where_it_fails(before)
+    if imitated(final.selection.held_out_error(joint), free, len(missing)):
+        said, missing = "unexplained", ()
+        where.sort(key=lambda row: row["variable"] != variable)
     return JointDiagnosis(
-        joint=record.joint_names[joint],
-        verdict=verdict,
+        joint=look.fitted.record.joint_names[joint],
+        verdict=said,
         missing=missing,
-        findings=tuple(ordered),
-        rivals=rivals,
+        findings=tuple(_missing_first(findings, [term.effect.name for term in missing])),
+        rivals=_rivals(look, findings),
         structure=structure,
-        where=where_it_fails(before),
+        where=where,
         noise_floor=floor,
-        superfluous=_superfluous(selection, joint),
+        superfluous=look.superfluous(joint),
     )
+
+
+def mean_error(predictions: Sequence[Prediction]) -> float:
+    """Relative error of a joint over several sessions."""
+    residual = np.concatenate([part.residual[part.moving] for part in predictions])
+    return relative_error(residual, np.concatenate([part.measured[part.moving] for part in predictions]))
 
 
 def _missing_first(findings: Sequence[Finding], missing: Sequence[str]) -> list[Finding]:
@@ -255,19 +223,6 @@ def _missing_first(findings: Sequence[Finding], missing: Sequence[str]) -> list[
         return list(findings)
     front = [finding for finding in findings if finding.candidate.name == missing[0]]
     return front + [finding for finding in findings if finding.candidate.name != missing[0]]
-
-
-def _superfluous(selection: Selection, joint: int) -> tuple[str, ...]:
-    """Terms of the model whose columns do not lower the held-out error of the joint."""
-    observation = selection.observation
-    named = []
-    for slot, columns in zip(observation.slots, observation.slot_columns, strict=True):
-        if not np.isin(columns, selection.model_columns).all() or slot.term.joint != joint:
-            continue
-        base = np.setdiff1d(selection.base(), columns)
-        if selection.worth(joint, base, columns) <= 0:
-            named.append(slot.term.effect.name)
-    return tuple(named)
 
 
 def _candidate_json(finding: Finding, rank: int, rivals: Sequence[str]) -> dict[str, Any]:

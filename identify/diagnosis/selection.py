@@ -1,13 +1,13 @@
 """Which effects are justified: forward, in pairs, and backward, by the error on motion that the fit did not see."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from itertools import combinations, product
+from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.diagnosis.candidates import DECLARED_LOAD, Candidate
+from identify.diagnosis.candidates import DECLARED_LOAD, LOAD_FRICTION, Candidate
 from identify.diagnosis.evidence import group_p_value
 from identify.diagnosis.held_out import FoldedProducts, HeldOut, Trial, folds_of_motion, folds_of_sessions
 from identify.estimation.observation import Observation
@@ -28,8 +28,12 @@ RIVAL_GAIN = 0.85
 """A candidate with at least this part of the best gain may be the cause as well, if the folds do not decide."""
 SUPERFLUOUS = 0.0025
 """Part of the held-out error that a term must be worth to stay."""
-MOST_ADDED = 6
-"""effects added to one joint; a record that asks for more is not understood"""
+SESSION_TOLERANCE = 0.02
+"""Part by which an effect may raise the squared error on a session left out whole."""
+WAITING = 0.5
+"""Part of the strongest joint's drop below which another joint waits for the next look."""
+PAIRED = 10
+"""Best candidates of which all pairs are tried when no single one is justified."""
 
 
 @dataclass(frozen=True)
@@ -62,8 +66,8 @@ class Finding:
     @property
     def justified(self) -> bool:
         """Whether the evidence is enough to call the effect missing."""
-        improved = np.mean(self.after.fold < self.before.fold)
-        return (
+        improved = float(np.mean(self.after.fold < self.before.fold))
+        return bool(
             self.drop >= LEAST_DROP
             and self.p_value < SIGNIFICANCE
             and improved >= 0.6
@@ -73,14 +77,17 @@ class Finding:
 
 @dataclass
 class Selection:
-    """The search over effects of all joints on one observation."""
+    """The search over effects of all joints on one observation.
+
+    model_columns : columns of the present model
+    ratio_columns : those of the payload ratio that is estimated beside it (eq. 35); empty where it is not
+    """
 
     observation: Observation
     weights: Array
     candidates: Sequence[Candidate]
     model_columns: Index
     ratio_columns: Index
-    added: list[tuple[Candidate, int]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         observation = self.observation
@@ -88,61 +95,60 @@ class Selection:
         sessions = folds_of_sessions(observation)
         self.sessions = FoldedProducts(observation, self.weights, sessions) if sessions.max() > 0 else None
 
-    def base(self, declared: bool = False, without: Candidate | None = None) -> Index:
+    def base(self, declared: bool = False) -> Index:
         """Columns of the present model; `declared` takes the payloads as declared."""
-        parts = [self.model_columns]
-        treats_load = any(c.name in ("payload-mass", "drive-gain") for c, _ in self.added if c is not without)
-        if not declared and not treats_load:
-            parts.append(self.ratio_columns)
-        parts += [c.columns(self.observation, v) for c, v in self.added if c is not without]
-        return np.unique(np.concatenate(parts))
-
-    def open(self, joint: int) -> list[Candidate]:
-        """Candidates of a joint that are not yet added."""
-        present = {candidate.term.key for candidate, _ in self.added}
-        return [c for c in self.candidates if c.judged == joint and c.term.key not in present]
+        return self.model_columns if declared else np.union1d(self.model_columns, self.ratio_columns)
 
     def findings(self, joint: int) -> list[Finding]:
-        """All open candidates of a joint beside the present model, the best first."""
-        found: list[Finding] = []
-        for declared in (False, True):
-            listed = [c for c in self.open(joint) if (c.name in DECLARED_LOAD) == declared]
-            if listed:
-                found += self._judge(joint, self.base(declared), listed)
+        """All candidates of a joint beside the present model, the best first."""
+        own = [candidate for candidate in self.candidates if candidate.judged == joint]
+        ordinary = [c for c in own if c.name not in DECLARED_LOAD and c.name not in LOAD_FRICTION]
+        nothing = [Trial((self.model_columns[:0],))]
+        free = self.motion.evaluate(joint, self.base(), nothing)[0]
+        declared = self.motion.evaluate(joint, self.base(declared=True), nothing)[0]
+        better = min(free, declared, key=lambda fared: fared.total)
+        found = self._judge(joint, self.base(), free, ordinary)
+        load_friction = [c for c in own if c.name in LOAD_FRICTION]
+        found += self._judge(joint, self.base(declared=True), better, load_friction)
+        found += self._judge(
+            joint, self.base(declared=True), declared, [c for c in own if c.name in DECLARED_LOAD]
+        )
         return self._ranked(found)
 
-    def _judge(self, joint: int, base: Index, listed: Sequence[Candidate]) -> list[Finding]:
-        empty = Trial((base[:0],))
+    def _judge(self, joint: int, base: Index, before: HeldOut, listed: Sequence[Candidate]) -> list[Finding]:
+        if not listed:
+            return []
         trials = [candidate.trial(self.observation) for candidate in listed]
-        before, *after = self.motion.evaluate(joint, base, [empty, *trials])
-        elsewhere = [None] * (len(listed) + 1)
-        if self.sessions is not None:
-            elsewhere = self.sessions.evaluate(joint, base, [empty, *trials])
+        after = self.motion.evaluate(joint, base, trials)
+        agree = self._sessions_agree(joint, listed, trials)
         measured = self.motion.measured(joint)
         found = []
-        for index, (candidate, fared) in enumerate(zip(listed, after, strict=True)):
+        for candidate, fared, agrees in zip(listed, after, agree, strict=True):
             p_value = 1.0
             if fared.total < before.total:
                 extra = np.setdiff1d(candidate.columns(self.observation, fared.variant), base)
                 p_value = group_p_value(self.observation, joint, base, extra)
-                p_value = min(1.0, p_value * candidate.searched * len(self.candidates))
-            agree = True
-            reference, other = elsewhere[0], elsewhere[index + 1]
-            if reference is not None and other is not None and candidate.term.effect.rows != "robot":
-                agree = other.total < reference.total * (1 + 1e-3)
+                p_value = min(1.0, p_value * candidate.searched * self._tried(joint))
+            complexity = candidate.complexity(self.observation, fared.variant)
             found.append(
-                Finding(
-                    candidate,
-                    fared.variant,
-                    before,
-                    fared,
-                    measured,
-                    p_value,
-                    candidate.complexity(self.observation, fared.variant),
-                    agree,
-                )
+                Finding(candidate, fared.variant, before, fared, measured, p_value, complexity, agrees)
             )
         return found
+
+    def _sessions_agree(self, joint: int, listed: Sequence[Candidate], trials: Sequence[Trial]) -> list[bool]:
+        """Whether each candidate does no harm on whole sessions left out.
+
+        Payloads are taken as declared: a payload's ratio cannot be known from the other sessions. For the same
+        reason effects that have parameters for each payload or session are not asked.
+        """
+        if self.sessions is None:
+            return [True] * len(listed)
+        nothing = Trial((self.model_columns[:0],))
+        reference, *others = self.sessions.evaluate(joint, self.base(declared=True), [nothing, *trials])
+        return [
+            candidate.name in DECLARED_LOAD or other.total < reference.total * (1 + SESSION_TOLERANCE)
+            for candidate, other in zip(listed, others, strict=True)
+        ]
 
     def _ranked(self, found: list[Finding]) -> list[Finding]:
         """By gain; a simpler one that is nearly as good goes before a more complex one."""
@@ -151,8 +157,8 @@ class Selection:
         while rest:
             best = rest[0]
             near = [f for f in rest if best.gain > 0 and f.gain >= AS_GOOD * best.gain]
-            justified = [f for f in near if f.justified] or near or [best]
-            chosen = min(justified, key=lambda f: (f.complexity, -f.gain))
+            near = [f for f in near if f.justified] or near or [best]
+            chosen = min(near, key=lambda f: (f.complexity, -f.gain))
             ranked.append(chosen)
             rest.remove(chosen)
         return ranked
@@ -169,73 +175,57 @@ class Selection:
                 named.append(other.candidate.name)
         return tuple(named)
 
-    def run(self, joints: Sequence[int]) -> None:
-        """Add what is justified, the strongest first, until nothing is; re-judge after each addition."""
-        while True:
-            best = self._strongest(joints)
-            if best is None:
-                break
-            for candidate, variant in best:
-                self.added.append((candidate, variant))
-            self.drop_superfluous()
+    def additions(self, found: Sequence[Sequence[Finding]]) -> list[tuple[Candidate, int]]:
+        """What to add now: each joint's strongest justified effect, or a pair that only helps together.
 
-    def _strongest(self, joints: Sequence[int]) -> list[tuple[Candidate, int]] | None:
-        """The justified addition with the largest drop over all joints: one effect, or a pair."""
+        Joints whose strongest is much weaker than the strongest of all wait: a fault of one joint shows in
+        others through the inertial parameters that they share.
+        """
         choices: list[tuple[float, list[tuple[Candidate, int]]]] = []
-        for joint in joints:
-            if sum(c.judged == joint for c, _ in self.added) >= MOST_ADDED:
-                continue
-            found = self.findings(joint)
-            single = next((f for f in found if f.justified), None)
+        for joint, findings in enumerate(found):
+            single = next((finding for finding in findings if finding.justified), None)
+            pair = None if single is not None else self._pair(joint, findings)
             if single is not None:
                 choices.append((single.drop, [(single.candidate, single.variant)]))
-            else:
-                pair = self._pair(joint, found)
-                if pair is not None:
-                    choices.append(pair)
-        return max(choices, key=lambda choice: choice[0])[1] if choices else None
+            elif pair is not None:
+                choices.append(pair)
+        strongest = max((drop for drop, _ in choices), default=0.0)
+        return [addition for drop, added in choices if drop >= WAITING * strongest for addition in added]
 
     def _pair(self, joint: int, found: Sequence[Finding]) -> tuple[float, list[tuple[Candidate, int]]] | None:
         """Two effects that only help together."""
-        listed = [f for f in found if f.candidate.name not in DECLARED_LOAD][:10]
+        listed = [f for f in found if f.candidate.name not in (*DECLARED_LOAD, *LOAD_FRICTION)][:PAIRED]
         if len(listed) < 2:
             return None
         base = self.base()
         pairs = list(combinations(listed, 2))
-        trials = []
-        for one, other in pairs:
-            first, second = one.candidate.trial(self.observation), other.candidate.trial(self.observation)
-            trials.append(
-                Trial(tuple(np.concatenate(both) for both in product(first.variants, second.variants)))
-                if len(first.variants) * len(second.variants) <= 16
-                else Trial((np.concatenate([first.variants[one.variant], second.variants[other.variant]]),))
-            )
+        trials = [
+            Trial((np.concatenate([f.candidate.columns(self.observation, f.variant) for f in pair]),))
+            for pair in pairs
+        ]
         before, *after = self.motion.evaluate(joint, base, [Trial((base[:0],)), *trials])
         best: tuple[float, list[tuple[Candidate, int]]] | None = None
-        for (one, other), trial, fared in zip(pairs, trials, after, strict=True):
+        for pair, trial, fared in zip(pairs, trials, after, strict=True):
             drop = 1 - float(np.sqrt(max(fared.total, 0) / max(before.total, 1e-300)))
-            if drop < 2 * LEAST_DROP or drop < 1.5 * max(one.drop, other.drop):
+            if drop < 2 * LEAST_DROP or drop < 1.5 * max(finding.drop for finding in pair):
                 continue
-            if np.mean(fared.fold < before.fold) < 0.7:
+            if np.mean(fared.fold < before.fold) < 0.7 or (best is not None and drop <= best[0]):
                 continue
-            extra = np.setdiff1d(trial.variants[fared.variant], base)
-            p_value = group_p_value(self.observation, joint, base, extra)
-            tried = len(self.candidates) ** 2 * one.candidate.searched * other.candidate.searched
-            if p_value * tried < SIGNIFICANCE and (best is None or drop > best[0]):
-                single = len(trial.variants) > 1
-                count = len(other.candidate.constants)
-                chosen = divmod(fared.variant, count) if single else (one.variant, other.variant)
-                best = drop, [(one.candidate, chosen[0]), (other.candidate, chosen[1])]
+            tried = self._tried(joint) ** 2 * int(np.prod([f.candidate.searched for f in pair]))
+            extra = np.setdiff1d(trial.variants[0], base)
+            if group_p_value(self.observation, joint, base, extra) * tried < SIGNIFICANCE:
+                best = drop, [(finding.candidate, finding.variant) for finding in pair]
         return best
 
-    def drop_superfluous(self) -> None:
-        """Take out what an addition made superfluous."""
-        for candidate, variant in list(self.added[:-1]):
-            worth = self.worth(
-                candidate.judged, self.base(without=candidate), candidate.columns(self.observation, variant)
-            )
-            if worth < SUPERFLUOUS and candidate.name not in ("payload-mass", "drive-gain"):
-                self.added.remove((candidate, variant))
+    def _tried(self, joint: int) -> int:
+        """Number of candidates of a joint, for the correction of the evidence."""
+        return sum(candidate.judged == joint for candidate in self.candidates)
+
+    def held_out_error(self, joint: int, extra: Index | None = None) -> float:
+        """Relative held-out error of a joint with the present model, or with further columns."""
+        trial = Trial((self.model_columns[:0] if extra is None else extra,))
+        fared = self.motion.evaluate(joint, self.base(), [trial])[0]
+        return float(np.sqrt(max(fared.total, 0.0) / max(self.motion.measured(joint), 1e-300)))
 
     def worth(self, joint: int, base: Index, columns: Index) -> float:
         """Part of the held-out error of a joint that some columns take away."""

@@ -88,7 +88,7 @@ def travel_since_reversal(position: Array, velocity: Array) -> Array:
 
 
 def _predictable(predictions: Sequence[Prediction], view: tuple[str, ...]) -> Structure:
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
     features, residual, fold = [], [], []
     for part in predictions:
@@ -109,7 +109,7 @@ def _predictable(predictions: Sequence[Prediction], view: tuple[str, ...]) -> St
         test = folds == index
         if test.sum() < NEIGHBOURS or (~test).sum() < 4 * NEIGHBOURS:
             continue
-        tree = cKDTree(table[~test])
+        tree = KDTree(table[~test])
         _, near = tree.query(table[test], k=NEIGHBOURS, workers=1)
         guess = left[~test][near].mean(axis=1)
         power = float(left[test] @ left[test])

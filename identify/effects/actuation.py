@@ -38,26 +38,52 @@ class GainSaturation(Effect):
 class DriveGain(Effect):
     name = "drive-gain"
     group = "actuation"
-    equation = "(M_ae/M_aw) τ_known,  one ratio for all known loads"
+    equation = "(M_ae/M_aw) τ_known, one ratio for all known loads; or c_s τ in session s"
     explanation = (
-        "Every known load appears too heavy or too light by the same factor: the drive gain g_f (gear ratio, amplifier "
-        "gain or torque constant) is not what the settings say. Check: torque constant and amplifier gain in the rig file."
+        "Every known load appears too heavy or too light by the same factor, or all torques of a session do: the drive "
+        "gain g_f (gear ratio, amplifier gain, torque constant) is not what the settings say, or it changed between "
+        "sessions. Check: torque constant and amplifier gain in the rig file; what was exchanged between sessions."
     )
-    regressors = ("τ_known",)
+    regressors = ("τ_known", "or τ in each later session")
     parameters = (("gain_ratio", "1"),)
     source = "paper, eq. (4) and (35)"
-    needs = ("a known payload or a known external force",)
+    needs = ("a known payload or a known external force, or several sessions",)
     variable = "known load"
     confusable = ("payload-mass",)
     uses_load = True
+    uses_torque = True
 
     def obstacle(self, summary: JointSummary) -> str | None:
-        if summary.loaded_sessions or summary.has_external_force:
+        if summary.loaded_sessions or summary.has_external_force or len(summary.sessions) > 1:
             return None
         return "no known load: without a weighed payload or a measured external force the gain cannot be told"
 
+    def grid(self, summary: JointSummary) -> list[dict[str, float]]:
+        found: list[dict[str, float]] = []
+        if summary.loaded_sessions or summary.has_external_force:
+            found.append({})
+        if len(summary.sessions) > 1:
+            found.append(
+                {f"session_{session}": float(slot) for slot, session in enumerate(summary.sessions[1:])}
+            )
+        return found
+
+    def parameters_of(self, summary: JointSummary, constants: Constants) -> tuple[tuple[str, str], ...]:
+        if not constants:
+            return self.parameters
+        return tuple((f"gain_change[{name.removeprefix('session_')}]", "1") for name in constants)
+
+    def reported_offset(self, constants: Constants) -> float:
+        return 0.0 if constants else 1.0
+
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
-        return motion.known_load[:, None]
+        if not constants:
+            return motion.known_load[:, None]
+        out = np.zeros((len(motion.q), len(constants)))
+        slot = constants.get(f"session_{motion.session}")
+        if slot is not None:
+            out[:, round(slot)] = motion.model_torque
+        return out
 
 
 class Delay(Effect):

@@ -6,6 +6,9 @@ from identify.effects.effect import Constants, Effect, finer, geometric_grid
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.viscous import stribeck_range, stribeck_step
 
+ROTOR_SHARES = (0.0, 0.3, 0.6, 0.9)
+"""Parts of a joint's own inertia that may be its rotor's."""
+
 
 class Coulomb(Effect):
     name = "coulomb"
@@ -37,10 +40,27 @@ class Offset(Effect):
         return np.ones((len(motion.q), 1))
 
 
-def quadrants(motion: JointMotion) -> tuple[Array, Array]:
+def quadrants(load: Array, velocity: Array) -> tuple[Array, Array]:
     """P⁺ and P⁻ of eq. (27)-(28), with the power sign of the model's own load."""
-    power_sign = np.sign(motion.load * motion.dq)
+    power_sign = np.sign(load * velocity)
     return 0.5 * (1 + power_sign), 0.5 * (1 - power_sign)
+
+
+def rotor_grid(summary: JointSummary) -> list[dict[str, float]]:
+    """Rotor inertias worth trying: the rotor's share of a geared joint's inertia is anything from none to most.
+
+    Identification cannot tell it from the link's (they are one base parameter), but the gear does not carry it.
+    """
+    shares = ROTOR_SHARES if summary.own_inertia > 0 else (0.0,)
+    return [{"rotor_inertia": share * summary.own_inertia} for share in shares]
+
+
+def finer_rotor(constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
+    """Rotor inertias around a choice, within the joint's own inertia."""
+    present = constants["rotor_inertia"]
+    step = 0.08 * max(summary.own_inertia, present)
+    values = {max(0.0, present + step * k) for k in range(-2, 3)}
+    return [{**constants, "rotor_inertia": value} for value in sorted(values)]
 
 
 class LoadFriction(Effect):
@@ -59,8 +79,14 @@ class LoadFriction(Effect):
     confusable = ("load-friction-asymmetric", "friction-position")
     uses_load = True
 
+    def grid(self, summary: JointSummary) -> list[dict[str, float]]:
+        return rotor_grid(summary)
+
+    def refine(self, constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
+        return finer_rotor(constants, summary)
+
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
-        return (np.abs(motion.load) * motion.direction)[:, None]
+        return (np.abs(motion.gear_load(constants["rotor_inertia"])) * motion.direction)[:, None]
 
 
 class LoadFrictionAsymmetric(Effect):
@@ -80,10 +106,17 @@ class LoadFrictionAsymmetric(Effect):
     confusable = ("load-friction", "drive-gain")
     uses_load = True
 
+    def grid(self, summary: JointSummary) -> list[dict[str, float]]:
+        return rotor_grid(summary)
+
+    def refine(self, constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
+        return finer_rotor(constants, summary)
+
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
-        driving, driven = quadrants(motion)
-        load_friction = np.abs(motion.load) * motion.direction
-        return np.column_stack([driving * load_friction, driven * load_friction, 0.5 * np.sign(motion.load)])
+        load = motion.gear_load(constants["rotor_inertia"])
+        driving, driven = quadrants(load, motion.dq)
+        load_friction = np.abs(load) * motion.direction
+        return np.column_stack([driving * load_friction, driven * load_friction, 0.5 * np.sign(load)])
 
 
 class LoadStribeck(Effect):
@@ -108,14 +141,19 @@ class LoadStribeck(Effect):
         return None
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
-        return geometric_grid("stribeck_velocity", *stribeck_range(summary), 7)
+        velocities = geometric_grid("stribeck_velocity", *stribeck_range(summary), 7)
+        return [{**velocity, **rotor} for velocity in velocities for rotor in rotor_grid(summary)[::2]]
 
     def refine(self, constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
-        return finer("stribeck_velocity", constants, stribeck_step(summary, 7))
+        velocities = finer("stribeck_velocity", constants, stribeck_step(summary, 7), 3)
+        return [
+            {**velocity, **rotor} for velocity in velocities for rotor in finer_rotor(velocity, summary)[::2]
+        ]
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
-        driving, driven = quadrants(motion)
-        fading = np.abs(motion.load) * motion.direction
+        load = motion.gear_load(constants["rotor_inertia"])
+        driving, driven = quadrants(load, motion.dq)
+        fading = np.abs(load) * motion.direction
         fading *= np.exp(-np.abs(motion.dq) / constants["stribeck_velocity"])
         return np.column_stack([driving * fading, driven * fading])
 
@@ -138,9 +176,6 @@ class FrictionPosition(Effect):
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
         low, high = summary.position_range
         return [{"from": low, "to": high, "knots": knots} for knots in (3.0, 5.0, 8.0, 13.0)]
-
-    def parameters_of(self, summary: JointSummary) -> tuple[tuple[str, str], ...]:
-        return (("FQ", "N m"),)
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         return hat_functions(motion.q, constants)[:, 1:] * motion.direction[:, None]

@@ -55,9 +55,13 @@ class Effect(ABC):
         """How many independent values of the constants the search amounts to, for the correction of evidence."""
         return max(1, min(len(self.grid(summary)), 4))
 
-    def parameters_of(self, summary: JointSummary) -> tuple[tuple[str, str], ...]:
+    def parameters_of(self, summary: JointSummary, constants: Constants) -> tuple[tuple[str, str], ...]:
         """Name and unit of each column's parameter for this record; usually the class attribute."""
         return self.parameters
+
+    def reported_offset(self, constants: Constants) -> float:
+        """What is added to the fitted values when they are reported: 1 where they are deviations of a ratio from 1."""
+        return 0.0
 
     @abstractmethod
     def columns(self, motion: JointMotion, constants: Constants) -> Array:

@@ -37,30 +37,37 @@ class Presliding(Effect):
 class Backlash(Effect):
     name = "backlash"
     group = "memory"
-    equation = "a ∂τ_out/∂q (p − q) + ½ b ∂τ_out/∂q sign(τ_out),  p: play operator of width b on q"
+    equation = (
+        "a ∂τ_out/∂q s − c s̈;  s: the link's place in the gap, pushed by motion (play) or by load (flank)"
+    )
     explanation = (
         "The motor turns a little way before the link follows: play in the gear. "
         "Check: hold the motor with its brake and move the link by hand; look at gear wear and preload."
     )
-    regressors = ("∂τ_out/∂q (p − q)", "½ ∂τ_out/∂q sign(τ_out)")
-    parameters = (("backlash_play", "1"), ("backlash_flank", "rad"))
+    regressors = ("∂τ_out/∂q s", "−s̈")
+    parameters = (("backlash_gravity", "rad"), ("backlash_inertia", "kg m^2 rad"))
     source = "Nordin, Gutman 2002, Automatica 38 (mechanical systems with backlash)"
     needs = ("reversals of motion and of load", "an encoder on the motor's side")
-    variable = "travel since reversal"
+    variable = "load"
     confusable = ("presliding", "elasticity")
     uses_load = True
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
         lowest = max(4.0 * summary.position_resolution, 5e-4 * summary.span)
-        return geometric_grid("play", lowest, 0.05 * summary.span, 5)
+        play = geometric_grid("play", lowest, 0.05 * summary.span, 4)
+        largest = max(abs(summary.load_range[0]), abs(summary.load_range[1]), 1e-9)
+        return play + geometric_grid("flank_load", 0.02 * largest, 0.3 * largest, 4)
 
     def refine(self, constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
-        return finer("play", constants, 2.0)
+        return finer("play" if "play" in constants else "flank_load", constants, 2.0)
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
-        lag = play_position(motion, constants["play"]) - motion.q
-        slope = motion.load_slope
-        return np.column_stack([slope * lag, 0.5 * slope * np.sign(motion.load)])
+        if "play" in constants:
+            place = (play_position(motion, constants["play"]) - motion.q) / constants["play"]
+        else:
+            place = -0.5 * np.tanh(motion.load / constants["flank_load"])
+        rate = np.gradient(place, motion.period)
+        return np.column_stack([motion.load_slope * place, -np.gradient(rate, motion.period)])
 
 
 def monotone_pieces(position: Array) -> tuple[NDArray[np.intp], Array, Array]:

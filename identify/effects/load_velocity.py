@@ -43,7 +43,7 @@ class LoadVelocity(Effect):
         return finer("stribeck_velocity", constants, stribeck_step(summary, 9))
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
-        driving, driven = quadrants(motion)
+        driving, driven = quadrants(motion.load, motion.dq)
         fading = np.exp(-np.abs(motion.dq) / constants["stribeck_velocity"])
         # one known load beside the base parameters: its a_m and a_g are the paper's M_ae/M_aw split by quadrant
         loads = np.column_stack([motion.inertial, motion.known_load])

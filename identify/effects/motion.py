@@ -78,6 +78,10 @@ class JointMotion:
     gravity_gradient_of: Callable[[], Array]
     payload_gradient_of: Callable[[], Array]
 
+    def gear_load(self, rotor_inertia: float) -> Array:
+        """What the gear carries: the load less what turns the rotor, which sits on the motor's side of the gear."""
+        return self.load - rotor_inertia * self.ddq
+
     @cached_property
     def direction(self) -> Array:
         """sign(dq), the sign of eq. (5)."""
@@ -115,8 +119,12 @@ class JointSummary:
     position_resolution: float
     """rad: smallest step seen in the recorded position"""
     load_range: tuple[float, float]
+    own_inertia: float
+    """kg m² or kg: fitted inertia of the joint about its own axis, rotor included, at its smallest; 0 before a fit"""
     payloads: tuple[str, ...]
     payload_masses: tuple[float, ...]
+    sessions: tuple[int, ...]
+    """indices of the identification sessions among those of the experiment"""
     payload_of_session: tuple[int, ...]
     session_durations: tuple[float, ...]
     has_temperature: bool

@@ -25,11 +25,14 @@ class PayloadMass(Effect):
     def obstacle(self, summary: JointSummary) -> str | None:
         return None if summary.loaded_sessions else "no session with a payload"
 
-    def parameters_of(self, summary: JointSummary) -> tuple[tuple[str, str], ...]:
+    def parameters_of(self, summary: JointSummary, constants: Constants) -> tuple[tuple[str, str], ...]:
         return tuple((f"mass_ratio[{summary.payloads[p]}]", "1") for p in loaded_payloads(summary))
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
         return [payload_slots(summary)]
+
+    def reported_offset(self, constants: Constants) -> float:
+        return 1.0
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         return spread(motion.known_load[:, None], motion, constants)
@@ -55,7 +58,7 @@ class PayloadCentre(Effect):
     def obstacle(self, summary: JointSummary) -> str | None:
         return None if summary.loaded_sessions else "no session with a payload"
 
-    def parameters_of(self, summary: JointSummary) -> tuple[tuple[str, str], ...]:
+    def parameters_of(self, summary: JointSummary, constants: Constants) -> tuple[tuple[str, str], ...]:
         return tuple(
             (f"com_{axis}[{summary.payloads[p]}]", "m") for p in loaded_payloads(summary) for axis in "xyz"
         )

@@ -44,7 +44,10 @@ class TorqueRipple(Effect):
         return None if summary.position_lines else "no line stands out in the residual over position"
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
-        return [{"wave_number": line} for line in summary.position_lines]
+        lines = summary.position_lines
+        return [{"wave_number": line} for line in lines] + [
+            {"wave_number": lines[0], "second_wave_number": other} for other in lines[1:]
+        ]
 
     def refine(self, constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
         return finer_line(constants, summary)
@@ -53,8 +56,8 @@ class TorqueRipple(Effect):
         return summary.lines_searched
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
-        phase = constants["wave_number"] * motion.q
-        return np.column_stack([np.cos(phase), np.sin(phase)])
+        phases = [number * motion.q for _, number in sorted(constants.items(), reverse=True)]
+        return np.column_stack([wave(phase) for phase in phases for wave in (np.cos, np.sin)])
 
 
 class CurrentRipple(Effect):
@@ -94,4 +97,4 @@ class CurrentRipple(Effect):
 def finer_line(constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
     """Wave numbers within one resolution cell (2π over the range of motion) around a choice."""
     cell = 2 * np.pi / max(summary.span, 1e-12)
-    return [{"wave_number": constants["wave_number"] + cell * step / 8} for step in range(-4, 5)]
+    return [{**constants, "wave_number": constants["wave_number"] + cell * step / 8} for step in range(-4, 5)]

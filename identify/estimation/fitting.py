@@ -57,12 +57,17 @@ class FittedModel:
 
 def payload_ratio_term(record: Record, model: Model, entries: Sequence[SessionEntry]) -> Term | None:
     """The payload ratio M_ae/M_aw of eq. (35), estimated beside every model that does not treat it itself."""
-    own = {"payload-mass", "drive-gain", "load-velocity"}
-    if any(term.effect.name in own for term in model.terms):
+    own = {"payload-mass", "load-velocity", "load-friction-asymmetric"}
+    if any(term.effect.name in own or _is_gain_ratio(term) for term in model.terms):
         return None
     if not any(entry.payload.mass > 0 for entry in entries):
         return None
     return Term(effects()["payload-mass"], 0)
+
+
+def _is_gain_ratio(term: Term) -> bool:
+    """Whether a term is one ratio for all known loads, which the payload ratios would duplicate."""
+    return term.effect.name == "drive-gain" and not term.constants
 
 
 def fit_model(
@@ -72,6 +77,7 @@ def fit_model(
     payload_ratio: bool = True,
     load_from: FittedTorque | None = None,
     inertial: bool = True,
+    refine: bool = False,
     progress: Progress | None = None,
 ) -> FittedModel:
     """Fit a model to sessions (the identification sessions if not said).
@@ -79,6 +85,7 @@ def fit_model(
     payload_ratio : estimate M_ae/M_aw of every payload beside the model (eq. 35); otherwise take it as
     declared
     load_from     : a fitted model whose load is used throughout, instead of one that follows the fit
+    refine        : search around the constants that the model's terms have, instead of keeping them
     inertial      : whether the base parameters' own columns take part; eq. (30) replaces them
     """
     chosen = list(record.entries() if entries is None else entries)
@@ -86,14 +93,16 @@ def fit_model(
     terms = [*model.terms, *([ratio] if ratio else [])]
     loaded = any(term.effect.uses_load for term in model.terms)
     open_constants = any(
-        len(term.effect.grid(record.summaries[term.joint])) > 1 for term in terms if not term.constants
+        len(term.effect.grid(record.summaries[term.joint])) > 1
+        for term in terms
+        if refine or term.constants is None
     )
     rounds = 1 + (LOAD_ROUNDS if loaded else int(open_constants))
     fitted = load_from
     settled: dict[tuple[str, int], dict[str, float]] = {
-        t.key: dict(t.constants) for t in terms if t.constants
+        t.key: dict(t.constants) for t in terms if t.constants is not None
     }
-    fixed = set(settled)
+    fixed = set() if refine else set(settled)
     result: FittedModel | None = None
     for index in range(rounds):
         if progress:
@@ -127,7 +136,7 @@ def fit_model(
 
 
 def _without_load(term: Term, ratio: Term | None) -> bool:
-    return not term.effect.uses_load or term is ratio or term.effect.name in ("payload-mass", "drive-gain")
+    return not term.effect.uses_load or term is ratio or term.effect.name == "payload-mass"
 
 
 def _variants(

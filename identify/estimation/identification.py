@@ -299,11 +299,13 @@ def column_names(fitted: FittedModel) -> list[tuple[str, str, str, str | None]]:
         )
     ]
     for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True):
-        found += slot_names(record, slot.term, len(columns))
+        found += slot_names(record, slot.term, slot.values, len(columns))
     return found
 
 
-def slot_names(record: Record, term: Term, count: int) -> list[tuple[str, str, str, str | None]]:
+def slot_names(
+    record: Record, term: Term, constants: dict[str, float], count: int
+) -> list[tuple[str, str, str, str | None]]:
     """Name, joint, unit of an effect's columns."""
     summary = record.summaries[term.joint]
     if isinstance(term.effect, LoadVelocity):
@@ -313,7 +315,7 @@ def slot_names(record: Record, term: Term, count: int) -> list[tuple[str, str, s
         listed = linear_names(names, units)
         suffix = "" if record.joints == 1 else f"@{summary.name}"
         return [(name + suffix, summary.name, _unit(unit, summary.revolute), None) for name, unit in listed]
-    listed = list(term.effect.parameters_of(summary))
+    listed = list(term.effect.parameters_of(summary, constants))
     if len(listed) != count:
         listed = [(f"{listed[0][0]}[{index + 1}]", listed[0][1]) for index in range(count)]
     across = term.effect.rows == "robot"
@@ -335,8 +337,7 @@ def parameters_of(fitted: FittedModel) -> tuple[Parameter, ...]:
     named = column_names(fitted)
     shifted = np.zeros(len(named))
     for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True):
-        if slot.term.effect.name in ("payload-mass", "drive-gain"):
-            shifted[columns] = 1.0
+        shifted[columns] = slot.term.effect.reported_offset(slot.values)
         if isinstance(slot.term.effect, LoadVelocity):
             names = [named[column][0].partition("@")[0] for column in columns]
             shifted[columns] = [1.0 if name in ("a_m", "a_g") else 0.0 for name in names]

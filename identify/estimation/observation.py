@@ -24,7 +24,7 @@ __all__ = ["FittedTorque", "Observation", "ReversalNoise", "Slot", "TimeBlock", 
 Array = NDArray[np.float64]
 
 BLOCKS_PER_SESSION = 40
-SHORTEST_BLOCK = 0.4
+SHORTEST_BLOCK = 0.2
 """s. Blocks are the folds of cross-validation and the clusters of the robust deviations: many are wanted, but each
 longer than what is left of a residual's memory after the filters."""
 

@@ -289,8 +289,12 @@ class Record:
             speed_resolution=float(self.speed_resolution[joint]),
             position_resolution=float(self.position_resolution[joint]),
             load_range=(0.0, 0.0),
+            own_inertia=0.0,
             payloads=tuple(payload.name for payload in experiment.payloads),
             payload_masses=tuple(payload.mass for payload in experiment.payloads),
+            sessions=tuple(
+                index for index, entry in enumerate(experiment.sessions) if entry.role == "identification"
+            ),
             payload_of_session=tuple(self.body.payload_index(entry.payload) for entry in entries),
             session_durations=tuple(self.facts(entry).duration for entry in entries),
             has_temperature=bool(warmed),
@@ -301,12 +305,6 @@ class Record:
             decimated_period=min(self.settings.decimation_factor(period) * period for period in periods),
             axis_along_gravity=self.body.axis_along_gravity(joint),
             loaded_sessions=sum(entry.payload.mass > 0 for entry in entries),
-        )
-
-    def summarise_load(self, joint: int, load: Array, lines: tuple[float, ...] = ()) -> JointSummary:
-        """The summary of a joint with the range of its fitted load."""
-        return replace(
-            self.summaries[joint], load_range=(float(load.min()), float(load.max())), position_lines=lines
         )
 
     def __getstate__(self) -> dict[str, object]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from identify.dynamics.base_parameters import BaseParameters, base_parameters
 from identify.dynamics.geometry import Geometry
 from identify.dynamics.payload import payload_torque
+from identify.dynamics.standard_parameters import PARAMETERS_PER_JOINT
 from identify.effects.model import motor_shares
 from identify.recording import Experiment
 from identify.recording.experiment_file import Payload
@@ -83,6 +84,15 @@ class RigidBody:
             found.append(load + self.known_load(payload, moved, dq, ddq, None)[:, joint])
         return (found[0] - found[1]) / (2 * POSITION_STEP)
 
+    def own_inertia(self, joint: int, chi: Array, q: Array) -> float:
+        """Smallest torque per acceleration of a joint over some postures q (N, n), without payload."""
+        still, moved = np.zeros(q.shape), np.zeros(q.shape)
+        moved[:, joint] = 1.0
+        columns = self.base.joint_columns(joint, q, still, moved) - self.base.joint_columns(
+            joint, q, still, still
+        )
+        return float(np.min(columns @ chi[self.base.acts[joint]]))
+
     def axis_along_gravity(self, joint: int) -> bool:
         """Whether gravity, as declared, makes no torque on the joint (a vertical axis at the base, a
         level slide).
@@ -102,11 +112,12 @@ class RigidBody:
         if self.axis_along_gravity(joint):
             return np.column_stack([np.cos(q[:, joint]), np.sin(q[:, joint])])
         still = np.zeros(q.shape)
+        further = self.base.independent // PARAMETERS_PER_JOINT >= joint
         found = []
         for direction in across(self.base.geometry.gravity):
             tilted = replace(self.base.geometry, gravity=direction)
-            base = replace(self.base, geometry=tilted, acts=np.ones_like(self.base.acts))
-            torque = base.joint_columns(joint, q, still, still) @ chi
+            base = replace(self.base, geometry=tilted, acts=np.tile(further, (self.joints, 1)))
+            torque = base.joint_columns(joint, q, still, still) @ chi[further]
             if payload.mass > 0:
                 torque = torque + payload_torque(tilted, payload, q, still, still)[:, joint]
             found.append(torque)

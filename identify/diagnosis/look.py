@@ -1,0 +1,150 @@
+"""A look at a fitted model: its residual, and every candidate's columns beside it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.diagnosis.candidates import find_candidates
+from identify.diagnosis.free_functions import FREE_FUNCTIONS
+from identify.diagnosis.position_lines import position_lines
+from identify.diagnosis.selection import Selection
+from identify.effects.model import Term
+from identify.effects.motion import JointSummary
+from identify.estimation.fitting import FittedModel
+from identify.estimation.identification import known_effects
+from identify.estimation.observation import Slot, observe
+from identify.estimation.prediction import Prediction, predict
+from identify.estimation.reversal_noise import ReversalNoise
+
+Array = NDArray[np.float64]
+
+POSTURES = 50
+"""Every so many samples one posture is looked at for the smallest inertia of a joint."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """What one pass over the samples gives the search.
+
+    predictions : for every joint those of the sessions of the fit
+    left_out    : effects that the record cannot show, with the reason
+    free_functions : for every joint the columns of a free function of each variable
+    """
+
+    fitted: FittedModel
+    predictions: list[list[Prediction]]
+    selection: Selection
+    left_out: list[dict[str, str]]
+    free_functions: list[dict[str, NDArray[np.intp]]]
+
+    @classmethod
+    def at(cls, fitted: FittedModel) -> "Look":
+        """Compute the columns of every candidate beside a fitted model."""
+        record = fitted.record
+        predictions = joint_predictions(fitted)
+        summaries = informed_summaries(fitted, predictions)
+        first = len(fitted.slots)
+        known = known_effects(record.experiment)
+        candidates, left_out = find_candidates(record, fitted.model, known, summaries, first)
+        slots = [*fitted.slots, *(slot for candidate in candidates for slot in candidate.slots())]
+        free = [
+            Slot.of(Term(function, summary.joint), function.grid(summary)[0])
+            for summary in summaries
+            for function in FREE_FUNCTIONS
+        ]
+        rivals = range(len(slots), len(slots) + len(free))
+        slots += free
+        noise = reversal_noise(fitted, predictions)
+        observation = observe(record, fitted.entries, slots, fitted.torque, noise)
+        own = list(range(first - 1 if fitted.estimates_payload_ratio else first))
+        nothing = np.zeros(0, np.intp)
+        selection = Selection(
+            observation,
+            fitted.fit.weights,
+            candidates,
+            np.concatenate([np.arange(observation.base), *(observation.slot_columns[i] for i in own)]).astype(
+                np.intp
+            ),
+            observation.slot_columns[first - 1] if fitted.estimates_payload_ratio else nothing,
+        )
+        functions: list[dict[str, NDArray[np.intp]]] = [{} for _ in summaries]
+        for index, slot in zip(rivals, free, strict=True):
+            functions[slot.term.joint][slot.term.effect.name] = observation.slot_columns[index]
+        return cls(fitted, predictions, selection, left_out, functions)
+
+    def best_free_function(self, joint: int) -> tuple[str, float]:
+        """The variable whose free function leaves the least held-out error of a joint, and that error."""
+        errors = {
+            name: self.selection.held_out_error(joint, columns)
+            for name, columns in self.free_functions[joint].items()
+        }
+        best = min(errors, key=lambda name: errors[name])
+        return best, errors[best]
+
+    def worth(self, term: Term) -> float:
+        """Part of the held-out error that a term of the model takes away."""
+        for slot, columns in zip(self.fitted.slots, self.selection.observation.slot_columns, strict=False):
+            if slot.term.key == term.key:
+                joint = self.judged_on(term)
+                base = np.setdiff1d(self.selection.base(), columns)
+                return self.selection.worth(joint, base, columns)
+        return 0.0
+
+    def judged_on(self, term: Term) -> int:
+        """The joint that carries the largest part of a term's columns."""
+        observation = self.selection.observation
+        for slot, columns in zip(self.fitted.slots, observation.slot_columns, strict=False):
+            if slot.term.key == term.key:
+                carried = [np.isin(columns, own).sum() for own in observation.joint_columns]
+                return term.joint if carried[term.joint] else int(np.argmax(carried))
+        return term.joint
+
+    def superfluous(self, joint: int) -> tuple[str, ...]:
+        """Terms of the model on a joint whose columns do not lower its held-out error."""
+        named = [
+            term.effect.name
+            for term in self.fitted.model.terms
+            if term.joint == joint and term.effect.rows == "joint" and self.worth(term) <= 0
+        ]
+        return tuple(named)
+
+
+def joint_predictions(fitted: FittedModel) -> list[list[Prediction]]:
+    """For every joint its predictions in the sessions of the fit."""
+    by_session = [predict(fitted, entry) for entry in fitted.entries]
+    return [list(parts) for parts in zip(*by_session, strict=True)]
+
+
+def informed_summaries(
+    fitted: FittedModel, predictions: Sequence[Sequence[Prediction]]
+) -> list[JointSummary]:
+    """The joints' summaries with the range of the fitted torque and the lines over position."""
+    record = fitted.record
+    postures = np.vstack([record.samples[entry.file].q[::POSTURES] for entry in fitted.entries])
+    found = []
+    for summary, parts in zip(record.summaries, predictions, strict=True):
+        torque = np.concatenate([part.predicted for part in parts])
+        inertia = record.body.own_inertia(summary.joint, fitted.torque.chi, postures)
+        lines = position_lines(parts, summary, record.settings.decimation_cutoff)
+        found.append(
+            replace(
+                summary,
+                load_range=(float(torque.min()), float(torque.max())),
+                own_inertia=max(0.0, inertia),
+                position_lines=lines.torque,
+                load_lines=lines.gain,
+                lines_searched=lines.searched,
+            )
+        )
+    return found
+
+
+def reversal_noise(fitted: FittedModel, predictions: Sequence[Sequence[Prediction]]) -> ReversalNoise:
+    """What the fitted model says of the residual away from reversals."""
+    deviation = [
+        1.4826 * float(np.median(np.abs(np.concatenate([part.residual[part.moving] for part in parts]))))
+        for parts in predictions
+    ]
+    return ReversalNoise(np.array(deviation), fitted.record.speed_resolution)

@@ -1,0 +1,59 @@
+"""The verdict on a joint: missing, adequate, or unexplained."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from identify.diagnosis.structure import Structure
+
+ABOVE_FLOOR = 1.5
+"""An error this many times the noise floor leaves structure even where no predictor finds it (a hidden state)."""
+AT_THE_FLOOR = 1.05
+"""An error within this factor of the noise floor leaves nothing that depends on the motion."""
+EXPLAINED = 0.5
+"""Part of the error's power above the noise that the missing effects must explain for the verdict to be theirs."""
+MOSTLY_STRUCTURE = 0.5
+"""Part of what is left that is predictable; with this much, what was added only imitates something else."""
+WORTH_SAYING = 0.15
+"""Part of the first error's power above the noise that such a rest must have."""
+MANY = 3
+"""Effects on one joint that must together do as well as one free function to be believed rather than it."""
+AS_WELL = 1.15
+"""Factor within which an error is as good as another."""
+CLEARLY_BETTER = 0.6
+"""A free function with less than this part of the error of one or two effects shows that they imitate it."""
+
+
+def imitated(after: float, free: float, missing: int) -> bool:
+    """Whether effects of the catalogue only imitate a dependence on one variable that it does not know.
+
+    after : relative held-out error with the missing effects
+    free  : the same with the best free function of one variable instead
+    """
+    return missing > 0 and (free < CLEARLY_BETTER * after or (missing >= MANY and free < AS_WELL * after))
+
+
+def verdict(
+    before: float, after: float, floor: float | None, structure: Sequence[Structure], missing: bool
+) -> str:
+    """The contract's verdict.
+
+    before, after : relative error of the joint without and with what is missing
+    floor         : noise floor, if known
+    structure     : what a predictor without any model finds in what is left, the most telling first
+    """
+    found = next((each for each in structure if each.found), None)
+    if found is not None and floor is not None and after < AT_THE_FLOOR * floor:
+        found = next((each for each in structure if each.found and "time" in each.variables), None)
+    above = floor is not None and after > ABOVE_FLOOR * floor
+    if not missing:
+        return "unexplained" if found is not None or above else "adequate"
+    share = max(0.0, found.share) if found is not None else 0.0
+    noise = min(after, floor) if floor is not None else after * float(np.sqrt(1 - min(share, 1.0)))
+    excess_before = max(before**2 - noise**2, 1e-300)
+    excess_after = max(after**2 - noise**2, 0.0)
+    explained = 1 - excess_after / excess_before
+    mostly = share > MOSTLY_STRUCTURE and excess_after > WORTH_SAYING * excess_before
+    if (found is not None or above) and (explained < EXPLAINED or mostly):
+        return "unexplained"
+    return "missing"
