@@ -7,6 +7,7 @@ sent on that channel go out by the adapter. The first who needs the adapter open
 closes it.
 """
 
+import contextlib
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -57,7 +58,8 @@ class _Gateway:
         self._closing.set()
         self._thread.join(2.0)
         self._port.shutdown()
-        self._adapter.shutdown()
+        with contextlib.suppress(can.CanError, OSError):  # what has gone cannot be closed properly
+            self._adapter.shutdown()
 
 
 class GatewayMember(InProcessBus):

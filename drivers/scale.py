@@ -10,12 +10,20 @@ Commands of MT-SICS level 0: `S` (weight, when stable), `SI` (weight now), `Z` (
 Source: Mettler-Toledo, MT-SICS Reference Manual, level 0 commands and error messages.
 """
 
+import contextlib
 import time
 from dataclasses import dataclass
 
 import serial
 
 from drivers.errors import ScaleError
+
+# What a port that goes away raises; on POSIX pyserial lets the terminal's own error through.
+_BROKEN: tuple[type[Exception], ...] = (serial.SerialException, OSError)
+with contextlib.suppress(ImportError):
+    import termios
+
+    _BROKEN += (termios.error,)
 
 # kg per unit, as MT-SICS abbreviates them.
 KILOGRAMS = {
@@ -65,7 +73,7 @@ class Scale:
         self.timeout = timeout
         try:
             self._serial = serial.Serial(port, baudrate=baudrate, timeout=0.05, write_timeout=timeout)
-        except (serial.SerialException, OSError, ValueError) as error:
+        except (*_BROKEN, ValueError) as error:
             raise ScaleError(f"scale at {port}: the port cannot be opened: {error}") from error
 
     def __enter__(self) -> "Scale":
@@ -122,7 +130,7 @@ class Scale:
             self._serial.reset_input_buffer()
             self._serial.write(command.encode("ascii") + b"\r\n")
             line = self._read_line()
-        except (serial.SerialException, OSError) as error:
+        except _BROKEN as error:
             raise ScaleError(f"scale at {self.port}: the connection broke: {error}") from error
         if line in _ERRORS:
             raise ScaleError(f"scale at {self.port}: {_ERRORS[line]} (answer {line})")
@@ -136,10 +144,7 @@ class Scale:
             if time.monotonic() > end and not received.endswith(b"\n"):
                 came = f"; only {bytes(received)!r} came" if received else ""
                 raise ScaleError(f"scale at {self.port}: no answer within {self.timeout:g} s{came}")
-        try:
-            return received.decode("latin-1").strip()
-        except UnicodeDecodeError as error:
-            raise ScaleError(f"scale at {self.port}: unreadable answer {bytes(received)!r}") from error
+        return received.decode("latin-1").strip()
 
     def _weight(self, line: str) -> Weight:
         parts = line.split()

@@ -27,6 +27,7 @@ _FAULT_COMMAND = 0x2010
 
 # SDO abort codes, CiA 301 section 7.2.4.3.17.
 _VALUE_RANGE = 0x06090030
+_NO_SUBINDEX = 0x06090011
 _CANNOT_BE_MAPPED = 0x06040041
 _PDO_TOO_LONG = 0x06040042
 _NOT_IN_THIS_STATE = 0x08000022
@@ -270,6 +271,12 @@ class SimulatedNode(canopen.LocalNode):
                 self.drive.take_controlword()
         elif check_writable:
             self._written(index, subindex)
+
+    def _find_object(self, index: int, subindex: int) -> canopen.objectdictionary.ODVariable:
+        found = self.object_dictionary.get(index)
+        if isinstance(found, canopen.objectdictionary.ODArray) and subindex not in found.subindices:
+            raise SdoAbortedError(_NO_SUBINDEX)  # canopen would make one up
+        return super()._find_object(index, subindex)
 
     def _refuse(self, index: int, subindex: int, data: bytes) -> None:
         """Raise SdoAbortedError for values that the drive does not take."""

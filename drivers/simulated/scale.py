@@ -1,8 +1,8 @@
 """A simulated weighing scale on a pseudo-terminal, the twin of `drivers/scale.py`."""
 
-import contextlib
 import os
 import pty
+import select
 import threading
 import tty
 
@@ -34,6 +34,7 @@ class SimulatedScale:
         self._controller, self._terminal = pty.openpty()
         tty.setraw(self._terminal)
         self.port = os.ttyname(self._terminal)
+        self._end, self._ended = os.pipe()
         self._thread = threading.Thread(target=self._serve, name="simulated-scale", daemon=True)
 
     def __enter__(self) -> "SimulatedScale":
@@ -44,25 +45,26 @@ class SimulatedScale:
         self.close()
 
     def close(self) -> None:
-        """Unplug it."""
-        for descriptor in (self._terminal, self._controller):
-            with contextlib.suppress(OSError):
-                os.close(descriptor)
-        self._thread.join(2.0)
+        """Unplug it; harmless when repeated."""
+        if not self._thread.is_alive():
+            return
+        os.write(self._ended, b".")
+        self._thread.join()
+        for descriptor in (self._terminal, self._controller, self._end, self._ended):
+            os.close(descriptor)
 
     def _serve(self) -> None:
         received = b""
         while True:
-            try:
-                received += os.read(self._controller, 64)
-            except OSError:
+            ready, _, _ = select.select([self._controller, self._end], [], [])
+            if self._end in ready:
                 return
+            received += os.read(self._controller, 64)
             while b"\r\n" in received:
                 command, received = received.split(b"\r\n", 1)
                 answer = self._reply(command.decode("ascii", "replace"))
                 if not self.silent:
-                    with contextlib.suppress(OSError):
-                        os.write(self._controller, answer.encode("latin-1") + b"\r\n")
+                    os.write(self._controller, answer.encode("latin-1") + b"\r\n")
 
     def _reply(self, command: str) -> str:
         if self.answer is not None:

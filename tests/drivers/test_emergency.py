@@ -1,0 +1,51 @@
+import canopen.emcy
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drivers.emergency import CODES, code_in_words, parse_emergency, register_in_words
+
+
+@pytest.mark.parametrize(
+    ("code", "words"),
+    [
+        (0x8611, "0x8611 following error is too large"),
+        (0x2315, "0x2315 current at the output"),
+        (0x38F0, "0x38F0 voltage"),
+        (0x0000, "0x0000 no error"),
+        (0x0012, "0x0012 no error"),
+        (0xA000, "0xA000 a code that no standard names"),
+    ],
+)
+def test_codes_are_told_by_code_by_class_or_not_at_all(code, words):
+    assert code_in_words(code) == words
+
+
+@given(st.integers(0, 0xFFFF))
+def test_every_code_that_canopen_s_table_can_name_we_can_name(code):
+    theirs = canopen.emcy.EmcyError(code, 0, b"", 0.0).get_desc()
+    if theirs:
+        assert "no standard names" not in code_in_words(code)
+
+
+@pytest.mark.parametrize("code", sorted(CODES))
+def test_our_words_lie_in_the_class_that_canopen_s_table_gives_the_code(code):
+    theirs = canopen.emcy.EmcyError(code, 0, b"", 0.0).get_desc()
+    key = {"Current": ("current", "circuit"), "Voltage": ("voltage",), "Temperature": ("hot", "cold")}.get(
+        theirs
+    )
+    assert key is None or any(word in CODES[code] for word in key)
+
+
+def test_the_error_register_is_told_bit_by_bit():
+    assert register_in_words(0) == "no error"
+    assert register_in_words(0x21) == "generic error, device profile specific"
+
+
+@given(st.binary(max_size=8))
+def test_short_emcy_frames_are_read_as_far_as_they_go(data):
+    emergency = parse_emergency(7, data, 1.5)
+    assert emergency.code == int.from_bytes(data[:2], "little")
+    assert emergency.register == (data[2] if len(data) > 2 else 0)
+    assert emergency.vendor == data[3:8]
+    assert str(emergency).startswith("node 7: 0x")

@@ -1,0 +1,92 @@
+import pytest
+from pydantic import ValidationError
+
+from drivers.errors import DriverError
+from drivers.object_dictionary import ObjectDictionaryError, load_object_dictionary
+from drivers.profile import GENERIC, DriveProfile, ProfileError, load_profile, profile_names
+
+
+@pytest.mark.parametrize("name", profile_names())
+def test_every_profile_that_comes_with_the_software_says_where_its_objects_are_from(name):
+    profile = load_profile(name)
+    assert profile.name == name
+    assert profile.manuals
+    for reference in (profile.position, profile.current_reference, profile.rated, profile.temperature):
+        assert reference is None or reference.source
+    dictionary = load_object_dictionary(profile.object_dictionary, 5)
+    assert dictionary[0x1000].default == 0x00020192
+
+
+def test_the_generic_profile_is_torque_demand_in_per_mille_of_rated_torque():
+    assert (GENERIC.current_reference.index, GENERIC.current_reference.scale) == (0x6074, 1e-3)
+    assert GENERIC.rated is not None
+    assert (GENERIC.rated.index, GENERIC.rated.unit) == (0x6076, "N m")
+
+
+@pytest.mark.parametrize("name", ["generic-cia402.eds", "simulated.eds"])
+def test_node_ids_are_in_the_cob_ids_of_the_object_dictionary(name):
+    dictionary = load_object_dictionary(name, 5)
+    assert dictionary[0x1400][1].default == 0x205
+    assert dictionary[0x1800][1].default & 0x7FF == 0x185
+    assert dictionary[0x1014].default == 0x85
+
+
+def test_a_profile_that_is_not_there_is_told_with_those_that_are():
+    with pytest.raises(ProfileError, match="'epos9' is not known; there are elmo-simpliq, generic-cia402"):
+        load_profile("epos9")
+
+
+GOOD = """
+name: mine
+position: {index: 0x6064, type: int32, unit: count}
+current_reference: {index: 0x30D0, type: int32, scale: 0.001, unit: A, sign: -1}
+"""
+
+
+def test_a_user_s_own_profile_is_read_from_its_path(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(GOOD)
+    profile = load_profile(path)
+    assert (profile.current_reference.index, profile.current_reference.sign) == (0x30D0, -1)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("type: int32, unit: count", "type: int33, unit: count", r"mine\.yaml: position\.type"),
+        ("unit: A", "unit: mA", r"mine\.yaml: current_reference\.unit"),
+        ("unit: count", "unit: A", r"mine\.yaml: position: .*raw is what is recorded"),
+        ("unit: A, sign: -1", "unit: rated torque", r"mine\.yaml: profile: .*rated must be given"),
+        ("name: mine", "nme: mine", r"mine\.yaml: name"),
+        ("index: 0x30D0", "index: 0x30", r"mine\.yaml: current_reference\.index"),
+        (GOOD, "- 1\n- 2", "a drive profile is a mapping"),
+        (GOOD, "a: [", r"mine\.yaml: not YAML"),
+    ],
+)
+def test_a_wrong_profile_is_refused_in_one_line_that_names_file_and_field(tmp_path, old, new, words):
+    path = tmp_path / "mine.yaml"
+    path.write_text(GOOD.replace(old, new))
+    with pytest.raises(ProfileError, match=words) as raised:
+        load_profile(path)
+    assert "\n" not in str(raised.value)
+
+
+def test_a_profile_file_that_is_not_there_is_named():
+    with pytest.raises(ProfileError, match=r"no/such\.yaml: No such file"):
+        load_profile("no/such.yaml")
+
+
+def test_a_profile_in_python_is_checked_likewise():
+    with pytest.raises(ValidationError, match="rated must be given"):
+        DriveProfile(name="x", position=GENERIC.position, current_reference=GENERIC.current_reference)
+
+
+def test_an_object_dictionary_that_is_not_there_or_is_none_is_named(tmp_path):
+    with pytest.raises(ObjectDictionaryError, match=r"'epos9\.eds': there is no such file"):
+        load_object_dictionary("epos9.eds", 1)
+    wrong = tmp_path / "wrong.eds"
+    wrong.write_text("[FileInfo]\nFileName=wrong.eds\n")
+    with pytest.raises(DriverError, match=r"wrong\.eds"):
+        load_object_dictionary(wrong, 1)
+    with pytest.raises(ObjectDictionaryError, match="there is no such file"):
+        load_object_dictionary("../drives/simulated.eds", 1)
