@@ -20,13 +20,22 @@ def identify_command(
         str, typer.Option(help="rigid, usual, load-velocity, or rigid+effect,effect…")
     ] = "usual",
     add: Annotated[list[str] | None, typer.Option(help="EFFECT or EFFECT@JOINT; may be repeated")] = None,
+    estimator: Annotated[
+        str | None,
+        typer.Option(
+            help="ordinary, weighted, robust or instrumental; if not said, weighted for several joints"
+        ),
+    ] = None,
+    essential: Annotated[
+        bool, typer.Option("--essential", help="eliminate the parameters that the data do not show")
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="one JSON document on stdout")] = False,
 ) -> None:
     """Fit a model to all identification sessions at once and check it on the validation sessions."""
     from identify.estimation.identification import identify
     from identify.recording import load_experiment
 
-    result = identify(load_experiment(experiment), model, add or [])
+    result = identify(load_experiment(experiment), model, add or [], estimator=estimator, essential=essential)
     print(json.dumps(result.to_json(), ensure_ascii=False, allow_nan=False))
 
 

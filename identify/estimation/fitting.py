@@ -4,16 +4,23 @@ the fit.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identify.effects.catalogue import effects
 from identify.effects.model import Model, Term
+from identify.estimation.estimate import Estimate
 from identify.estimation.least_squares import LeastSquares, least_squares
 from identify.estimation.observation import FittedTorque, Observation, Slot, observe
 from identify.estimation.record import Record
+from identify.estimation.statistics import classical_deviation, robust_deviation
 from identify.recording import SessionEntry
+
+if TYPE_CHECKING:
+    from identify.estimation.essential import Elimination
 
 Array = NDArray[np.float64]
 Progress = Callable[[float, str], None]
@@ -40,6 +47,18 @@ class FittedModel:
     fit: LeastSquares
     load_from: FittedTorque | None
     estimates_payload_ratio: bool
+    estimator: str = "weighted"
+    estimate: Estimate | None = None
+    """what an estimator other than least squares found; `fit` then holds its parameters"""
+    eliminated: "tuple[Elimination, ...]" = ()
+    """parameters that the data do not show, taken out one by one"""
+
+    @cached_property
+    def deviations(self) -> tuple[Array, Array]:
+        """(width,) each: deviations of eq. (13)-(15), and those that hold for coloured residuals."""
+        if self.estimate is not None:
+            return self.estimate.std, self.estimate.std_robust
+        return classical_deviation(self.fit), robust_deviation(self.observation, self.fit)
 
     @property
     def torque(self) -> FittedTorque:

@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 from identify.effects.catalogue import effects
 from identify.effects.load_velocity import LoadVelocity, linear_names
 from identify.effects.model import USUAL, Model, Term, parse_addition, parse_model
+from identify.estimation.essential import RULE, essential_parameters
+from identify.estimation.estimators import checked_estimator, with_estimator
 from identify.estimation.fitting import FittedModel, Progress, fit_model
 from identify.estimation.least_squares import spread
 from identify.estimation.observation import Observation
 from identify.estimation.prediction import Prediction, predict
 from identify.estimation.record import Record
-from identify.estimation.statistics import classical_deviation, robust_deviation
 from identify.recording import Experiment, InputError, SessionEntry
 
 Array = NDArray[np.float64]
@@ -158,6 +159,8 @@ class Identification:
             "condition_number": number(self.fitted.fit.condition_number),
             "samples": int(self.fitted.fit.rows.sum()),
             "form": self.form,
+            "estimator": self.fitted.estimator,
+            "eliminated": self._eliminated(),
             "constants": [
                 {"effect": t.effect.name, "joint": record.joint_names[t.joint], **dict(t.constants)}
                 for t in self.structured.model.terms
@@ -165,7 +168,7 @@ class Identification:
             ],
             "signals": record.settings.report(),
             "not_identifiable": self._dropped(),
-            "remarks": [*self.remarks, *self._session_remarks()],
+            "remarks": [*self.remarks, *self._estimate_remarks(), *self._session_remarks()],
         }
         if self.structured is not self.fitted:
             document["structured"] = {
@@ -192,6 +195,16 @@ class Identification:
         described = column_names(self.fitted)
         return [described[column][0] for column in self.fitted.fit.dropped]
 
+    def _eliminated(self) -> list[dict[str, Any]]:
+        described = column_names(self.fitted)
+        return [own.to_json(*described[own.column][:2]) for own in self.fitted.eliminated]
+
+    def _estimate_remarks(self) -> list[str]:
+        found = list(self.fitted.estimate.remarks) if self.fitted.estimate else []
+        if self.fitted.eliminated:
+            found.append(f"{len(self.fitted.eliminated)} parameters {RULE}")
+        return found
+
     def _session_remarks(self) -> list[str]:
         record = self.fitted.record
         return [
@@ -206,19 +219,30 @@ def identify(
     model: str = "usual",
     add: Sequence[str] = (),
     progress: Progress | None = None,
+    estimator: str | None = None,
+    essential: bool = False,
 ) -> Identification:
     """Fit a model to all identification sessions at once and check it on the validation sessions.
 
-    model : `rigid`, `usual` (eq. 8), `load-velocity` (eq. 30), or `rigid+effect,effect…`
-    add   : further effects, `EFFECT` or `EFFECT@JOINT`
-    :raises InputError: the experiment, the model or an effect is wrong.
+    model     : `rigid`, `usual` (eq. 8), `load-velocity` (eq. 30), or `rigid+effect,effect…`
+    add       : further effects, `EFFECT` or `EFFECT@JOINT`
+    estimator : `ordinary`, `weighted`, `robust` or `instrumental`; weighted for several joints if not said
+    essential : eliminate the parameters that the data do not show, one by one (section IV.D)
+    :raises InputError: the experiment, the model, an effect or the estimator is wrong.
     """
+    estimator = checked_estimator(estimator, experiment.n)
     record = open_record(experiment)
     wanted = requested_model(record, model, add)
-    fitted = fit_model(record, wanted, progress=progress)
+
+    def estimated(fitted: FittedModel) -> FittedModel:
+        reduced = essential_parameters(fitted, ratio_columns(fitted)) if essential else fitted
+        return with_estimator(reduced, estimator)
+
+    first = fit_model(record, wanted, progress=progress)
+    fitted = estimated(first)
     if model != "load-velocity":
         return Identification(experiment, model, fitted.model.terms, fitted, fitted)
-    linear = fit_linear(record, fitted, add)
+    linear = estimated(fit_linear(record, first, add))
     if linear.fit.condition_number <= LARGEST_CONDITION and not len(linear.fit.dropped):
         return Identification(experiment, model, fitted.model.terms, linear, fitted, "linear")
     remark = (
@@ -226,6 +250,16 @@ def identify(
         f"{linear.fit.condition_number:.2g}); the structured form stands for it"
     )
     return Identification(experiment, model, fitted.model.terms, fitted, fitted, "structured", (remark,))
+
+
+def ratio_columns(fitted: FittedModel) -> list[int]:
+    """Columns of payload and gain ratios, whose parameter is how far the ratio is from one."""
+    return [
+        int(column)
+        for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True)
+        if slot.term.effect.name in ("payload-mass", "drive-gain")
+        for column in columns
+    ]
 
 
 def open_record(experiment: Experiment) -> Record:
@@ -332,8 +366,7 @@ def _unit(unit: str, revolute: bool) -> str:
 def parameters_of(fitted: FittedModel) -> tuple[Parameter, ...]:
     """The fitted parameters with their deviations; the payload ratio as M_ae/M_aw, 1 where the payload is as
     declared."""
-    std = classical_deviation(fitted.fit)
-    robust = robust_deviation(fitted.observation, fitted.fit)
+    std, robust = fitted.deviations
     named = column_names(fitted)
     shifted = np.zeros(len(named))
     for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True):

@@ -114,6 +114,8 @@ class Record:
     experiment: Experiment
     settings: SignalSettings
     body: RigidBody
+    positions_of: Callable[[Session], Array] | None = None
+    """(N, n) positions of a session, where they are not those recorded"""
     _facts: dict[str, SessionFacts] = field(default_factory=dict)
     _gathered: dict[str, tuple[Samples, Array]] = field(default_factory=dict)
     _held: dict[str, list[PreparedBlock]] = field(default_factory=dict)
@@ -140,7 +142,16 @@ class Record:
 
     def session(self, entry: SessionEntry) -> Session:
         """A session's samples; held by the experiment while they are small."""
-        return self.experiment.read(entry)
+        session = self.experiment.read(entry)
+        if self.positions_of is None:
+            return session
+        return replace(session, position=self.positions_of(session))
+
+    def with_positions(self, positions_of: Callable[[Session], Array]) -> "Record":
+        """The same record with other positions; speeds at rest and all settings stay what they are."""
+        other = Record(self.experiment, self.settings, self.body, positions_of, dict(self._facts))
+        vars(other).update(top_speed=self.top_speed, rest_speed=self.rest_speed)
+        return other
 
     def facts(self, entry: SessionEntry) -> SessionFacts:
         """What is known of a session beside its samples."""
@@ -309,7 +320,16 @@ class Record:
 
     def __getstate__(self) -> dict[str, object]:
         """For another process: the figures found so far go along, samples are read and filtered there."""
-        kept = {"experiment", "settings", "body", "_facts", "position_resolution", "top_speed", "rest_speed"}
+        kept = {
+            "experiment",
+            "settings",
+            "body",
+            "positions_of",
+            "_facts",
+            "position_resolution",
+            "top_speed",
+            "rest_speed",
+        }
         state: dict[str, object] = {name: value for name, value in vars(self).items() if name in kept}
         return state | {"_gathered": {}, "_held": {}, "_held_bytes": 0}
 

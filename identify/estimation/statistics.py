@@ -45,16 +45,28 @@ def robust_deviation(observation: Observation, fit: LeastSquares) -> Array:
     widened for what is not known of itself.
     """
     found = np.full(len(fit.chi), np.nan)
-    if not len(fit.fitted) or len(observation.blocks) < FEWEST_BLOCKS:
+    if not len(fit.fitted):
         return found
     scale = np.linalg.norm(fit.r, axis=0)
     grams, scores = block_products(observation, fit, scale)
     sessions = np.array([block.session for block in observation.blocks])
-    influence = leave_out(grams, scores)
-    deviation = long_run_deviation(influence, sessions)
-    deviation *= student(effective_blocks(grams) - 1.0) / NORMAL
-    found[fit.fitted] = np.where(deviation > 0, deviation / scale, np.nan)
+    found[fit.fitted] = deviation_from_blocks(grams, scores, grams, sessions) / scale
     return found
+
+
+def deviation_from_blocks(slopes: Array, scores: Array, squares: Array, sessions: NDArray[np.intp]) -> Array:
+    """(p,) deviations of an estimate that makes the sum of the blocks' scores zero; NaN where there are none.
+
+    slopes, scores : (blocks, p, p) and (blocks, p): the score of a block falls by slope · dchi; for least squares
+                     WᵀW and Wᵀρ
+    squares        : (blocks, p, p) covariance of the score for white residuals of unit variance
+    sessions       : (blocks,)
+    """
+    if len(scores) < FEWEST_BLOCKS:
+        return np.full(scores.shape[1], np.nan)
+    deviation = long_run_deviation(leave_out(slopes, scores), sessions)
+    deviation *= student(effective_blocks(slopes, squares) - 1.0) / NORMAL
+    return np.where(deviation > 0, deviation, np.nan)
 
 
 def block_products(observation: Observation, fit: LeastSquares, scale: Array) -> tuple[Array, Array]:
@@ -72,18 +84,18 @@ def block_products(observation: Observation, fit: LeastSquares, scale: Array) ->
     return np.array(grams), np.array(scores)
 
 
-def leave_out(grams: Array, scores: Array) -> Array:
+def leave_out(slopes: Array, scores: Array) -> Array:
     """(blocks, p): how far the parameters move when the fit is repeated without a block; exact, not linearised.
 
     This is the jackknife's influence, which unlike the raw score also holds for blocks with much leverage
     (the CR3 form of cluster-robust covariance: Bell, McCaffrey 2002, Survey Methodology 28(2)).
     """
-    left = grams.sum(0) - grams
+    left = slopes.sum(0) - slopes
     try:
         moved = -np.linalg.solve(left, scores[:, :, None])[:, :, 0]
     except np.linalg.LinAlgError:
         # One block alone carries a parameter: without it the smallest solution, zero for that parameter.
-        moved = -(np.linalg.pinv(left, hermitian=True) @ scores[:, :, None])[:, :, 0]
+        moved = -(np.linalg.pinv(left) @ scores[:, :, None])[:, :, 0]
     return moved - moved.mean(0)
 
 
@@ -115,14 +127,14 @@ def _lagged(influence: Array, sessions: NDArray[np.intp], lag: int) -> Array:
     return np.sum(influence[lag:][together] * influence[:-lag][together], axis=0)
 
 
-def effective_blocks(grams: Array) -> Array:
+def effective_blocks(slopes: Array, squares: Array) -> Array:
     """(p,): how many blocks carry a parameter's information; with white residuals, (Σh)²/Σh² of their shares h.
 
     A parameter that shows in a few blocks only (an inertia in a few accelerations) has a deviation that is
     known from a few blocks only (Carter, Schnepel, Steigerwald 2017, Rev. Econ. Stat. 99(4)).
     """
-    inverse = np.linalg.pinv(grams.sum(0), hermitian=True)
-    shares = np.einsum("ij,gjk,ki->gi", inverse, grams, inverse, optimize=True)
+    inverse = np.linalg.pinv(slopes.sum(0))
+    shares = np.einsum("ij,gjk,ik->gi", inverse, squares, inverse, optimize=True)
     return shares.sum(0) ** 2 / np.maximum((shares**2).sum(0), 1e-300)
 
 

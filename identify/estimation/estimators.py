@@ -1,0 +1,42 @@
+"""Estimating the parameters of a fitted model by another estimator; its constants and columns stay."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from identify.estimation.estimate import ESTIMATORS
+from identify.estimation.fitting import FittedModel
+from identify.estimation.instrumental_variable import instrumental
+from identify.estimation.least_squares import least_squares
+from identify.estimation.robust import huber
+from identify.recording import InputError
+
+
+def default_estimator(joints: int) -> str:
+    """Weighted where there are several joints: their torques differ by orders of magnitude."""
+    return "weighted" if joints > 1 else "ordinary"
+
+
+def checked_estimator(name: str | None, joints: int) -> str:
+    """The estimator that was asked for, or the default.
+
+    :raises InputError: there is none of that name.
+    """
+    if name is None:
+        return default_estimator(joints)
+    if name not in ESTIMATORS:
+        raise InputError(f"--estimator {name}: estimators are {', '.join(ESTIMATORS)}")
+    return name
+
+
+def with_estimator(fitted: FittedModel, estimator: str) -> FittedModel:
+    """The same model with its parameters estimated by `estimator`, one of `ESTIMATORS`."""
+    record, observation = fitted.record, fitted.observation
+    if estimator == "ordinary":
+        fit = least_squares(observation, fitted.fit.fitted, weights=np.ones(record.joints))
+        return replace(fitted, fit=fit, estimator=estimator)
+    if estimator == "weighted":
+        return replace(fitted, estimator=estimator)
+    other = huber if estimator == "robust" else instrumental
+    found = other(record, fitted.entries, fitted.slots, fitted.load_from, observation, fitted.fit)
+    return replace(fitted, fit=found.fit, estimator=estimator, estimate=found)
