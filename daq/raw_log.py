@@ -4,6 +4,7 @@ One frame a line, `(seconds.microseconds) channel ID#DATA`, as `candump -l` writ
 python-can's `CanutilsLogReader` read it. CAN FD frames stand with `##` and a digit of flags.
 """
 
+import fcntl
 import os
 from pathlib import Path
 from typing import IO, Any
@@ -27,6 +28,8 @@ class RawLog:
         self.path = path
         self._channel = "_".join(channel.split()) or "can"
         self._file: IO[str] = path.open("x", encoding="ascii", buffering=1 << 16)
+        # Says to `coulomb recover` that somebody is at work; it goes with the process, however that ends.
+        fcntl.flock(self._file, fcntl.LOCK_EX)
         self.frames = 0
 
     def append(self, frames: NDArray[Any]) -> None:

@@ -4,16 +4,20 @@ Every flushed row of an HDF5 file in SWMR mode is readable, but the file stays m
 programs refuse it. It is copied into a closed one; the original is kept until the copy is on disk.
 """
 
+import fcntl
 import json
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import h5py
 
+from daq.experiment_folder import INCOMPLETE, admit
 from daq.recorder import raw_log_of
 from daq.recording_file import set_status
+from daq.rig import KnownPayload
 from identify.recording.errors import InputError
+from identify.recording.experiment_file import EXPERIMENT_FILE
 from identify.recording.session_hdf5 import CYCLE
 
 
@@ -103,3 +107,41 @@ def _mend_log(log: Path) -> None:
         whole = tail.rfind(b"\n") + 1
         if start + whole < end:
             file.truncate(start + whole)
+
+
+def recover_experiment(folder: Path, reason: str) -> list[RecordingState]:
+    """Look at every incomplete session of an experiment: close those that were left open, and move those that are
+    complete (the process that should have listed them died first) into the experiment.
+
+    Recordings that are still growing are left alone. Raises InputError where the folder holds no experiment.
+    """
+    experiment = folder / EXPERIMENT_FILE
+    if not experiment.is_file():
+        raise InputError(f"{folder}: holds no {EXPERIMENT_FILE}")
+    states = []
+    for path in sorted((folder / INCOMPLETE).glob("session-*.h5")):
+        if being_written(path):
+            continue
+        state = recording_state(path)
+        if state.status == "recording":
+            state = recover_recording(path, "faulted", reason)
+        elif state.status == "complete":
+            with h5py.File(path, "r") as file:
+                payload = KnownPayload.model_validate_json(str(file.attrs["payload"]))
+            role = "validation" if state.role == "validation" else "identification"
+            state = replace(state, path=admit(folder, path, payload, role))
+        states.append(state)
+    return states
+
+
+def being_written(path: Path) -> bool:
+    """Whether a recorder is at work on a recording: it holds a lock on the raw log as long as it lives."""
+    log = raw_log_of(path)
+    if not log.exists():
+        return False
+    with log.open("rb") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return True
+    return False

@@ -1,0 +1,141 @@
+"""`coulomb demo`: the whole loop on the built-in simulated drive, over CAN."""
+
+import json
+import time
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+_RIG = "rx130l-joint3-simulated"
+_PAYLOADS = ("none", "disk-3.5", "disk-7")
+"""0, 3.4584 and 6.970 kg: those of section IV of the paper"""
+_SECONDS = 66.0
+"""s of plan per session, of which more than 60 s are motion"""
+
+
+def register(application: typer.Typer) -> None:
+    """Add the command."""
+    application.command("demo")(demo)
+
+
+def demo(
+    out: Annotated[
+        Path | None,
+        typer.Option(help="folder for the demo's data; left out, the service's own data folder is used"),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="one JSON document on stdout")] = False,
+) -> None:
+    """Three payload sessions on a simulated drive, identified after each, diagnosed, what is missing added."""
+    from rich.console import Console
+
+    from api.commands.run import identify_so_far, percent, print_errors
+    from api.data_folder import default_data_folder
+    from daq.excitation.standard_plan import standard_plan
+    from daq.rig import Rig
+    from identify.diagnosis.improvement import improve
+    from identify.estimation.identification import identify
+    from identify.recording import load_experiment
+
+    began = time.monotonic()
+    console = Console(stderr=as_json)
+
+    def say(words: str = "") -> None:
+        console.print(words, highlight=False, soft_wrap=True)
+
+    rig = Rig.load(_RIG)
+    data = out or default_data_folder()
+    folder = _fresh_folder(data / "experiments")
+    plan = standard_plan(rig, _SECONDS)
+    moving = _seconds_of_motion(plan)
+    say(f"Rig {rig.name}: {rig.description}.")
+    say(f"Plan: {plan.duration:.0f} s, {moving:.0f} s of motion; each payload drives the same.")
+    say()
+    sessions: list[dict[str, Any]] = []
+    identifications: list[dict[str, Any]] = []
+    for payload in _PAYLOADS:
+        session = _record(rig, folder, plan, payload)
+        recorded = session.pop("recorded")
+        sessions.append(session)
+        say(f"Session with payload {payload}: {session['words']}.")
+        result = identify_so_far(recorded)
+        identifications.append(result)
+        print_errors(console, result, lambda words: say(f"  {words}"))
+    say()
+    experiment = load_experiment(folder)
+    story = improve(experiment, "usual")
+    document = story.to_json()
+    say("What does the usual model (inertia, gravity, viscous and constant dry friction) miss?")
+    for number, step in enumerate(document["steps"]):
+        added = step["added"]
+        what = "usual model" if added is None else f"+ {added['effect']}"
+        say(f"  {number}. {what}: relative error {percent(step['relative_error'])}")
+    say(f"  Verdict: {document['verdict']}.")
+    say()
+    best = identify(experiment, "load-velocity").to_json()
+    usual = identifications[-1]
+    say(
+        f"The paper's load-velocity model, eq. (30): {percent(best['relative_error'])} instead of "
+        f"{percent(usual['relative_error'])} with the usual one."
+    )
+    lasted = time.monotonic() - began
+    say()
+    say(f"{lasted:.0f} s for {3 * moving:.0f} s of motion. The data: {folder}")
+    opening = "coulomb serve" if out is None else f"coulomb serve --data {data}"
+    say(f"Look at it in a browser: {opening}")
+    if as_json:
+        print(
+            json.dumps(
+                {
+                    "experiment": str(folder),
+                    "sessions": sessions,
+                    "identifications": identifications,
+                    "improvement": document,
+                    "load_velocity": best,
+                    "seconds": lasted,
+                },
+                ensure_ascii=False,
+            )
+        )
+
+
+def _fresh_folder(experiments: Path) -> Path:
+    """`demo`, `demo-2`, …: a demo never touches what is there."""
+    number = 1
+    while (folder := experiments / ("demo" if number == 1 else f"demo-{number}")).exists():
+        number += 1
+    return folder
+
+
+def _seconds_of_motion(plan: Any) -> float:
+    """s of the plan in which a joint moves."""
+    import numpy as np
+
+    times = np.arange(0.0, plan.duration, 0.01)
+    return float(0.01 * np.count_nonzero(np.abs(plan.setpoints(times).velocity).max(axis=1) > 1e-6))
+
+
+def _record(rig: Any, folder: Path, plan: Any, payload: str) -> dict[str, Any]:
+    """One session over CAN; what is to be told of it."""
+    from daq.session_events import SessionState
+    from daq.session_workflow import PayloadSession, Recorded
+
+    known = rig.payload(payload)
+    with PayloadSession(rig, folder, plan, known, "demo") as session:
+        check = session.check()
+        if not check.ok:
+            raise RuntimeError(f"the simulated rig is not ready: {check.problems}")
+        session.confirm_payload(known.mass)
+        session.arm()
+        session.start()
+        if session.wait() is not SessionState.DONE or session.file is None:
+            raise RuntimeError(
+                f"the session with payload {payload} ended as {session.state.value}: {session.reason}"
+            )
+    return {
+        "file": session.file.name,
+        "payload": payload,
+        "mass": known.mass,
+        "words": session.reason,
+        "recorded": Recorded(folder, session.file, payload),
+    }
