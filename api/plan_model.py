@@ -203,6 +203,8 @@ class RegressorModel:
             speed_resolution=resolution * cutoff,
             position_resolution=resolution,
             load_range=(-float(torque_limits(self._rig)[j]), float(torque_limits(self._rig)[j])),
+            own_inertia=0.0,
+            sessions=tuple(range(sessions)),
             payloads=tuple(payload.name for payload in self._payloads),
             payload_masses=tuple(payload.mass for payload in self._payloads),
             payload_of_session=tuple(range(sessions)),
