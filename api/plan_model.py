@@ -93,20 +93,19 @@ class RegressorModel:
             (name, joint, unit, None)
             for name, joint, unit in zip(base.names, base.joints, base.units, strict=True)
         ]
+        known = identified.values if identified else self._assumed_friction()
+        values = self._chi.tolist()
         self._columns: list[NDArray[np.intp]] = []
         probe = self._views(self._probe(payloads))
         for term in self._terms:
-            width = term.effect.columns(
-                probe(self._rows_of(term)[0], term.joint), dict(term.constants or ())
-            ).shape[1]
+            constants = dict(term.constants or ())
+            width = term.effect.columns(probe(self._rows_of(term)[0], term.joint), constants).shape[1]
             self._columns.append(np.arange(len(named), len(named) + width))
-            named += _names(term, width, summaries[term.joint])
-        assumed = (
-            dict(zip((name for name, *_ in named), self._chi.tolist(), strict=False))
-            | self._assumed_friction()
-        )
-        known = identified.values if identified else assumed
-        self._values = np.array([*self._chi, *(known.get(name, 0.0) for name, *_ in named[len(base) :])])
+            names = _names(term, width, summaries[term.joint])
+            reported_offset = term.effect.reported_offset(constants)
+            values += [known.get(name, reported_offset) - reported_offset for name, *_ in names]
+            named += names
+        self._values = np.array(values)
         self.parameters = tuple(
             PlannedParameter(name, joint, unit, effect, float(value) if identified else None)
             for (name, joint, unit, effect), value in zip(named, self._values, strict=True)
@@ -276,7 +275,7 @@ class _Views:
 
 def _names(term: Term, width: int, summary: JointSummary) -> list[tuple[str, str, str, str | None]]:
     """Name, joint, unit and effect of each column, as `coulomb identify` names them."""
-    listed = list(term.effect.parameters_of(summary))
+    listed = list(term.effect.parameters_of(summary, dict(term.constants or ())))
     if len(listed) != width:
         listed = [(f"{listed[0][0]}[{k + 1}]", listed[0][1]) for k in range(width)]
     suffix = "" if term.effect.rows == "robot" else str(term.joint + 1)
