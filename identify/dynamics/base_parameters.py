@@ -57,6 +57,16 @@ class BaseParameters:
         """(b,) base parameters of a robot whose (11 n,) standard parameters are known."""
         return self.matrix @ np.asarray(standard, dtype=float)
 
+    def nearest_standard(self, values: ArrayLike, prior: ArrayLike | None = None) -> NDArray[np.float64]:
+        """(11 n,) standard parameters nearest to `prior` (or to zero) that have these base parameters.
+
+        A choice among infinitely many: the torques are those identified, the split among links is the
+        prior's. Nothing makes it physically feasible; a prior from a drawing is what brings it near.
+        """
+        start = np.zeros(self.matrix.shape[1]) if prior is None else np.asarray(prior, dtype=float)
+        change = np.asarray(values, dtype=float) - self.matrix @ start
+        return start + np.linalg.pinv(self.matrix) @ change
+
     def columns(self, q: ArrayLike, dq: ArrayLike, ddq: ArrayLike) -> NDArray[np.float64]:
         """(N, n, b) minimal regressor D of eq. (10), inertial part; q, dq, ddq are (N, n).
 

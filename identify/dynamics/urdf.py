@@ -149,7 +149,7 @@ def _joint_text(joint: Joint, frame: Array, ends: tuple[str, str], losses: dict[
     kind: str = joint.type
     if kind == "revolute" and limits.position is None:
         kind = "continuous"
-    angles = Rotation.from_matrix(frame[:3, :3]).as_euler("xyz")
+    angles = _roll_pitch_yaw(frame[:3, :3])
     text = [
         f'  <joint name={quoteattr(joint.name)} type="{kind}">',
         f'    <origin xyz="{_text(*frame[:3, 3])}" rpy="{_text(*angles)}"/>',
@@ -168,6 +168,18 @@ def _joint_text(joint: Joint, frame: Array, ends: tuple[str, str], losses: dict[
             "    <dynamics " + " ".join(f'{key}="{_text(value)}"' for key, value in losses.items()) + "/>"
         )
     return [*text, "  </joint>"]
+
+
+def _roll_pitch_yaw(turn: Array) -> tuple[float, float, float]:
+    """The URDF's angles of Rot(z, yaw) Rot(y, pitch) Rot(x, roll); yaw is 0 where the first and last
+    coincide.
+    """
+    across = float(np.hypot(turn[0, 0], turn[1, 0]))
+    pitch = float(np.arctan2(-turn[2, 0], across))
+    if across < 1e-9:
+        return float(np.arctan2(-turn[1, 2], turn[1, 1])), pitch, 0.0
+    roll = float(np.arctan2(turn[2, 1], turn[2, 2]))
+    return roll, pitch, float(np.arctan2(turn[1, 0], turn[0, 0]))
 
 
 def _text(*values: float) -> str:

@@ -175,3 +175,16 @@ def test_a_link_makes_no_torque_on_the_joints_beyond_it():
     columns = everything.joint_columns(1, *random_motion(8, 6, 2))
     assert not columns[:, :3].any()
     assert columns[:, 3:].any(axis=0).all()
+
+
+def test_standard_parameters_near_a_drawing_have_the_identified_base_parameters():
+    base = base_parameters(TWO_LINKS)
+    generator = np.random.default_rng(9)
+    drawing, identified = generator.uniform(0.1, 2.0, 22), generator.uniform(0.1, 2.0, len(base))
+    found = base.nearest_standard(identified, drawing)
+    np.testing.assert_allclose(base.from_standard(found), identified, rtol=1e-12)
+    np.testing.assert_allclose(
+        base.nearest_standard(base.from_standard(drawing), drawing), drawing, rtol=1e-12
+    )
+    untouched = ~base.matrix.any(axis=0)
+    assert np.array_equal(found[untouched], drawing[untouched])

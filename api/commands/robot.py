@@ -1,0 +1,65 @@
+"""`coulomb robot`: the robot's section of an experiment from a URDF, and what can be identified of it."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from identify.dynamics.base_parameters import BaseParameters
+    from identify.recording import Robot
+
+
+def register(application: typer.Typer) -> None:
+    """Add the command."""
+    application.command("robot")(robot_command)
+
+
+def robot_command(
+    urdf: Annotated[Path, typer.Argument(help="URDF file of a serial robot")],
+    tip: Annotated[
+        str | None, typer.Option(help="link at which the chain ends, where movable joints branch")
+    ] = None,
+    gravity: Annotated[tuple[float, float, float], typer.Option(help="m/s², in the URDF's base link")] = (
+        0.0,
+        0.0,
+        -9.81,
+    ),
+    as_json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False,
+) -> None:
+    """Turn a URDF into the `robot:` section of an experiment.yaml, and list its base parameters.
+
+    Drive gains are not in a URDF: they are written as 1 (the command is then the joint torque); put in yours.
+    """
+    import json
+
+    import yaml
+
+    from identify.dynamics.base_parameters import base_parameters
+    from identify.dynamics.geometry import Geometry
+    from identify.dynamics.urdf import read_urdf
+
+    found = read_urdf(urdf, tip=tip, gravity=gravity)
+    base = base_parameters(Geometry.from_robot(found.robot))
+    section = robot_section(found.robot)
+    if as_json:
+        print(json.dumps({"robot": section, "base_parameters": parameter_rows(base)}, ensure_ascii=False))
+        return
+    print(yaml.safe_dump({"robot": section}, sort_keys=False, default_flow_style=None, width=200), end="")
+    print(f"\n# {len(base)} base parameters can be identified of {len(found.standard)} standard ones:")
+    for row in parameter_rows(base):
+        print(f"#   {row['name']:<7} {row['unit']:<7} {row['joint']}: {row['grouping']}")
+
+
+def robot_section(robot: "Robot") -> dict[str, Any]:
+    """The robot as it stands in an experiment.yaml, without fields left at null."""
+    return robot.model_dump(mode="json", exclude_none=True)
+
+
+def parameter_rows(base: "BaseParameters") -> list[dict[str, str]]:
+    """Name, unit, joint and grouping of each base parameter."""
+    columns = zip(base.names, base.units, base.joints, base.groupings, strict=True)
+    return [
+        {"name": name, "unit": unit, "joint": joint, "grouping": grouping}
+        for name, unit, joint, grouping in columns
+    ]
