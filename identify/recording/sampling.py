@@ -37,6 +37,7 @@ SHORTEST_SEGMENT = 16
 """Samples; a shorter piece between two holes is left out."""
 BLOCK = 1 << 18
 """Samples worked on at a time."""
+STEPS_LOOKED_AT = 1 << 18
 
 
 def largest_bridged_step(period: float) -> float:
@@ -77,9 +78,7 @@ def uniform_session(entry: SessionEntry, raw: RawSamples) -> Session:
     time = raw.time
     if len(time) < SHORTEST_SEGMENT:
         raise InputError(f"{entry.path}: holds {len(time)} samples; at least {SHORTEST_SEGMENT} are needed")
-    step = float(
-        np.median([np.median(np.diff(time[rows])) for rows in _blocks(0, len(time)) if _several(rows)])
-    )
+    step = _median_step(time)
     holes = _holes(time, step)
     borders = [0, *(row + 1 for row in holes), len(time)]
     split = [slice(first, last) for first, last in itertools.pairwise(borders)]
@@ -121,6 +120,12 @@ def uniform_session(entry: SessionEntry, raw: RawSamples) -> Session:
         extra=raw.extra,
         remarks=tuple(remarks),
     )
+
+
+def _median_step(time: Array) -> float:
+    """The typical step in time, s; of a long record, the median of steps evenly spread over it."""
+    rows = np.unique(np.linspace(0, len(time) - 2, min(len(time) - 1, STEPS_LOOKED_AT)).astype(int))
+    return float(np.median(time[rows + 1] - time[rows]))
 
 
 def _blocks(start: int, stop: int) -> Iterator[slice]:

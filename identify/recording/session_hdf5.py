@@ -83,14 +83,28 @@ def read_hdf5_session(path: Path, n: int) -> RawSamples:
 
     :raises InputError: the file cannot be read or is not of the layout; names the data set or attribute.
     """
-    import h5py
-
     try:
-        with h5py.File(path, "r", swmr=True) as file:
+        with _opened(path) as file:
             return _read(file, path, n)
     except OSError as error:
         reason = str(error).splitlines()[0] if str(error) else "no reason given"
         raise InputError(f"{path}: cannot be read as HDF5: {reason}") from None
+
+
+def _opened(path: Path) -> h5py.File:
+    """Open for reading, also while it is being written or after its writer was killed.
+
+    SWMR reading is asked for only where the file's flags say that a writer is, or was, at it: on a file
+    that was cut short it would wait for ever for the rest to be written.
+    """
+    import h5py
+
+    try:
+        return h5py.File(path, "r")
+    except OSError as error:
+        if "already open for write" not in str(error) and "unable to lock" not in str(error):
+            raise
+    return h5py.File(path, "r", swmr=True)
 
 
 @dataclass
@@ -162,17 +176,22 @@ def _layout(file: h5py.File, path: Path, n: int) -> _Layout:
     rows = min(len(data) for data in sets.values())
     if rows == 0:
         raise InputError(f"{path}: holds no samples")
-    cycle = sets[CYCLE][:rows]
-    if (np.diff(cycle) <= 0).any():
-        row = int(np.argmax(np.diff(cycle) <= 0)) + 1
-        raise InputError(
-            f"{path}: data set '{CYCLE}' row {row}: {cycle[row]} does not come after {cycle[row - 1]}"
-        )
+    cycle, sync_time = sets[CYCLE][:rows], sets[SYNC_TIME][:rows]
+    told = np.diff(sync_time) <= 0 if not _paced_by_answers(file) else False
+    falls = np.flatnonzero((np.diff(cycle) <= 0) | told)
+    if len(falls):
+        row = int(falls[0]) + 1
+        if _text(file.attrs.get("status", COMPLETE)) != RECORDING:
+            name, values = (CYCLE, cycle) if cycle[row] <= cycle[row - 1] else (SYNC_TIME, sync_time)
+            raise InputError(
+                f"{path}: data set '{name}' row {row}: {values[row]} does not come after {values[row - 1]}"
+            )
+        rows = row  # what the killed writer had not yet handed over
     temperature = _data_set(file, TEMPERATURE, path) if TEMPERATURE in file else None
     return _Layout(
         rows=rows,
-        cycle=cycle,
-        sync_time=sets[SYNC_TIME][:rows],
+        cycle=cycle[:rows],
+        sync_time=sync_time[:rows],
         position=sets[POSITION],
         command=sets[COMMAND],
         valid=sets[VALID][:rows],
@@ -229,9 +248,6 @@ def _time(file: h5py.File, layout: _Layout, path: Path, remarks: list[str]) -> t
     if _paced_by_answers(file) or layout.rows < 3:
         return ticks * nominal, nominal
     stamps = (layout.sync_time - layout.sync_time[0]) * 1e-9
-    if (np.diff(stamps) <= 0).any():
-        row = int(np.argmax(np.diff(stamps) <= 0)) + 1
-        raise InputError(f"{path}: data set '{SYNC_TIME}' row {row}: the time of the SYNC does not increase")
     cycle, start = np.polyfit(ticks, stamps, 1)
     jitter = np.abs(stamps - (start + cycle * ticks))
     if np.quantile(jitter, 0.99) > REGULAR_WITHIN * nominal:
