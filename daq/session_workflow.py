@@ -354,11 +354,12 @@ class PayloadSession:
             self._end(state, words)
             return
         found = recording_state(self.file)
+        nothing_measured = found.rows == 0 and found.status != "recording"
         if found.status == "recording":
             found = recover_recording(self.file, "faulted", f"the recorder died; {words}")
             words = found.reason
-        if found.rows == 0:
-            # Nothing was measured: leave no empty shells behind.
+        if nothing_measured:
+            # Leave no empty shells behind.
             self.file.unlink()
             raw_log_of(self.file).unlink(missing_ok=True)
             self.file = None

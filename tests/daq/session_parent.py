@@ -1,0 +1,22 @@
+"""Run by test_kills.py as a process of its own: holds a session until it ends, and prints what happens."""
+
+import sys
+from pathlib import Path
+
+from daq.excitation.standard_plan import standard_plan
+from daq.rig import Rig
+from daq.session_workflow import PayloadSession
+
+if __name__ == "__main__":
+    rig = Rig.load(sys.argv[2] if len(sys.argv) > 2 else "rx130l-joint3-simulated")
+    plan = standard_plan(rig, 300.0)
+    with PayloadSession(rig, Path(sys.argv[1]), plan, rig.payload("none"), "operator") as session:
+        session.check()
+        session.confirm_payload(0.0)
+        session.arm()
+        print(session._acquisition.pid, session._recorder.pid, flush=True)
+        session.start()
+        while session.progress.cycle == 0:
+            session.wait(0.01)
+        print("moving", flush=True)
+        print(session.wait().value, session.reason, flush=True)
