@@ -79,6 +79,8 @@ class Diagnosis:
     fitted: FittedModel
     better: FittedModel
     joints: tuple[JointDiagnosis, ...]
+    added: tuple[Term, ...] = ()
+    """the missing effects of all joints, in the order in which they were found, the strongest first"""
     left_out: tuple[dict[str, str], ...] = field(default=())
 
     def to_json(self) -> dict[str, Any]:
@@ -114,8 +116,16 @@ def diagnose(
     return diagnose_record(record, model, requested_model(record, model, add), progress)
 
 
-def diagnose_record(record: Record, name: str, model: Model, progress: Progress | None = None) -> Diagnosis:
+def diagnose_record(
+    record: Record,
+    name: str,
+    model: Model,
+    progress: Progress | None = None,
+    without: frozenset[tuple[str, int]] = frozenset(),
+) -> Diagnosis:
     """`diagnose` on an open record.
+
+    without : effects (name, joint) that are not to be added
 
     Look at every candidate beside the model, add the strongest, fit again, take out what became superfluous, and
     look again: the load that candidates depend on, and what others hide, are then seen better.
@@ -124,7 +134,7 @@ def diagnose_record(record: Record, name: str, model: Model, progress: Progress 
     told(0.0, "fitting the model")
     fitted = present = fit_model(record, model)
     added: list[tuple[Term, int]] = []
-    refused: set[tuple[str, int]] = set()
+    refused = set(without)
     look = first = Look.at(present)
     found = [look.selection.findings(joint) for joint in range(record.joints)]
     for index in range(MOST_LOOKS):
@@ -158,7 +168,9 @@ def diagnose_record(record: Record, name: str, model: Model, progress: Progress 
         for joint in range(record.joints)
     )
     told(1.0, "done")
-    return Diagnosis(record.experiment, name, fitted, present, joints, tuple(first.left_out))
+    named = {(term.effect.name, joint.joint) for joint in joints for term in joint.missing}
+    told_missing = tuple(t for t, judged in added if (t.effect.name, record.joint_names[judged]) in named)
+    return Diagnosis(record.experiment, name, fitted, present, joints, told_missing, tuple(first.left_out))
 
 
 def _fit_with(record: Record, fitted: FittedModel, added: Sequence[tuple[Term, int]]) -> FittedModel:

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 
 from identify.diagnosis.diagnosis import Diagnosis, diagnose_record
-from identify.effects.model import Model, Term
+from identify.effects.model import Term
 from identify.estimation.fitting import FittedModel, Progress, fit_model
 from identify.estimation.identification import block_errors, number, open_record, requested_model
 from identify.recording import Experiment
 
-MOST_ROUNDS = 4
-"""diagnoses in a row; a joint's effects are found together in one, later ones find what these uncovered"""
+MOST_STEPS = 24
+"""Additions after which the story ends even if more would be justified."""
 
 
 @dataclass(frozen=True)
@@ -75,26 +75,20 @@ def improve(
     steps = [_step(None, fit_model(record, present))]
     refused: set[tuple[str, int]] = set()
     while True:
-        round_ = len(steps) - 1
-        told(min(0.9, round_ / 6), f"diagnosis {round_ + 1}")
-        diagnosis = diagnose_record(record, model, steps[-1].fitted.model)
-        found = [term for joint in diagnosis.joints for term in joint.missing if term.key not in refused]
-        progressed = False
-        for term in found:
-            step = _step(term, fit_model(record, _with(steps[-1].fitted.model, term)))
+        told(min(0.9, (len(steps) - 1) / MOST_STEPS), f"diagnosis after {len(steps) - 1} additions")
+        last = steps[-1].fitted.model
+        diagnosis = diagnose_record(record, model, last, without=frozenset(refused))
+        for term in diagnosis.added:
+            grown = fit_model(record, steps[-1].fitted.model.with_terms([term]), refine=True)
+            step = _step(term, grown)
             if _holds(steps[-1], step):
                 steps.append(step)
-                progressed = True
             else:
                 refused.add(term.key)
-        if not progressed or round_ > 12:
+        if not diagnosis.added or len(steps) > MOST_STEPS:
             break
     told(1.0, "done")
     return Improvement(experiment, model, tuple(steps), diagnosis)
-
-
-def _with(model: Model, term: Term) -> Model:
-    return model.with_terms([term])
 
 
 def _step(added: Term | None, fitted: FittedModel) -> Step:

@@ -19,9 +19,11 @@ FOLDS = 10
 """stretches of every session left out in turn"""
 SIGNIFICANCE = 0.01
 """probability, corrected for all candidates and constants tried, below which evidence counts"""
-LEAST_DROP = 0.01
+LEAST_DROP = 0.015
 """An effect must lower the held-out error of its joint by at least this part of it: what is smaller no operator would
 call missing, and small systematic errors of filters and encoders lie below it."""
+DROP_PER_PARAMETER = 0.0025
+"""How much more each further parameter or constant must bring."""
 AS_GOOD = 0.97
 """A simpler candidate is preferred if its gain is at least this part of the best one's."""
 RIVAL_GAIN = 0.85
@@ -68,7 +70,7 @@ class Finding:
         """Whether the evidence is enough to call the effect missing."""
         improved = float(np.mean(self.after.fold < self.before.fold))
         return bool(
-            self.drop >= LEAST_DROP
+            self.drop >= LEAST_DROP + DROP_PER_PARAMETER * (self.complexity - 1)
             and self.p_value < SIGNIFICANCE
             and improved >= 0.6
             and self.sessions_agree
@@ -189,7 +191,8 @@ class Selection:
                 choices.append((single.drop, [(single.candidate, single.variant)]))
             elif pair is not None:
                 choices.append(pair)
-        strongest = max((drop for drop, _ in choices), default=0.0)
+        choices.sort(key=lambda choice: choice[0], reverse=True)
+        strongest = choices[0][0] if choices else 0.0
         return [addition for drop, added in choices if drop >= WAITING * strongest for addition in added]
 
     def _pair(self, joint: int, found: Sequence[Finding]) -> tuple[float, list[tuple[Candidate, int]]] | None:

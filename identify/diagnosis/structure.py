@@ -19,6 +19,16 @@ more than this wherever an effect is worth a twentieth of the torque's error to 
 DECIDED = 3.0
 """standard errors over the folds by which the share must differ from none"""
 MOST_SAMPLES = 20_000
+HISTORY = 1.5
+"""s of the past that a hidden state of a joint may remember"""
+LAGS = 24
+HISTORY_RIDGE = 1e-3
+LINE_BAND = 7
+"""frequency bins that a line may be wide, its modulation included"""
+LINE_NEIGHBOURHOOD = 40
+"""bins to either side that a line must stand out from"""
+LINE_STANDS_OUT = 15.0
+"""times the usual power of its neighbourhood; a band of 7 bins of noise has this once in 10⁹ times"""
 
 
 @dataclass(frozen=True)
@@ -51,8 +61,13 @@ VIEWS: tuple[tuple[str, ...], ...] = (
 
 
 def leftover_structure(predictions: Sequence[Prediction]) -> list[Structure]:
-    """Predict the residual from several sets of variables; the most telling first."""
+    """Predict the residual from several sets of variables; the most telling first.
+
+    Beside the neighbours in sets of variables: the history of the motion (a hidden state, such as something that
+    swings along) and a line in the spectrum over time (something that shakes without regard to the motion).
+    """
     found = [_predictable(predictions, view) for view in VIEWS]
+    found += [_from_history(predictions), _line_over_time(predictions)]
     return sorted(found, key=lambda structure: structure.share, reverse=True)
 
 
@@ -120,3 +135,62 @@ def _predictable(predictions: Sequence[Prediction], view: tuple[str, ...]) -> St
         return Structure(view, 0.0, np.inf)
     share = float(np.average(shares, weights=weights))
     return Structure(view, share, float(np.std(shares, ddof=1) / np.sqrt(len(shares))))
+
+
+def _from_history(predictions: Sequence[Prediction]) -> Structure:
+    """Predict the residual linearly from the accelerations and directions of the last `HISTORY` seconds."""
+    tables, residuals, folds = [], [], []
+    for part in predictions:
+        step = float(np.median(np.diff(part.time)))
+        lags = np.unique(np.round(np.linspace(0, HISTORY / step, LAGS)).astype(int))
+        signals = [part.acceleration, np.sign(part.velocity)]
+        rows = np.arange(len(part.time))
+        whole = (rows >= lags[-1]) & part.moving
+        whole[lags[-1] :] &= (
+            np.abs(part.time[lags[-1] :] - part.time[: len(rows) - lags[-1]] - lags[-1] * step) < step
+        )
+        inside = rows[whole]
+        tables.append(np.column_stack([signal[inside - lag] for signal in signals for lag in lags]))
+        residuals.append(part.residual[inside])
+        folds.append(np.arange(len(inside)) * FOLDS // max(len(inside), 1))
+    view = ("history",)
+    width = min(table.shape[1] for table in tables)
+    table = np.concatenate([part[:, :width] for part in tables])
+    left, fold = np.concatenate(residuals), np.concatenate(folds)
+    if len(left) < 10 * width:
+        return Structure(view, 0.0, np.inf)
+    table = table / np.maximum(np.std(table, axis=0), 1e-12)
+    shares, weights = [], []
+    for index in range(FOLDS):
+        test = fold == index
+        train = table[~test]
+        inner = train.T @ train + HISTORY_RIDGE * len(train) * np.eye(width)
+        guess = table[test] @ np.linalg.solve(inner, train.T @ left[~test])
+        power = float(left[test] @ left[test])
+        shares.append(1 - float(np.sum((left[test] - guess) ** 2)) / max(power, 1e-300))
+        weights.append(power)
+    share = float(np.average(shares, weights=weights))
+    return Structure(view, share, float(np.std(shares, ddof=1) / np.sqrt(FOLDS)))
+
+
+def _line_over_time(predictions: Sequence[Prediction]) -> Structure:
+    """Share of the residual's power in its strongest narrow band over time, beyond that of its neighbourhood.
+
+    A resonance or slow noise is broad: the band must stand out from the bands beside it.
+    """
+    shares = []
+    for part in predictions:
+        residual = np.where(part.moving, part.residual, 0.0)
+        if len(residual) < 8 * LINE_NEIGHBOURHOOD:
+            continue
+        power = np.abs(np.fft.rfft(residual * np.hanning(len(residual)))) ** 2
+        band = np.convolve(power, np.ones(LINE_BAND), "same")
+        peak = int(np.argmax(band[LINE_BAND:-LINE_BAND])) + LINE_BAND
+        around = power[max(0, peak - LINE_NEIGHBOURHOOD) : peak + LINE_NEIGHBOURHOOD + 1]
+        usual = LINE_BAND * float(np.median(around)) / np.log(2)
+        stands_out = band[peak] > LINE_STANDS_OUT * usual
+        shares.append((band[peak] - usual) / max(float(power.sum()), 1e-300) if stands_out else 0.0)
+    if not shares:
+        return Structure(("frequency",), 0.0, np.inf)
+    spread = float(np.std(shares, ddof=1) / np.sqrt(len(shares))) if len(shares) > 1 else 0.0
+    return Structure(("frequency",), float(np.mean(shares)), spread)

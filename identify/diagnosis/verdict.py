@@ -44,7 +44,9 @@ def verdict(
     """
     found = next((each for each in structure if each.found), None)
     if found is not None and floor is not None and after < AT_THE_FLOOR * floor:
-        found = next((each for each in structure if each.found and "time" in each.variables), None)
+        found = next(
+            (each for each in structure if each.found and {"time", "frequency"} & set(each.variables)), None
+        )
     above = floor is not None and after > ABOVE_FLOOR * floor
     if not missing:
         return "unexplained" if found is not None or above else "adequate"
