@@ -87,10 +87,14 @@ def error_figures(
 
 
 def effect_picture(
-    effect: str, before: JointSamples, after: JointSamples | None, units: JointUnits
+    effect: str,
+    before: JointSamples,
+    after: JointSamples | None,
+    units: JointUnits,
+    variable: str | None = None,
 ) -> tuple[Markup, OwnVariable]:
     """The residual over the effect's own variable, without it and (where a fit with it is at hand) with it."""
-    own = own_variable(effect)
+    own = own_variable(effect, variable)
     values = getattr(before, own.array)
     if values is None:  # no temperature was recorded
         own = own_variable("viscous")

@@ -5,6 +5,7 @@ from urllib.parse import urlencode
 
 from api.pages.layout import experiment_link
 from api.service.jobs import Job, JobRunner
+from api.service.model_story import Story
 
 JOB_TITLES = {
     "identify": "Fitting the model to all sessions",
@@ -33,10 +34,16 @@ def job_context(job: Job, experiment: str, joint: str | None) -> dict[str, Any]:
     }
 
 
-def strip_context(job: Job, experiment: str) -> dict[str, Any]:
-    """Context of the progress strip of the experiment's other pages."""
-    return _progress(job) | {
-        "poll_link": f"{experiment_link(experiment, 'job')}?{urlencode({'job': job.id})}"
+def standing_fit(story: Story) -> str:
+    """A text that changes when another fit stands: what a page was drawn from."""
+    return f"{story.current.id}.{story.current.fit.id}" if story.current is not None else ""
+
+
+def news_context(experiment: str, seen: str, job: Job | None) -> dict[str, Any]:
+    """Context of the strip that follows an experiment: it asks for news of the fit `seen`, and shows a job's progress."""
+    return {
+        "news_link": f"{experiment_link(experiment, 'news')}?{urlencode({'seen': seen})}",
+        "news_job": _progress(job) if job is not None else None,
     }
 
 

@@ -43,6 +43,15 @@ class JointSamples:
         """ρ · sign(q̇): above zero where the joint loses more torque than the model says."""
         return self.error * np.sign(self.velocity)
 
+    @cached_property
+    def travel(self) -> np.ndarray:
+        """Distance since the last reversal (or the session's beginning), rad or m: what presliding and backlash act
+        through."""
+        turns = (np.diff(np.sign(self.velocity)) != 0) | (np.diff(self.session) != 0)
+        starts = np.concatenate([[0], np.flatnonzero(turns) + 1]) if len(self.velocity) else np.zeros(0, int)
+        since = np.repeat(self.position[starts], np.diff(np.concatenate([starts, [len(self.position)]])))
+        return np.abs(self.position - since)
+
     def of_session(self, file: str) -> "JointSamples":
         """The samples of one session. Raises ValueError if it is not among `files`."""
         index = self.files.index(file)

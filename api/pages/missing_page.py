@@ -22,6 +22,11 @@ from api.service import access
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
 
+SHOWN_CANDIDATES = 5
+"""Candidates that stand in the list by themselves; the rest are folded away."""
+SHOWN_PLACES = 6
+"""Ranges of a variable that are shown where the error sits."""
+
 EffectChoice = Annotated[str | None, Query(max_length=100)]
 
 
@@ -42,7 +47,7 @@ def missing_page(
     if shown is None:
         return page(request, "no_model.html", **context)
     context |= body_context(stored, shown, joint, effect)
-    context |= job_state(access.service_of(request).jobs, experiment, joint)
+    context |= job_state(access.service_of(request).jobs, experiment, joint) | {"own_news": True}
     return page(request, "missing.html", **context)
 
 
@@ -73,7 +78,9 @@ def body_context(
     floor = shown.joint(joint)["noise_floor"]
     titles = effect_titles()
     candidates = _candidates(stored, diagnosis, joint, floor)
-    where = diagnosis["where"] if diagnosis else []
+    where = sorted(
+        diagnosis["where"] if diagnosis else [], key=lambda place: -(place["share_of_error"] or 0.0)
+    )
     line = [stored.model(identifier) for identifier in stored.story.line]
     before = line[-2] if len(line) > 1 else None
     return {
@@ -84,12 +91,19 @@ def body_context(
         "current": shown.joint(joint),
         "previous_error": before.joint(joint)["relative_error"] if before else None,
         "noise_floor": floor,
-        "candidates": candidates,
+        "candidates": [each for each in candidates if each["needed"]],
+        "further": [each for each in candidates if not each["needed"]],
+        "superfluous": [titles.get(name, name) for name in (diagnosis or {}).get("superfluous", [])],
         "no_candidates": "No effect of the catalogue would help."
         if diagnosis
         else "Nobody has asked yet what this model misses.",
         "selected": _selected(stored, shown, diagnosis, joint, effect),
-        "where_figure": draw_shares([(where_words(place, units), place["share_of_error"]) for place in where])
+        "where_figure": draw_shares(
+            [
+                (where_words(place, units), place["share_of_error"] or 0.0, place.get("share_of_samples"))
+                for place in where[:SHOWN_PLACES]
+            ]
+        )
         if where
         else None,
         "rivals": rival_words(diagnosis["candidates"], titles, diagnosis["missing"]) if diagnosis else [],
@@ -127,6 +141,8 @@ def _candidates(
             | {
                 "title": titles.get(candidate["effect"], ""),
                 "gain": _gain(candidate, floor),
+                "needed": candidate["effect"] in diagnosis["missing"] or len(rows) < SHOWN_CANDIDATES,
+                "first": candidate["effect"] == next(iter(diagnosis["missing"]), None),
                 "link": f"{experiment_link(stored.id, 'missing')}?{query}",
                 "fragment_link": f"{experiment_link(stored.id, 'missing/evidence')}?{query}",
                 "add_link": _step_link(stored, "add", joint, effect=candidate["effect"]),
@@ -205,8 +221,8 @@ def _selected(
         picture, own = effect_picture(effect, before, here, units)
         evidence = _step_evidence(stored, parent, shown, joint, effect)
     else:
-        picture, own = effect_picture(effect, here, None, units)
         evidence = candidates.get(effect) or {}
+        picture, own = effect_picture(effect, here, None, units, evidence.get("variable"))
     entry = entry_of(effect)
     errors = {
         key: evidence.get(key)

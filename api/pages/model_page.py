@@ -9,6 +9,7 @@ from fastapi.responses import HTMLResponse
 
 from api.pages import error_tables
 from api.pages.error_figures import ErrorFigures, JointUnits, error_figures, tables
+from api.pages.job_views import news_context, standing_fit
 from api.pages.kept import Kept
 from api.pages.layout import experiment_link, frame
 from api.pages.rendering import PREFIX, page
@@ -86,7 +87,14 @@ def experiment_context(
         }
         for name in stored.joint_names
     ]
-    return {"experiment": stored, "joints": joints, "joint": joint}
+    seen = standing_fit(stored.story)
+    return {
+        "experiment": stored,
+        "joints": joints,
+        "joint": joint,
+        "own_news": False,
+        **news_context(stored.id, seen, None),
+    }
 
 
 def chosen_model(stored: StoredExperiment, number: str | None) -> ShownModel | None:

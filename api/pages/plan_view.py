@@ -61,6 +61,7 @@ def plan_view(
     position, velocity, acceleration = plan.setpoints(time)
     torque = predicted_torque(rig, payload, identification, position, velocity, acceleration)
     joints = []
+    width = 800.0 if len(rig.axes) == 1 else 420.0
     for index, axis in enumerate(rig.axes):
         units = JointUnits.of(rig.robot.joints[index].type)
         limits = axis.limits
@@ -81,7 +82,7 @@ def plan_view(
             most = float(abs(rig.drive_gain[index, index])) * limits.current
             words = "force" if units.load == "N" else "torque"
             rows.append(
-                draw_plan_signal(time, torque[:, index], (-most, most), words, units.load, "predicted")
+                draw_plan_signal(time, torque[:, index], (-most, most), words, units.load, "predicted", width)
             )
         joints.append({"name": axis.joint, "figures": rows})
     torque_limits = {} if torque is None else {"torque": torque, "times": time}

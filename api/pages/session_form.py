@@ -129,7 +129,7 @@ def _plan_progress(request: Request, job_id: str, kept: dict[str, str]) -> HTMLR
     shown = {"title": JOB_TITLES["plan"], "fraction": job.fraction, "words": job.words, "poll_link": poll}
     if job.state.final and job.state != "done":
         return page(request, "problem_message.html", detail=f"No plan was made: {job.words}")
-    response = page(request, "job_strip.html", job=shown)
+    response = page(request, "plan_progress.html", **shown)
     if job.state.final:
         response.headers["HX-Redirect"] = (
             f"{PREFIX}/new-session?{urlencode(kept | {'plan': job.result['plan']})}"

@@ -75,7 +75,9 @@ def weigh(
 ) -> HTMLResponse:
     """Note the mass that was typed, or ask the scale."""
     service = access.service_of(request)
-    service.sessions.weigh(experiment, session, user, _mass(mass) if mass.strip() else service.scale.weigh())
+    service.sessions.weigh(
+        experiment, session, user, (lambda: _mass(mass)) if mass.strip() else service.scale.weigh
+    )
     return _answer(request, user, experiment, session)
 
 

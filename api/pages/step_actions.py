@@ -5,7 +5,7 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Request
 from fastapi.responses import HTMLResponse, Response
 
-from api.pages.job_views import job_context, job_state, strip_context
+from api.pages.job_views import job_context, job_state, news_context, standing_fit
 from api.pages.layout import frame
 from api.pages.missing_page import EffectChoice, body_context
 from api.pages.model_page import JointChoice, experiment_context
@@ -91,15 +91,17 @@ def progress(
     return response
 
 
-@router.get("/job")
-def job_strip(
-    request: Request, _user: access.Viewer, experiment: str, job: Annotated[str, Query(max_length=32)]
+@router.get("/news")
+def news(
+    request: Request, _user: access.Viewer, experiment: str, seen: Annotated[str, Query(max_length=40)] = ""
 ) -> Response:
-    """The strip on the other pages of the experiment: progress, and a fresh page once the job has ended."""
-    found = access.service_of(request).jobs.get(job)
-    if found is None or found.state.final:
+    """What came since a page was drawn from the fit `seen`: progress of a job, or a fresh page for a new fit."""
+    service = access.service_of(request)
+    fit = standing_fit(service.models.story(experiment).read())
+    if fit != seen:
         return Response(headers={"HX-Refresh": "true"})
-    return page(request, "job_strip.html", job=strip_context(found, experiment))
+    job = service.jobs.active(experiment)
+    return page(request, "news.html", **news_context(experiment, fit, job))
 
 
 def body(

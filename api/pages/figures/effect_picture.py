@@ -29,6 +29,7 @@ _POSITION = OwnVariable("position", "position", "position")
 _TURNED_POSITION = OwnVariable("position", "position", "position", turned=True)
 _LOAD = OwnVariable("load", "load", "load")
 _TURNED_LOAD = OwnVariable("load", "load", "load", turned=True)
+_TRAVEL = OwnVariable("travel", "travel since the last reversal", "position", turned=True)
 _ACCELERATION = OwnVariable("acceleration", "acceleration", "acceleration")
 _TIME = OwnVariable("time", "time", "time", turned=True)
 
@@ -47,8 +48,8 @@ OWN_VARIABLE: dict[str, OwnVariable] = {
     "friction-position": _TURNED_POSITION,
     "friction-temperature": OwnVariable("temperature", "temperature", "temperature", turned=True),
     "friction-warmup": _TIME,
-    "presliding": _SPEED,
-    "backlash": _POSITION,
+    "presliding": _TRAVEL,
+    "backlash": _TRAVEL,
     "torque-ripple": _POSITION,
     "current-ripple": _POSITION,
     "joint-spring": _POSITION,
@@ -64,9 +65,20 @@ OWN_VARIABLE: dict[str, OwnVariable] = {
 }
 
 
-def own_variable(effect: str) -> OwnVariable:
-    """The variable of an effect of the catalogue; a user's own effect is shown over speed."""
-    return OWN_VARIABLE.get(effect.split("@")[0], _SPEED)
+BY_NAME = {
+    "dq": _SPEED,
+    "q": _POSITION,
+    "ddq": _ACCELERATION,
+    "load": _LOAD,
+    "time": _TIME,
+    "travel since reversal": _TRAVEL,
+}
+"""Variables as the diagnosis names them, for effects that are not of the catalogue."""
+
+
+def own_variable(effect: str, variable: str | None = None) -> OwnVariable:
+    """The variable of an effect of the catalogue; for a user's own the one that the diagnosis names, else speed."""
+    return OWN_VARIABLE.get(effect.split("@")[0]) or BY_NAME.get(variable or "", _SPEED)
 
 
 def draw_effect_picture(

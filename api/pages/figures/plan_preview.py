@@ -23,13 +23,12 @@ def draw_plan_signal(
     words: str,
     unit: str,
     kind: str,
-    band: np.ndarray | None = None,
-    width: float = 560,
-    height: float = 132,
+    width: float = 800,
+    height: float = 142,
 ) -> Markup:
     """Draw `signal` (samples,) over `time` (samples,), s, with its lower and upper limit (None: there is none).
 
-    `kind` is the class of the curve; `band` (samples,) is the half-width of what the prediction is known to.
+    `kind` is the class of the curve.
     """
     left, right, top, bottom = 52.0, width - 58.0, 10.0, height - 28.0
     time, signal = _thinned(time, signal)
@@ -77,7 +76,7 @@ def tick_label(value: float) -> str:
     return tick_text(value, [0.0, 10.0 ** (np.floor(np.log10(abs(value))) - 1)] if value else [])
 
 
-def _thinned(time: np.ndarray, signal: np.ndarray, buckets: int = 420) -> tuple[np.ndarray, np.ndarray]:
+def _thinned(time: np.ndarray, signal: np.ndarray, buckets: int = 560) -> tuple[np.ndarray, np.ndarray]:
     """Least and greatest of each bucket, in their order, so that no peak is lost."""
     size = len(time) // buckets
     if size < 3:

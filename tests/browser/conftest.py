@@ -1,0 +1,207 @@
+"""A real browser in front of a real service with a simulated rig; screenshots go to artifacts/screenshots/."""
+
+import os
+import re
+import shutil
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+import uvicorn
+import yaml
+from fastapi import FastAPI
+
+from api.service.accounts import Role
+from api.service.application import create_application
+from api.service.settings import ServiceSettings
+from daq.rig import RIGS
+
+ROOT = Path(__file__).parents[2]
+SCREENSHOTS = ROOT / "artifacts" / "screenshots"
+CHROMIUM = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
+ARGUMENTS = (
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+PASSWORD = "correct horse battery"  # of everybody in these tests
+PEOPLE = {"ada": Role.OPERATOR, "grace": Role.OPERATOR, "vera": Role.VIEWER, "root": Role.ADMIN}
+RIG = "bench"
+PATIENCE = 90_000  # ms for what computes or moves
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    here = Path(__file__).parent
+    for item in items:
+        if here in item.path.parents:
+            item.add_marker(pytest.mark.browser)
+            if CHROMIUM is None:
+                item.add_marker(pytest.mark.skip(reason="no Chromium here (Debian package chromium)"))
+
+
+def write_rig(folder: Path, name: str = RIG, **changes: object) -> None:
+    """The RX130L's joint 3 without load friction, and with what `changes` hides in it.
+
+    hidden_effects, faults : as in a rig file's `simulated`; pacing : of the rig
+    """
+    text = (RIGS / "rx130l-joint3-simulated.yaml").read_text()
+    rig = yaml.safe_load(text)
+    rig["name"] = name
+    rig["description"] = "Joint 3 with something hidden"
+    rig["bus"]["channel"] = f"{name}-{os.getpid()}"
+    friction = rig["simulated"]["plant"]["axis"]["friction"]
+    for key in list(friction):
+        if key.startswith("load_"):
+            friction[key] = 0.0
+    friction["dry_driving"] = friction["dry_backdriving"] = 18.0
+    rig["simulated"]["plant"]["hidden_effects"] = changes.get("hidden_effects", [])
+    if "faults" in changes:
+        rig["simulated"]["drives"][0]["faults"] = changes["faults"]
+    if "pacing" in changes:
+        rig["pacing"] = changes["pacing"]
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / f"{name}.yaml").write_text(yaml.safe_dump(rig))
+
+
+@contextmanager
+def listening(application: FastAPI, port: int = 0) -> Iterator[str]:
+    """Serve on a free port of this machine, or on that one; gives the address."""
+    listener = socket.socket()
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    listener.bind(("127.0.0.1", port))
+    server = uvicorn.Server(uvicorn.Config(application, log_level="warning", ws="websockets-sansio"))
+    ready = threading.Event()
+    begin = server.startup
+
+    async def startup(sockets: list[socket.socket] | None = None) -> None:
+        await begin(sockets)
+        ready.set()
+
+    server.startup = startup  # type: ignore[method-assign]
+    thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
+    thread.start()
+    assert ready.wait(20), "the service did not start"
+    try:
+        yield f"http://127.0.0.1:{listener.getsockname()[1]}"
+    finally:
+        server.should_exit = True
+        thread.join(30)
+        listener.close()
+
+
+@dataclass
+class Laboratory:
+    """A running service: its address, its application and the folder of its data."""
+
+    address: str
+    application: FastAPI
+    folder: Path
+
+
+@pytest.fixture
+def laboratory_with(tmp_path: Path) -> Iterator[Callable[..., Laboratory]]:
+    """Make a service whose rig `bench` hides something; accounts are those of PEOPLE."""
+    with _several() as enter:
+
+        def make(**changes: object) -> Laboratory:
+            write_rig(tmp_path / "rigs", **changes)
+            application = create_application(ServiceSettings(data_folder=tmp_path))
+            for name, role in PEOPLE.items():
+                application.state.service.accounts.add_user(name, PASSWORD, role)
+            return Laboratory(enter(listening(application)), application, tmp_path)
+
+        yield make
+
+
+@contextmanager
+def _several() -> Iterator[Callable]:
+    from contextlib import ExitStack
+
+    with ExitStack() as stack:
+        yield stack.enter_context
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator:
+    """The browser."""
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=list(ARGUMENTS))
+        yield browser
+        browser.close()
+
+
+class Visitor:
+    """One person in one browser window; any request that leaves the host, and any error of a script, is a failure."""
+
+    def __init__(self, browser, laboratory: Laboratory, **options: object) -> None:
+        self.laboratory = laboratory
+        self.context = browser.new_context(viewport={"width": 1280, "height": 800}, **options)
+        self.context.set_default_timeout(15_000)
+        self.page = self.context.new_page()
+        self.strangers: list[str] = []
+        self.errors: list[str] = []
+        self.page.on("request", self._request)
+        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
+        self.page.on("console", lambda said: said.type == "error" and self.errors.append(said.text))
+
+    def _request(self, request) -> None:
+        if not request.url.startswith(
+            (self.laboratory.address, "data:", self.laboratory.address.replace("http", "ws"))
+        ):
+            self.strangers.append(request.url)
+
+    def sign_in(self, name: str) -> "Visitor":
+        self.page.goto(f"{self.laboratory.address}/pages/sign-in")
+        self.page.get_by_label("Name").fill(name)
+        self.page.get_by_label("Password").fill(PASSWORD)
+        self.page.get_by_role("button", name="Sign in").click()
+        self.page.wait_for_url(re.compile(r"/pages/rig"))
+        return self
+
+    def open(self, name: str) -> None:
+        self.page.goto(f"{self.laboratory.address}/pages/{name}")
+
+    def step(self, name: str) -> None:
+        """Follow one of the six steps in the bar."""
+        self.page.get_by_role("navigation", name="Steps").get_by_role("link", name=name).click()
+
+    def shot(self, name: str, narrow: bool = True) -> None:
+        """Screenshots of the page as it stands: light, dark, and narrow."""
+        SCREENSHOTS.mkdir(parents=True, exist_ok=True)
+        self.page.screenshot(path=SCREENSHOTS / f"{name}-light.png", full_page=True)
+        self.page.emulate_media(color_scheme="dark")
+        self.page.screenshot(path=SCREENSHOTS / f"{name}-dark.png", full_page=True)
+        self.page.emulate_media(color_scheme="light")
+        if narrow:
+            self.page.set_viewport_size({"width": 820, "height": 1180})
+            self.page.screenshot(path=SCREENSHOTS / f"{name}-narrow.png", full_page=True)
+            self.page.set_viewport_size({"width": 1280, "height": 800})
+
+    def close(self) -> None:
+        self.context.close()
+
+
+@pytest.fixture
+def visitor(chromium) -> Iterator[Callable[..., Visitor]]:
+    """Open a window for somebody and sign in; at the end nothing may have left the host or failed in a script."""
+    opened: list[Visitor] = []
+
+    def make(laboratory: Laboratory, name: str, **options: object) -> Visitor:
+        opened.append(Visitor(chromium, laboratory, **options))
+        return opened[-1].sign_in(name)
+
+    yield make
+    for each in opened:
+        each.close()
+        assert each.strangers == []
+        assert each.errors == []

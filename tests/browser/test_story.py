@@ -1,0 +1,102 @@
+"""The whole story as an operator lives it: three payloads, a model that fails, an effect that is named, the error falls."""
+
+import re
+
+from playwright.sync_api import Page, expect
+
+PATIENCE = 90_000  # ms for what computes or moves
+HIDDEN = [{"effect": "joint-spring", "joint": 1, "stiffness": 60.0, "rest": 0.2}]
+
+
+def make_a_plan(page: Page, seconds: int) -> None:
+    page.get_by_label("Seconds of a new plan").fill(str(seconds))
+    page.get_by_role("button", name="Make a plan").click()
+    page.wait_for_url(re.compile(r"plan="), timeout=PATIENCE)
+
+
+def run_a_session(page: Page, mass: str) -> None:
+    """From a prepared session to the robot in motion."""
+    page.get_by_role("button", name="Check the rig").click()
+    expect(page.get_by_text("joint j3 (node 3)").first).to_be_visible(timeout=PATIENCE)
+    page.get_by_label("Mass in kg").fill(mass)
+    page.get_by_role("button", name="Type it").click()
+    page.get_by_role("button", name="I confirm it").click()
+    page.get_by_role("button", name="Arm", exact=True).click()
+    page.get_by_role("button", name="Start: the robot moves").click(timeout=PATIENCE)
+    page.wait_for_url(re.compile(r"/pages/live"))
+
+
+def test_the_error_falls_from_sign_in_to_report(laboratory_with, visitor) -> None:
+    ada = visitor(laboratory_with(hidden_effects=HIDDEN), "ada")
+    page = ada.page
+    ada.shot("rig")
+
+    ada.open("new-session?rig=bench")
+    ada.shot("new-session-empty")
+    make_a_plan(page, 24)
+    page.get_by_label("Name of the new experiment").fill("spring story")
+    ada.shot("new-session")
+    page.get_by_role("button", name="Prepare the session").click()
+    page.wait_for_url(re.compile(r"/sessions/session-00"))
+    run_a_session(page, "0")
+    expect(page.locator("[data-live-state]")).to_contain_text("Done", timeout=PATIENCE)
+
+    for index, (payload, mass) in enumerate((("disk-3.5", "3.4584"), ("disk-7", "6,970")), start=1):
+        ada.open("new-session?rig=bench")
+        page.locator("select[name=payload]").select_option(payload)
+        page.wait_for_url(re.compile(f"payload={payload}"))
+        page.get_by_role("button", name="Prepare the session").click()
+        page.wait_for_url(re.compile(rf"/sessions/session-0{index}"))
+        run_a_session(page, mass)
+        expect(page.locator("[data-live-state]")).to_contain_text("Done", timeout=PATIENCE)
+
+    # The results appear by themselves: nobody asked for a fit.
+    ada.step("Model and measurement")
+    expect(page.locator("[data-torque-plot] canvas")).to_have_count(2, timeout=PATIENCE)
+    expect(page.get_by_role("navigation", name="Session").get_by_role("link")).to_have_count(
+        4, timeout=PATIENCE
+    )
+    ada.shot("model")
+
+    ada.step("What is missing")
+    expect(page.locator(".verdict .sentence")).to_contain_text("a spring at the joint", timeout=PATIENCE)
+    before = float(page.locator("[data-current-error]").get_attribute("data-current-error"))
+    assert before > 0.03
+    ada.shot("missing-before")
+
+    page.keyboard.press("a")
+    expect(page.locator("[data-current-error]")).not_to_have_attribute(
+        "data-current-error", str(before), timeout=PATIENCE
+    )
+    after = float(page.locator("[data-current-error]").get_attribute("data-current-error"))
+    assert after < 0.5 * before
+    expect(page.locator(".verdict .sentence")).not_to_contain_text("spring", timeout=PATIENCE)
+    ada.shot("missing-after")
+
+    page.keyboard.press("u")
+    expect(page.locator("[data-current-error]")).to_have_attribute("data-current-error", str(before))
+    expect(page.locator(".verdict .sentence")).to_contain_text("a spring at the joint")
+    page.keyboard.press("r")
+    expect(page.locator("[data-current-error]")).to_have_attribute("data-current-error", str(after))
+
+    page.get_by_role("button", name="Remove joint-spring").click()
+    expect(page.locator(".verdict .sentence")).to_contain_text("a spring at the joint", timeout=PATIENCE)
+    page.get_by_role("button", name="Undo").click()
+    expect(page.locator("[data-current-error]")).to_have_attribute("data-current-error", str(after))
+
+    ada.step("Model and measurement")
+    page.locator("select[name=beside]").select_option("1")
+    page.wait_for_url(re.compile("beside=1"))
+    expect(page.locator("[data-torque-plot] canvas")).to_have_count(2)
+    expect(page.locator("[data-torque-plot]")).to_have_attribute("data-shown-after", re.compile(r"\d+"))
+    ada.shot("model-beside")
+
+    ada.step("Results")
+    expect(page.get_by_text("Identified parameters")).to_be_visible()
+    ada.shot("results")
+    with page.expect_popup() as popup:
+        page.get_by_role("link", name="Report", exact=True).click()
+    expect(popup.value.get_by_role("heading", name="spring story")).to_be_visible()
+    popup.value.close()
+    page.goto(f"{ada.laboratory.address}/pages/experiments")
+    ada.shot("experiments")
