@@ -54,8 +54,10 @@ def error_figures(
 ) -> ErrorFigures:
     """Draw the error of `shown`; the scales are those of `first`, the first model of the same joint, so that one sees
     the error fade from version to version. `other` is drawn behind for comparison."""
-    velocity_edges = symmetric_edges(first.velocity, 24)
-    load_edges = symmetric_edges(first.load, 18)
+    # About ten samples a cell where there are few, at most 24 by 18 cells.
+    cells_across = int(np.clip(np.sqrt(len(first.time) / 10), 10, 24))
+    velocity_edges = symmetric_edges(first.velocity, cells_across)
+    load_edges = symmetric_edges(first.load, int(0.75 * cells_across))
     first_map = quadrant_map(first.velocity, first.load, first.error, velocity_edges, load_edges)
     scale = full_scale(first_map.mean)
     cells = quadrant_map(shown.velocity, shown.load, shown.error, velocity_edges, load_edges)
@@ -66,7 +68,7 @@ def error_figures(
         ("load", "load", units.load),
         ("time", "time in the session", "s"),
     ):
-        edges = even_edges(getattr(first, name))
+        edges = even_edges(getattr(first, name), _intervals(len(first.time)))
         of_first, of_shown, of_other = (
             error_band(getattr(samples, name), samples.error, edges) if samples is not None else None
             for samples in (first, shown, other)
@@ -96,16 +98,21 @@ def effect_picture(
     """The residual over the effect's own variable, without it and (where a fit with it is at hand) with it."""
     own = own_variable(effect, variable)
     values = getattr(before, own.array)
-    if values is None:  # no temperature was recorded
+    if not np.isfinite(values).any():  # no temperature was recorded
         own = own_variable("viscous")
         values = before.velocity
-    edges = even_edges(values, 36)
+    edges = even_edges(values, _intervals(len(values)))
     band = _band(before, own, edges)
     band_after = _band(after, own, edges) if after is not None else None
     drawn = draw_effect_picture(
         band, band_after, own.words, units.of_dimension(own.dimension), units.load, own.turned
     )
     return drawn, own
+
+
+def _intervals(samples: int) -> int:
+    """Intervals of a band: about forty samples each where there are few, at most 40."""
+    return int(np.clip(samples / 40, 14, 40))
 
 
 def _band(samples: JointSamples, own: OwnVariable, edges: np.ndarray) -> ErrorBand:

@@ -1,6 +1,6 @@
 """One joint's samples of a fitted model, gathered over sessions: what every figure of the error is drawn from."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
@@ -10,7 +10,8 @@ import numpy as np
 class JointSamples:
     """Filtered, decimated samples of one joint, (samples,) each, in SI; sessions follow one another.
 
-    `session` is the index into `files`; `time` is that of the session, s; `temperature` in °C or None.
+    `session` is the index into `files`; `time` is that of the session, s; `moving` says which samples take part in the
+    fit (a joint at rest does not); `temperature` is in °C, NaN where none was recorded.
     """
 
     files: tuple[str, ...]
@@ -22,7 +23,8 @@ class JointSamples:
     load: np.ndarray
     measured: np.ndarray
     predicted: np.ndarray
-    temperature: np.ndarray | None = None
+    moving: np.ndarray
+    temperature: np.ndarray
 
     @cached_property
     def error(self) -> np.ndarray:
@@ -59,10 +61,15 @@ class JointSamples:
 
     def where(self, chosen: np.ndarray) -> "JointSamples":
         """The samples that a boolean mask or indices choose."""
-        columns = (self.session, self.time, self.position, self.velocity, self.acceleration, self.load)
-        columns += (self.measured, self.predicted)
-        temperature = None if self.temperature is None else self.temperature[chosen]
-        return JointSamples(self.files, *(column[chosen] for column in columns), temperature)
+        columns = {
+            field.name: getattr(self, field.name)[chosen] for field in fields(self) if field.name != "files"
+        }
+        return JointSamples(self.files, **columns)
+
+    @cached_property
+    def in_fit(self) -> "JointSamples":
+        """The samples that take part in the fit: what errors are stated of."""
+        return self if self.moving.all() else self.where(self.moving)
 
 
 def relative_error(samples: JointSamples) -> float | None:

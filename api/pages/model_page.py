@@ -52,7 +52,7 @@ def model_page(
     units = JointUnits.of(stored.declared.robot.joints[stored.joint_names.index(joint)].type)
     first = stored.model(stored.story.versions[0].id)
     models = [shown] if other is None else [shown, other]
-    samples = [stored.samples(model, joint, files) for model in models]
+    samples = [stored.samples(model, joint, files).in_fit for model in models]
     context |= experiment_context(stored, joint, shown, "model") | {
         "sessions": _session_choices(stored, shown, joint, session, version, beside),
         "session_choice": session,
@@ -192,10 +192,12 @@ def figures_of(
     """Draw the error of one or two models over `files`, on the scales of the first model."""
 
     def draw() -> ErrorFigures:
-        shown, *others = (stored.samples(model, joint, files).thinned(FIGURE_SAMPLES) for model in models)
+        shown, *others = (
+            stored.samples(model, joint, files).in_fit.thinned(FIGURE_SAMPLES) for model in models
+        )
         known = stored.fitted_files(first)
         first_files = [file for file in files if file in known] or files
-        start = stored.samples(first, joint, first_files).thinned(FIGURE_SAMPLES)
+        start = stored.samples(first, joint, first_files).in_fit.thinned(FIGURE_SAMPLES)
         return error_figures(shown, start, stored.payload_of, units, others[0] if others else None)
 
     return _drawn.get((*(model.folder for model in models), first.folder, joint, tuple(files)), draw)

@@ -82,8 +82,8 @@ def equation(words: str) -> Markup:
 
 
 def unit(words: str | None) -> str:
-    """A unit as it is printed: `kg m^2` is `kg m²`."""
-    return (words or "").replace("^2", "²").replace("^3", "³")
+    """A unit as it is printed: `kg m^2` is `kg m²`, a pure number has none."""
+    return "" if words == "1" else (words or "").replace("^2", "²").replace("^3", "³")
 
 
 def duration(seconds: float | None) -> str:

@@ -77,7 +77,7 @@ def _joint_section(stored: StoredExperiment, shown: ShownModel, joint: str) -> d
     files = stored.fitted_files(shown)
     first = stored.model(stored.story.versions[0].id)
     samples = stored.samples(shown, joint, files)
-    models = [samples]
+    models = [samples.in_fit]
     words = ["this model"]
     if first.version.id != shown.version.id:
         models.append(

@@ -11,7 +11,7 @@ from api.pages.joint_samples import JointSamples
 from api.pages.kept import Kept
 from api.service.experiment_store import ExperimentStore
 from api.service.model_story import ModelStory, ModelVersion, Story
-from api.service.prediction_files import read_prediction
+from api.service.prediction_files import COLUMNS, read_prediction
 from api.service.problems import Problem
 
 _samples: Kept[JointSamples] = Kept(12)
@@ -103,7 +103,7 @@ def _gathered(folder: Path, files: tuple[str, ...], sessions: tuple[int, ...], j
         if stored is None:
             raise Problem(404, f"The fit has no samples of {file}; fit the model again.")
         parts.append(stored)
-    names = ("time", "position", "velocity", "acceleration", "load", "measured", "predicted")
-    columns = {name: np.concatenate([part[name] for part in parts]) for name in names}
+    columns = {name: np.concatenate([part[name] for part in parts]) for name in COLUMNS}
+    columns["moving"] = columns["moving"] > 0
     lengths = [len(part["time"]) for part in parts]
     return JointSamples(files=files, session=np.repeat(np.arange(len(files)), lengths), **columns)

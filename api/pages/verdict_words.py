@@ -40,7 +40,9 @@ def verdict_of(joint: Mapping[str, Any] | None, floor: float | None, titles: Map
         )
     if joint["verdict"] == "missing":
         names = [titles.get(name, name) for name in joint["missing"]]
-        return Verdict("missing", f"The model misses {listing(names)}.", _gain_words(joint))
+        more = f" After it, look again: {listing(names[1:])} may be missing too." if len(names) > 2 else ""
+        shown = names if len(names) <= 2 else names[:1]
+        return Verdict("missing", f"The model misses {listing(shown)}.", _gain_words(joint) + more)
     if joint["verdict"] == "adequate":
         rest = "No effect of the catalogue lowers the error on motion that the fit did not see."
         if floor is not None:

@@ -5,9 +5,19 @@ from pathlib import Path
 import numpy as np
 from numpy.lib.format import open_memmap
 
-COLUMNS = ("time", "position", "velocity", "acceleration", "load", "measured", "predicted")
+COLUMNS = (
+    "time",
+    "position",
+    "velocity",
+    "acceleration",
+    "load",
+    "measured",
+    "predicted",
+    "moving",
+    "temperature",
+)
 """Rows of the file: s; rad, rad/s, rad/s² (or m); N m (or N) for load (tau_out), measured and predicted
-torque.
+torque; 1 where the sample takes part in the fit; °C, NaN where none was recorded.
 """
 
 
@@ -17,8 +27,10 @@ def prediction_file(folder: Path, session: int, joint: int) -> Path:
 
 
 def write_prediction(folder: Path, session: int, joint: int, prediction) -> None:
-    """Write the arrays of a `Prediction` (time, position, …, each (M,)) as one float64 array (7, M)."""
-    arrays = [np.asarray(getattr(prediction, name), dtype=float) for name in COLUMNS]
+    """Write the arrays of a `Prediction` (time, position, …, each (M,)) as one float64 array (9, M)."""
+    nothing = np.full(len(prediction.time), np.nan)
+    columns = {name: getattr(prediction, name) for name in COLUMNS}
+    arrays = [np.asarray(nothing if each is None else each, dtype=float) for each in columns.values()]
     stored = open_memmap(
         prediction_file(folder, session, joint),
         mode="w+",

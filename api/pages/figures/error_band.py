@@ -19,7 +19,7 @@ class ErrorBand:
     high: np.ndarray
 
 
-def error_band(variable: np.ndarray, error: np.ndarray, edges: np.ndarray, at_least: int = 8) -> ErrorBand:
+def error_band(variable: np.ndarray, error: np.ndarray, edges: np.ndarray, at_least: int = 5) -> ErrorBand:
     """Percentiles of `error` in the intervals of `variable` (both (samples,)) between `edges`."""
     order = np.argsort(variable, kind="stable")
     bounds = np.searchsorted(variable[order], edges)

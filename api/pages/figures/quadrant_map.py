@@ -30,7 +30,7 @@ def quadrant_map(
     error: np.ndarray,
     velocity_edges: np.ndarray,
     load_edges: np.ndarray,
-    at_least: int = 4,
+    at_least: int = 3,
 ) -> QuadrantMap:
     """Average `error` (samples,) in the cells of speed and load; cells with under `at_least` samples are empty."""
     shape = (len(load_edges) - 1, len(velocity_edges) - 1)

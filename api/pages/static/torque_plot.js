@@ -18,7 +18,9 @@ function decode(buffer) {
   const points = view.getUint32(12, true);
   const columns = [];
   for (let row = 0; row < rows; row += 1) columns.push(new Float32Array(buffer, 16 + 4 * row * points, points));
-  return { time: Float64Array.from(columns[0], (offset) => start + offset), signals: columns.slice(1) };
+  // uPlot breaks a line at null, not at NaN
+  const broken = (column) => Array.from(column, (value) => (Number.isNaN(value) ? null : value));
+  return { time: Float64Array.from(columns[0], (offset) => start + offset), signals: columns.slice(1).map(broken) };
 }
 
 const GUTTER = 56; // px of the vertical axis; equal in both plots, so that their time axes line up
@@ -90,6 +92,7 @@ class TorquePlot {
     let high = -Infinity;
     for (const values of drawn)
       for (const value of values) {
+        if (value === null) continue;
         if (value < low) low = value;
         if (value > high) high = value;
       }

@@ -86,6 +86,8 @@ class SampleIdentification:
             **{name: self.motion[name][rows] for name in names},
             measured=self.measured[rows],
             predicted=self.fitted[rows],
+            moving=np.ones(int(rows.sum()), bool),
+            temperature=None,
         )
 
     def to_json(self) -> dict[str, Any]:
