@@ -77,6 +77,7 @@ class RegressorModel:
         own = {payload.name for payload in payloads}
         self._payloads = [*payloads, *(payload for payload in rig.payloads if payload.name not in own)]
         self._rig = rig
+        self._regressor: tuple[Array, list[Array]] | None = None
         self._body = RigidBody(
             base_parameters(Geometry.from_robot(rig.robot)),
             tuple(Payload.model_validate(payload.model_dump()) for payload in self._payloads),
@@ -184,7 +185,10 @@ class RegressorModel:
         return found
 
     def _views(self, motion: PlannedMotion) -> "_Views":
-        return _Views(self._body, self._chi, self._payload(motion), motion)
+        """The motion as effects see it; sessions that share a motion share its regressor."""
+        if self._regressor is None or self._regressor[0] is not motion.q:
+            self._regressor = (motion.q, self._body.inertial_columns(motion.q, motion.dq, motion.ddq))
+        return _Views(self._body, self._chi, self._payload(motion), motion, self._regressor[1])
 
     def _summary(self, j: int, sessions: int) -> JointSummary:
         """The joint as sessions within its limits would show it; effects choose their constants by it."""
@@ -229,9 +233,11 @@ NEEDS_A_RECORD = {
 class _Views:
     """Planned motion as an effect of a motor or joint `owner` sees it on the rows of a joint."""
 
-    def __init__(self, body: RigidBody, chi: Array, payload: Payload, motion: PlannedMotion) -> None:
+    def __init__(
+        self, body: RigidBody, chi: Array, payload: Payload, motion: PlannedMotion, inertial: list[Array]
+    ) -> None:
         self._body, self._chi, self._payload, self._motion = body, chi, payload, motion
-        self._inertial = body.inertial_columns(motion.q, motion.dq, motion.ddq)
+        self._inertial = inertial
         self._known = body.known_load(payload, motion.q, motion.dq, motion.ddq, None)
         self._load = body.load(self._inertial, chi, self._known)
         self._memory = BlockMemory()

@@ -125,7 +125,12 @@ def _in_words(report: "PlanReport") -> str:
     lines.append(
         "what the plan cannot show:" if report.hidden else "the plan shows every effect of the catalogue"
     )
-    lines += [f"  {hidden}" for hidden in report.hidden]
+    alike: dict[tuple[str, str, tuple[str, ...]], list[str]] = {}
+    for hidden in report.hidden:
+        alike.setdefault((hidden.reason, hidden.remedy, hidden.effects), []).append(hidden.joint)
+    for (reason, remedy, effects), joints in alike.items():
+        where = f"joint{'s' if len(joints) > 1 else ''} {', '.join(joints)}"
+        lines.append(f"  {where}: {reason}: {', '.join(effects)} cannot be told; {remedy}")
     lines.append("")
     lines.append("predicted peak current, A:")
     for p, payload in enumerate(request.payloads):

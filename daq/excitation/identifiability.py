@@ -69,9 +69,6 @@ class Hidden:
     reason: str
     remedy: str
 
-    def __str__(self) -> str:
-        return f"joint {self.joint}: {self.reason}: {', '.join(self.effects)} cannot be told; {self.remedy}"
-
 
 def coverage(model: PlanModel, motions: Sequence[PlannedMotion], rig: Rig) -> tuple[JointCoverage, ...]:
     """What each joint does over all sessions."""

@@ -39,8 +39,11 @@ FIRST_STEP, SMALLEST_STEP = 0.3, 1e-3
 WIDEST_CENTRE = 0.7
 """of half the range: how far from its middle a joint may swing"""
 
-COARSE = 0.04
-"""s between samples while searching: below a tenth of the shortest harmonic's period"""
+COARSE = 0.08
+"""s between samples while ladders are compared: a quarter of the shortest stay at a constant speed"""
+
+SAMPLES_PER_HARMONIC = 16
+"""samples in a period of the highest harmonic while sinusoids are searched for"""
 
 FINE = 0.02
 """s between samples of the final judgement"""
@@ -69,7 +72,8 @@ class Request:
 
 def information_of(plan: ExcitationPlan, request: Request, period: float = FINE) -> Information:
     """Information of one session of the plan with each payload."""
-    motions = [PlannedMotion.of(plan, payload, period) for payload in request.payloads]
+    first = PlannedMotion.of(plan, request.payloads[0], period)
+    motions = [replace(first, payload=payload) for payload in request.payloads]
     return information(request.model, motions, request.noise)
 
 
@@ -137,10 +141,9 @@ def _with_better_sinusoids(
         assert trial.shape is not None
         assert trial.centre is not None
         phase = sum_of_sinusoids(reach, seconds, trial.shape, trial.centre)
-        time = np.arange(0.5 * COARSE, phase.duration, COARSE)
-        terms = phase.evaluate(time, np.array(phase.centre))[:3]
-        motions = [PlannedMotion(payload, time, *terms, COARSE) for payload in request.payloads]
-        return score(rest + information(request.model, motions, request.noise), request.criterion, scale)
+        motions = one_period(phase, request.payloads)
+        found = information(request.model, motions, request.noise)
+        return score(rest + Information(phase.repeats * found.matrix), request.criterion, scale)
 
     x = np.concatenate([np.zeros(n), random_shape(n, recipe.seed).ravel()])
     best, step = goal(x), FIRST_STEP
@@ -155,3 +158,13 @@ def _with_better_sinusoids(
             step = FIRST_STEP
         say(0.2 + 0.8 * (count + 1) / EVALUATIONS, "searching for the best sinusoids")
     return recipe_of(x)
+
+
+def one_period(phase: Sinusoids, payloads: tuple[KnownPayload, ...]) -> list[PlannedMotion]:
+    """The motion that repeats, once, with every payload; all share the same arrays."""
+    begin, _ = phase.repeated
+    count = SAMPLES_PER_HARMONIC * len(phase.cosine[0])
+    step = 1.0 / (phase.frequency * count)
+    time = begin + step * (np.arange(count) + 0.5)
+    q, dq, ddq, _ = phase.evaluate(time, np.array(phase.centre))
+    return [PlannedMotion(payload, time, q, dq, ddq, step) for payload in payloads]
