@@ -1,0 +1,114 @@
+"""`coulomb identify` and the public package figaroh on the same record, side by side in one run.
+
+    python benchmarks/identify_versus_figaroh.py [EXPERIMENT_FOLDER] [--figaroh-python PATH] [--runs 3]
+
+Each is a process of its own that starts from the files and ends with parameters, statistics and the error on
+the validation sessions (`figaroh_on_a_record.py` does with figaroh what `coulomb identify` does by default).
+Measured are wall time, CPU time (user and system, the process and its children) and peak resident memory, as
+the kernel counts them (wait4). Printed is the run of least CPU time of each, and the ratios. figaroh 1.0.2 is
+a dependency of this script alone; where it is installed elsewhere, name that interpreter.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+REPOSITORY = Path(__file__).resolve().parent.parent
+TX40 = REPOSITORY.parent / "shared" / "data" / "tx40"
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What one process cost: s, s, bytes; and the last line it printed."""
+
+    wall: float
+    cpu: float
+    peak_memory: int
+    answer: dict
+
+
+def measure(command: list[str]) -> Cost:
+    """Run a command to its end; stop with its words if it fails."""
+    environment = {**os.environ, "PYTHONPATH": str(REPOSITORY)}
+    with tempfile.TemporaryFile("w+") as output, tempfile.TemporaryFile("w+") as errors:
+        started = time.perf_counter()
+        process = subprocess.Popen(command, stdout=output, stderr=errors, env=environment)
+        _, status, usage = os.wait4(process.pid, 0)
+        wall = time.perf_counter() - started
+        process.returncode = os.waitstatus_to_exitcode(status)
+        output.seek(0)
+        errors.seek(0)
+        if process.returncode != 0:
+            raise SystemExit(f"{' '.join(command)} failed:\n{errors.read()}")
+        answer = json.loads(output.read().strip().splitlines()[-1])
+    return Cost(wall, usage.ru_utime + usage.ru_stime, usage.ru_maxrss * 1024, answer)
+
+
+def write_figaroh_urdf(folder: Path, file: Path) -> None:
+    """The experiment's robot as figaroh reads robots; the inertias are placeholders, it estimates them."""
+    from identify.dynamics.urdf import write_urdf
+    from identify.recording import JointLimits, load_experiment
+
+    robot = load_experiment(folder).robot
+    anywhere = JointLimits(position=(-1e3, 1e3))  # else the joints are `continuous`, held as cosine and sine
+    joints = tuple(joint.model_copy(update={"limits": anywhere}) for joint in robot.joints)
+    standard = np.zeros((len(joints), 11))
+    standard[:, [0, 3, 5]] = 0.1
+    standard[:, 9] = 1.0
+    write_urdf(file, robot.model_copy(update={"joints": joints}), standard.ravel())
+
+
+def main() -> None:
+    """Measure both and print the table."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("experiment", nargs="?", type=Path, default=TX40)
+    parser.add_argument("--figaroh-python", default=sys.executable, help="interpreter that has figaroh 1.0.2")
+    parser.add_argument("--runs", type=int, default=3)
+    chosen = parser.parse_args()
+    if not (chosen.experiment / "experiment.yaml").is_file():
+        raise SystemExit(
+            f"{chosen.experiment}: no experiment.yaml; name the folder of a record with a gain matrix"
+        )
+    with tempfile.TemporaryDirectory() as scratch:
+        urdf = Path(scratch) / "robot.urdf"
+        write_figaroh_urdf(chosen.experiment, urdf)
+        script = str(Path(__file__).with_name("figaroh_on_a_record.py"))
+        commands = {
+            "coulomb identify": [sys.executable, "-m", "api", "identify", str(chosen.experiment), "--json"],
+            "figaroh 1.0.2": [chosen.figaroh_python, script, str(chosen.experiment), str(urdf)],
+        }
+        costs = {}
+        for name, command in commands.items():
+            costs[name] = min((measure(command) for _ in range(chosen.runs)), key=lambda cost: cost.cpu)
+    ours, theirs = costs["coulomb identify"], costs["figaroh 1.0.2"]
+    print(f"{'':24}{'coulomb identify':>18}{'figaroh 1.0.2':>16}{'ratio':>8}")
+    rows = (
+        ("wall time, s", ours.wall, theirs.wall),
+        ("CPU time, s", ours.cpu, theirs.cpu),
+        ("peak memory, MB", ours.peak_memory / 1e6, theirs.peak_memory / 1e6),
+    )
+    for words, own, other in rows:
+        print(f"{words:24}{own:18.2f}{other:16.2f}{other / own:8.1f}")
+    error = ours.answer["relative_error"], theirs.answer["relative_error"]
+    print(f"{'relative error, %':24}{100 * error[0]:18.2f}{100 * error[1]:16.2f}   (each on its own samples)")
+    print(
+        f"figaroh fitted {theirs.answer['base_parameters']} parameters on {theirs.answer['rows']} rows; ",
+        end="",
+    )
+    print(f"ours are {len(ours.answer['parameters'])} on {ours.answer['samples']} samples")
+
+
+if __name__ == "__main__":
+    main()
