@@ -3,12 +3,12 @@
 A `FrameBlock` is an array of dtype `FRAME` (classic CAN, 24 bytes a row) or `FD_FRAME` (CAN FD, 80 bytes a
 row):
 
-    stamp   int64   ns; the clock is named by the receiver's `clock_source`
-    can_id  uint32  11 or 29 bits, without the kernel's flag bits
-    flags   uint8   EXTENDED, REMOTE, ERROR, FD, BITRATE_SWITCH, ERROR_STATE, OWN
-    length  uint8   bytes of data that count
-    reserved uint16 0
-    data    uint8   (8,) or (64,); bytes from `length` on are zero
+    stamp    int64   ns; the clock is named by the receiver's `clock_source`
+    can_id   uint32  11 or 29 bits, without the kernel's flag bits
+    length   uint8   bytes of data that count
+    flags    uint8   EXTENDED, REMOTE, ERROR, FD, BITRATE_SWITCH, ERROR_STATE, OWN
+    reserved uint16  0
+    data     uint8   (8,) or (64,); bytes from `length` on are zero
 """
 
 from collections.abc import Iterable
@@ -29,13 +29,15 @@ _DATA_OFFSET = 16
 
 
 def _frame_dtype(data_bytes: int) -> np.dtype:
-    # Without gaps: np.concatenate would pack them away, and a row would no longer be what `column` expects.
+    # From can_id on the layout is the kernel's (struct can_frame, struct canfd_frame), so that frames are
+    # received into rows. Without gaps: np.concatenate would pack them away, and a row would no longer be
+    # what `column` expects.
     return np.dtype(
         [
             ("stamp", "<i8"),
             ("can_id", "<u4"),
-            ("flags", "u1"),
             ("length", "u1"),
+            ("flags", "u1"),
             ("reserved", "<u2"),
             ("data", "u1", (data_bytes,)),
         ]

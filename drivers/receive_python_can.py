@@ -75,7 +75,7 @@ class PythonCanReceiver:
             waiting = self.bus.take()
         except can.CanError as error:
             raise BusError(f"bus {self.settings}: {reason_in_words(error)}") from error
-        rows = [pack(stamp, can_id, flags, len(data), data) for stamp, can_id, data, flags in waiting]
+        rows = [pack(stamp, can_id, len(data), flags, data) for stamp, can_id, data, flags in waiting]
         return np.frombuffer(b"".join(rows), self.dtype)
 
     def send(self, can_id: int, data: bytes) -> None:

@@ -16,6 +16,7 @@ import socket
 import struct
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drivers import frames
 from drivers.bus import Filters, check_network_interface, reason_in_words
@@ -49,6 +50,9 @@ _MESSAGE_HEADER = np.dtype(
 )
 _VECTOR = np.dtype([("base", "<u8"), ("length", "<u8")])
 
+_STAMP_BYTES = 8  # of a row, before what the kernel writes
+_CONFIRM_TO_OWN = 5  # bits from MSG_CONFIRM to OWN
+
 _libc = ctypes.CDLL(None, use_errno=True)
 
 
@@ -81,25 +85,29 @@ class SocketCanReceiver:
         self._allocate()
 
     def _allocate(self) -> None:
+        """Buffers for one recvmmsg: the kernel writes each frame into a row, behind the place of its stamp."""
         size = _FD_BYTES if self.fd else _CLASSIC_BYTES
-        self._data = np.zeros((BLOCK, size), np.uint8)
-        self._control = np.zeros((BLOCK, _CONTROL_BYTES), np.uint8)
-        self._vectors = np.zeros(BLOCK, _VECTOR)
-        self._headers = np.zeros(BLOCK, _MESSAGE_HEADER)
+        self._rows = np.zeros(BLOCK, self.dtype)
+        control = np.zeros((BLOCK, _CONTROL_BYTES), np.uint8)
+        vectors = np.zeros(BLOCK, _VECTOR)
+        headers = np.zeros(BLOCK, _MESSAGE_HEADER)
         rows = np.arange(BLOCK, dtype=np.uint64)
-        self._vectors["base"] = self._data.ctypes.data + rows * size
-        self._vectors["length"] = size
-        self._headers["iov"] = self._vectors.ctypes.data + rows * _VECTOR.itemsize
-        self._headers["iovlen"] = 1
-        self._headers["control"] = self._control.ctypes.data + rows * _CONTROL_BYTES
-        # Views of the buffers, made once.
-        self._can_id = np.ndarray(BLOCK, "<u4", self._data, 0, (size,))
-        self._length = self._data[:, 4]
-        self._fd_flags = self._data[:, 5]
-        self._payload = self._data[:, 8:]
-        self._seconds = np.ndarray(BLOCK, "<i8", self._control, 16, (_CONTROL_BYTES,))
-        self._nanoseconds = np.ndarray(BLOCK, "<i8", self._control, 24, (_CONTROL_BYTES,))
-        self._drop_count = np.ndarray(BLOCK, "<u4", self._control, _STAMP_CONTROL + 16, (_CONTROL_BYTES,))
+        vectors["base"] = self._rows.ctypes.data + _STAMP_BYTES + rows * self.dtype.itemsize
+        vectors["length"] = size
+        headers["iov"] = vectors.ctypes.data + rows * _VECTOR.itemsize
+        headers["iovlen"] = 1
+        headers["control"] = control.ctypes.data + rows * _CONTROL_BYTES
+        self._memory = (control, vectors, headers)  # the kernel has their addresses
+        self._first_header = ctypes.c_void_p(headers.ctypes.data)
+        # Views of what the kernel writes, made once.
+        self._can_id = self._rows["can_id"]
+        self._flags = self._rows["flags"]
+        self._control_length = headers["controllen"]
+        self._message_flags = headers["flags"]
+        self._received = headers["length"]
+        self._seconds = np.ndarray(BLOCK, "<i8", control, 16, (_CONTROL_BYTES,))
+        self._nanoseconds = np.ndarray(BLOCK, "<i8", control, 24, (_CONTROL_BYTES,))
+        self._drop_count = np.ndarray(BLOCK, "<u4", control, _STAMP_CONTROL + 16, (_CONTROL_BYTES,))
 
     def open(self) -> None:
         """Open the socket and start receiving.
@@ -177,10 +185,9 @@ class SocketCanReceiver:
         return np.concatenate(blocks) if blocks else np.empty(0, self.dtype)
 
     def _receive(self, descriptor: int) -> int:
-        self._headers["controllen"] = _CONTROL_BYTES  # the kernel overwrites it
-        count = _libc.recvmmsg(
-            descriptor, ctypes.c_void_p(self._headers.ctypes.data), BLOCK, _MSG_DONTWAIT, None
-        )
+        """One recvmmsg into the rows; the number of frames."""
+        self._control_length[:] = _CONTROL_BYTES  # the kernel overwrites it
+        count = _libc.recvmmsg(descriptor, self._first_header, BLOCK, _MSG_DONTWAIT, None)
         if count >= 0:
             return count
         number = ctypes.get_errno()
@@ -190,33 +197,42 @@ class SocketCanReceiver:
         raise BusError(f"CAN interface {self.channel!r}: {reason_in_words(error)}") from error
 
     def _block(self, count: int) -> FrameBlock:
-        """The first `count` received messages as frames."""
-        block = np.zeros(count, self.dtype)
+        """The first `count` rows as frames: stamped, flagged, ids without the kernel's flag bits."""
+        rows = self._rows[:count]
+        rows["stamp"] = self._seconds[:count] * 1_000_000_000 + self._nanoseconds[:count]
+        kernel_flags = self._flags[:count].copy() if self.fd else None
+        self._flags[:count] = (self._message_flags[:count] & _MSG_CONFIRM) >> _CONFIRM_TO_OWN
+        rows["reserved"] = 0
+        if self._can_id[:count].max() > socket.CAN_SFF_MASK:
+            self._unusual_ids(count)
+        if kernel_flags is not None:
+            self._fd_flags(count, kernel_flags)
+        if self._control_length[:count].max() > _STAMP_CONTROL:  # only once something was lost
+            counted = self._control_length[:count] > _STAMP_CONTROL
+            self.dropped = int(self._drop_count[:count][counted][-1])
+        return rows.copy()
+
+    def _unusual_ids(self, count: int) -> None:
+        """Extended, remote and error frames: the kernel's bits become flags."""
         kernel_id = self._can_id[:count]
         extended = (kernel_id & socket.CAN_EFF_FLAG) != 0
-        block["stamp"] = self._seconds[:count] * 1_000_000_000 + self._nanoseconds[:count]
-        block["can_id"] = kernel_id & np.where(extended, socket.CAN_EFF_MASK, socket.CAN_SFF_MASK)
-        block["length"] = self._length[:count]
-        block["data"] = self._payload[:count]
-        headers = self._headers[:count]
-        flags = (
+        error = (kernel_id & socket.CAN_ERR_FLAG) != 0
+        self._flags[:count] |= (
             frames.EXTENDED * extended
             + frames.REMOTE * ((kernel_id & socket.CAN_RTR_FLAG) != 0)
-            + frames.ERROR * ((kernel_id & socket.CAN_ERR_FLAG) != 0)
-            + frames.OWN * ((headers["flags"] & _MSG_CONFIRM) != 0)
-        )
-        if self.fd:
-            is_fd = headers["length"] == _FD_BYTES
-            flags += frames.FD * is_fd
-            flags += frames.BITRATE_SWITCH * (is_fd & ((self._fd_flags[:count] & _CANFD_BRS) != 0))
-            flags += frames.ERROR_STATE * (is_fd & ((self._fd_flags[:count] & _CANFD_ESI) != 0))
-            # A classic frame leaves what the buffer's last FD frame wrote behind it.
-            block["data"][~is_fd, 8:] = 0
-        block["flags"] = flags
-        counted = headers["controllen"] > _STAMP_CONTROL  # only once something was lost
-        if counted.any():
-            self.dropped = int(self._drop_count[:count][counted][-1])
-        return block
+            + frames.ERROR * error
+        ).astype(np.uint8)
+        kernel_id &= np.where(extended | error, socket.CAN_EFF_MASK, socket.CAN_SFF_MASK).astype(np.uint32)
+
+    def _fd_flags(self, count: int, kernel_flags: NDArray[np.uint8]) -> None:
+        """CAN FD frames among classic ones; those leave what the row held before behind their data."""
+        is_fd = self._received[:count] == _FD_BYTES
+        self._flags[:count] |= (
+            frames.FD * is_fd
+            + frames.BITRATE_SWITCH * (is_fd & ((kernel_flags & _CANFD_BRS) != 0))
+            + frames.ERROR_STATE * (is_fd & ((kernel_flags & _CANFD_ESI) != 0))
+        ).astype(np.uint8)
+        self._rows["data"][:count][~is_fd, 8:] = 0
 
     def send(self, can_id: int, data: bytes) -> None:
         """Send one classic data frame with an 11-bit id.
