@@ -5,12 +5,12 @@ from __future__ import annotations
 import gzip
 import re
 import zlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from identify.recording.csv_mistakes import check_header, first_mistake, unpacked
 from identify.recording.errors import InputError
@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 
 BLOCK_BYTES = 4 << 20
 """Text parsed at a time; bounds the memory whatever the size of the file."""
+ROWS_WRITTEN = 1 << 16
+"""Rows written at a time."""
 
 
 def read_csv_session(path: Path, n: int) -> RawSamples:
@@ -142,7 +144,7 @@ def write_csv_session(
     command: Array,
     external: Array | None = None,
     temperature: Array | None = None,
-    extra: dict[str, Iterable[Any]] | None = None,
+    extra: Mapping[str, ArrayLike] | None = None,
 ) -> None:
     """Write a session by the contract: t, q1 ... qn, v1 ... vn and what else is given; gzip if the name
     ends in .gz.
@@ -150,18 +152,19 @@ def write_csv_session(
     time : (N,) s; position, command, external, temperature : (N, n), or (N,) for one joint; extra : name ->
     (N,) Numbers are written so that reading them gives the same float64 again.
     """
-    columns: dict[str, Iterable[Any]] = {"t": np.asarray(time, dtype=float)}
-    groups = (("q", position), ("v", command), ("ext", external), ("temp", temperature))
-    for kind, values in groups:
+    import pyarrow
+    from pyarrow import csv
+
+    columns: dict[str, NDArray[Any]] = {"t": np.asarray(time, dtype=float)}
+    for kind, values in (("q", position), ("v", command), ("ext", external), ("temp", temperature)):
         if values is not None:
             table = np.asarray(values, dtype=float).reshape(len(time), -1)
             columns |= {f"{kind}{joint + 1}": table[:, joint] for joint in range(table.shape[1])}
-    columns |= extra or {}
-    texts = [
-        [cell if isinstance(cell, str) else repr(float(cell)) for cell in values]
-        for values in columns.values()
-    ]
+    columns |= {name: np.asarray(values) for name, values in (extra or {}).items()}
     opener = gzip.open if path.name.endswith(".gz") else open
-    with opener(path, "wt", encoding="utf-8", newline="") as stream:  # type: ignore[operator]
-        stream.write(",".join(columns) + "\n")
-        stream.writelines(",".join(row) + "\n" for row in zip(*texts, strict=True))
+    plain = csv.WriteOptions(include_header=False)
+    with opener(path, "wb") as stream:
+        stream.write((",".join(columns) + "\n").encode())
+        for first in range(0, len(time), ROWS_WRITTEN):
+            rows = [pyarrow.array(values[first : first + ROWS_WRITTEN]) for values in columns.values()]
+            csv.write_csv(pyarrow.table(rows, names=list(columns)), stream, plain)
