@@ -110,7 +110,9 @@ class ExperimentStore:
         for file in sorted((self.root / identifier / INCOMPLETE).glob("*.h5")):
             self._index_incomplete(session, identifier, file, rows.pop(file.stem, None))
         for row in rows.values():  # what is left has no file; it stays only while it is being prepared
-            if row.file is not None:
+            if row.file is not None and row.file.startswith(INCOMPLETE):
+                row.file = None  # stopped before anything was measured
+            elif row.file is not None:
                 session.delete(row)
 
     def _index_incomplete(self, session, identifier: str, file: Path, row: SessionRow | None) -> None:

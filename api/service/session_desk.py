@@ -7,7 +7,6 @@ wait for it.
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from pathlib import Path
 from threading import Lock
 from typing import Any
 
@@ -44,6 +43,7 @@ class ActiveSession:
     payload_session: Any
     user: str
     events: list[SessionEvent] = field(default_factory=list)
+    storing: Lock = field(default_factory=Lock)
 
     @property
     def state(self) -> SessionState:
@@ -153,7 +153,7 @@ class SessionDesk:
         row = self._prepared(experiment, identifier, user)
         rig = row.rig or ""
         with self._lock:
-            self._free_bus(rig, experiment, identifier)
+            self._free_bus(rig)
             settings = self._rigs.rig(rig)
             payload = KnownPayload.model_validate({k: v for k, v in row.payload.items() if k != "weighed"})
             active = ActiveSession(rig, experiment, identifier, None, user.name)
@@ -168,7 +168,9 @@ class SessionDesk:
                 after_session=lambda _recorded: self._recorded(active),
             )
             self._active[rig] = active
-        return active.payload_session.check()
+        found: list[Any] = []
+        self._take(active, lambda: found.append(active.payload_session.check()))
+        return found[0]
 
     def weigh(self, experiment: str, identifier: str, user: User, mass: Callable[[], float]) -> SessionRow:
         """Note the payload's mass in kg as `mass()` says, typed or from the scale.
@@ -176,7 +178,7 @@ class SessionDesk:
         Raises the problem 409 once the payload is confirmed.
         """
         row = self._prepared(experiment, identifier, user)
-        if row.state not in (SessionState.NEW, SessionState.CHECKED):
+        if row.state in (SessionState.CONFIRMED, SessionState.ARMED, SessionState.RUNNING) or row.file:
             raise Problem(409, f"The session is {row.state}; the payload is weighed before.")
         row.payload = row.payload | {"weighed": mass()}
         self._experiments.change_session(row)
@@ -188,23 +190,20 @@ class SessionDesk:
         row = self._experiments.session(experiment, identifier)
         if "weighed" not in row.payload:
             raise Problem(409, "Weigh the payload first.")
-        self._take(lambda: active.payload_session.confirm_payload(row.payload["weighed"]))
-        return self._experiments.session(experiment, identifier)
+        return self._take(active, lambda: active.payload_session.confirm_payload(row.payload["weighed"]))
 
     def arm(self, experiment: str, identifier: str, user: User, client: str = "") -> SessionRow:
         """Start recorder and monitors; the next step moves the robot."""
         active = self._step(experiment, identifier, user)
         self._asked(active, user, "session arm", client)
-        self._take(active.payload_session.arm)
-        return self._experiments.session(experiment, identifier)
+        return self._take(active, active.payload_session.arm)
 
     def start(self, experiment: str, identifier: str, user: User, client: str = "") -> SessionRow:
         """Move the robot."""
         active = self._step(experiment, identifier, user)
         # Written before anything moves: without a log there is no motion.
         self._asked(active, user, "session start", client)
-        self._take(active.payload_session.start)
-        return self._experiments.session(experiment, identifier)
+        return self._take(active, active.payload_session.start)
 
     def recover(self, experiment: str, identifier: str, user: User) -> SessionRow:
         """Close a recording whose process died; every row that was flushed is kept.
@@ -269,7 +268,7 @@ class SessionDesk:
             raise Problem(409, "Check the rig first.")
         return self._active[row.rig or ""]
 
-    def _free_bus(self, rig: str, experiment: str, identifier: str) -> None:
+    def _free_bus(self, rig: str) -> None:
         other = self._active.get(rig)
         if other is None:
             return
@@ -278,14 +277,15 @@ class SessionDesk:
                 409, f"The session {other.id} of {other.experiment} is {other.state.value} on this rig."
             )
         other.payload_session.close()
-        if not other.state.ended and (other.experiment, other.id) != (experiment, identifier):
-            self._store(other, SessionState.NEW.value, "another session took the rig's bus")
 
-    def _take(self, step: Callable[[], Any]) -> None:
+    def _take(self, active: ActiveSession, step: Callable[[], Any]) -> SessionRow:
         try:
             step()
         except StepOutOfTurn as error:
             raise Problem(409, str(error)) from error
+        finally:
+            self._store(active)
+        return self._experiments.session(active.experiment, active.id)
 
     def _asked(self, active: ActiveSession, user: User, action: str, client: str) -> None:
         target = f"rig {active.rig}, experiment {active.experiment}, {active.id}"
@@ -303,7 +303,7 @@ class SessionDesk:
         self.on_change(active)
 
     def _follow(self, active: ActiveSession, event: SessionEvent) -> None:
-        self._store(active, event.state.value, event.words)
+        self._store(active)
         if event.state.ended:
             self._experiments.refresh(active.experiment)
 
@@ -313,13 +313,16 @@ class SessionDesk:
         self._models.refit(active.experiment, active.user)
         self.on_change(active)
 
-    def _store(self, active: ActiveSession, state: str, reason: str) -> None:
-        row = self._experiments.session(active.experiment, active.id)
-        row.state, row.reason = state, reason
-        file = getattr(active.payload_session, "file", None)
-        if file is not None and Path(file).is_file():
-            row.file = str(Path(file).relative_to(self._experiments.folder(active.experiment)))
-        self._experiments.change_session(row)
+    def _store(self, active: ActiveSession) -> None:
+        """Bring the index up to where the session stands now, whichever thread comes last."""
+        with active.storing:
+            row = self._experiments.session(active.experiment, active.id)
+            row.state = active.state.value
+            row.reason = active.payload_session.reason or None
+            file = active.payload_session.file
+            kept = file is not None and file.is_file()  # one without a single row is not
+            row.file = str(file.relative_to(self._experiments.folder(active.experiment))) if kept else None
+            self._experiments.change_session(row)
 
 
 def open_payload_session(*arguments: Any, **named: Any) -> Any:

@@ -1,8 +1,10 @@
 """WebSockets: live samples of a rig, and the progress of a job."""
 
 import asyncio
+import contextlib
 from collections.abc import Awaitable, Callable
 
+import anyio
 from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 
 from api.service import access
@@ -86,17 +88,16 @@ async def _send_all(websocket: WebSocket, viewer: Viewer) -> None:
 
 async def _until_gone(websocket: WebSocket, send: Callable[[], Awaitable[None]]) -> None:
     """Run `send` until it ends or the other side is gone; what the other side says is not listened to."""
-    sending = asyncio.ensure_future(send())
-    receiving = asyncio.ensure_future(_drain(websocket))
-    _done, pending = await asyncio.wait((sending, receiving), return_when=asyncio.FIRST_COMPLETED)
-    for task in pending:
-        task.cancel()
-    await asyncio.gather(sending, receiving, return_exceptions=True)
+    async with anyio.create_task_group() as group:
 
+        async def run(work: Callable[[], Awaitable[None]]) -> None:
+            with contextlib.suppress(WebSocketDisconnect, RuntimeError):
+                await work()
+            group.cancel_scope.cancel()
 
-async def _drain(websocket: WebSocket) -> None:
-    try:
-        while True:
-            await websocket.receive()
-    except (WebSocketDisconnect, RuntimeError):
-        return
+        async def drain() -> None:
+            while (await websocket.receive())["type"] != "websocket.disconnect":
+                pass
+
+        group.start_soon(run, send)
+        group.start_soon(run, drain)
