@@ -1,14 +1,79 @@
 """What a planning job computes, in a process of its own."""
 
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+
+from api.assumed_masses import torque_limits
+from api.plan_model import Identified, RegressorModel
 from api.service.job_process import Progress
-from daq.excitation.standard_plan import standard_plan
+from daq.excitation.excitation_plan import ExcitationPlan
+from daq.excitation.optimal_excitation import Request
+from daq.excitation.plan_model import PlannedMotion
+from daq.excitation.plan_report import make_plan
 from daq.rig import Rig
 
+NOISE = 0.01
+"""Standard deviation of the filtered torque that is planned for, as a share of the torque at the current
+limit.
+"""
+PREDICTED_POINTS = 600
+"""Samples of the predicted current of every payload that are kept for the preview."""
 
-def plan(progress: Progress, rig: str, name: str, seconds: float, model: str, seed: int) -> str:
-    """A plan within the limits of the rig in file `rig`; returns the plan file's text."""
-    progress(0.0, "planning")
-    made = standard_plan(Rig.load(Path(rig)), seconds, seed, name)
-    return made.model_copy(update={"model": model}).to_json()
+
+def plan(
+    progress: Progress,
+    rig: str,
+    name: str,
+    seconds: float,
+    model: str,
+    seed: int,
+    identified: dict[str, Any] | None = None,
+) -> dict[str, Any]:
+    """A plan of at most `seconds` for all payloads of the rig in file `rig`, made to tell most about `model`.
+
+    identified : document of `coulomb identify` by which loads and currents are predicted; None assumes masses
+
+    Returns `plan` (the plan file's text) and `report` (what it will tell, what it cannot, and the predicted
+    currents).
+    """
+    settings = Rig.load(Path(rig))
+    known = None
+    if identified is not None:
+        values = {str(one["name"]): float(one["value"]) for one in identified["parameters"]}
+        known = Identified(values, f"identified: {identified['experiment']}, model {identified['model']}")
+    request = Request(
+        rig=settings,
+        model=RegressorModel(settings, model, settings.payloads, (), known),
+        payloads=settings.payloads,
+        seconds=seconds,
+        noise=np.asarray(NOISE * torque_limits(settings)),
+        criterion="d-optimal",
+        seed=seed,
+    )
+    found = make_plan(request, progress)
+    made = found.plan.model_copy(update={"name": name})
+    report = found.to_json() | {"predicted": _predicted(request, made)}
+    report.pop("plan")
+    return {"plan": made.to_json(), "report": report}
+
+
+def _predicted(request: Request, plan: ExcitationPlan) -> dict[str, Any]:
+    """Predicted current of every payload and joint over time: time in s, currents in A."""
+    rig, period = request.rig, plan.duration / PREDICTED_POINTS
+    motions = [PlannedMotion.of(plan, payload, period) for payload in request.payloads]
+    currents = [np.linalg.solve(rig.drive_gain, request.model.torque(motion).T) for motion in motions]
+    return {
+        "time": np.round(motions[0].time, 6).tolist(),
+        "currents": [
+            {
+                "payload": payload.name,
+                "joint": axis.joint,
+                "limit": axis.limits.current,
+                "current": np.round(currents[p][j], 6).tolist(),
+            }
+            for p, payload in enumerate(request.payloads)
+            for j, axis in enumerate(rig.axes)
+        ],
+    }

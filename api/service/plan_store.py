@@ -1,13 +1,17 @@
 """Excitation plans as files: made for a rig, kept, and taken by id for a session."""
 
+import json
 import re
 from pathlib import Path
+from typing import Any
 
 from api.service.atomic_file import write_atomically
 from api.service.problems import not_found
 from daq.excitation.excitation_plan import ExcitationPlan
 from identify.recording.errors import InputError
 
+REPORTS = "reports"
+"""Folder within that of the plans for what was found when they were made."""
 PLAN_ID = re.compile(r"[a-z0-9][a-z0-9_.-]{0,63}")
 
 
@@ -34,12 +38,25 @@ class PlanStore:
         except InputError as error:
             raise InputError(str(error).replace(f"{self._folder}/", "")) from error
 
-    def add(self, plan: ExcitationPlan) -> str:
-        """Store a plan under an id made from its name; returns the id."""
+    def report(self, identifier: str) -> dict[str, Any] | None:
+        """What the plan will tell about its model and what it cannot, as found when it was made; else
+        None.
+        """
+        if identifier not in self.ids():
+            raise not_found("plan", identifier)
+        try:
+            return json.loads((self._folder / REPORTS / f"{identifier}.json").read_bytes())
+        except FileNotFoundError:
+            return None
+
+    def add(self, plan: ExcitationPlan, report: dict[str, Any] | None = None) -> str:
+        """Store a plan under an id made from its name, with the report on it; returns the id."""
         wanted = re.sub(r"[^a-z0-9]+", "-", plan.name.lower()).strip("-")[:50] or "plan"
         taken = set(self.ids())
         numbered = (wanted if number == 1 else f"{wanted}-{number}" for number in range(1, len(taken) + 2))
         identifier = next(each for each in numbered if each not in taken)
-        self._folder.mkdir(parents=True, exist_ok=True)
+        (self._folder / REPORTS).mkdir(parents=True, exist_ok=True)
+        if report is not None:
+            write_atomically(self._folder / REPORTS / f"{identifier}.json", json.dumps(report).encode())
         write_atomically(self._folder / f"{identifier}.json", plan.to_json().encode())
         return identifier

@@ -17,8 +17,19 @@ class Planner:
         self._plans = plans
         self._jobs = jobs
 
-    def plan(self, rig: str, user: str, name: str, seconds: float, model: str, seed: int) -> Job:
+    def plan(
+        self,
+        rig: str,
+        user: str,
+        name: str,
+        seconds: float,
+        model: str,
+        seed: int,
+        identified: dict[str, Any] | None = None,
+    ) -> Job:
         """Plan an excitation of at most `seconds` for a model; the job's result is {"plan": id}.
+
+        identified : document of an identification by which loads and currents are predicted
 
         Raises InputError for an unknown or wrong rig.
         """
@@ -28,10 +39,18 @@ class Planner:
         self._rigs.rig(rig)
 
         def arguments() -> dict[str, Any]:
-            return {"rig": str(file), "name": name, "seconds": seconds, "model": model, "seed": seed}
+            return {
+                "rig": str(file),
+                "name": name,
+                "seconds": seconds,
+                "model": model,
+                "seed": seed,
+                "identified": identified,
+            }
 
-        def store(document: str) -> dict[str, Any]:
-            return {"plan": self._plans.add(ExcitationPlan.model_validate_json(document))}
+        def store(found: dict[str, Any]) -> dict[str, Any]:
+            plan = ExcitationPlan.model_validate_json(found["plan"])
+            return {"plan": self._plans.add(plan, found["report"])}
 
         return self._jobs.submit(
             "plan", "api.service.plan_computation:plan", arguments, store, user=user, experiment=None

@@ -5,7 +5,7 @@ import threading
 import warnings
 import zipfile
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import httpx
@@ -49,11 +49,13 @@ class RunningService:
     application: FastAPI
     service: Service
     clock: Clock
-    _open: list[TestClient] = field(default_factory=list)
+    lifetime: TestClient | None = None
+    """The client whose context is the application's lifespan; its event loop serves all others too."""
 
     def client(self, role: Role | None = None, name: str | None = None) -> TestClient:
         """A client with a bearer token of a user of that role; None is somebody who did not sign in."""
         client = TestClient(self.application, base_url=ADDRESS, raise_server_exceptions=False)
+        client.portal = self.lifetime.portal if self.lifetime else None
         if role is not None:
             name = name or f"the-{role}"
             if not any(row.name == name for row in self.service.accounts.users()):
@@ -91,7 +93,7 @@ def start_service(data_folder: Path, clock: Clock) -> Iterator[Callable[..., Run
         client = TestClient(application, base_url=ADDRESS)
         client.__enter__()
         entered.append(client)
-        return RunningService(application, application.state.service, clock)
+        return RunningService(application, application.state.service, clock, client)
 
     yield start
     for client in reversed(entered):

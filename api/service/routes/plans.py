@@ -8,9 +8,9 @@ from pydantic import BaseModel, Field
 
 from api.service import access
 from api.service.access import service_of
-from api.service.openapi import ResourceRoute
+from api.service.openapi import ResourceRoute, problems
 from api.service.plan_store import PLAN_ID
-from api.service.problems import not_found
+from api.service.problems import Problem, not_found
 from api.service.routes.jobs import JobView
 from daq.excitation.excitation_plan import ExcitationPlan
 
@@ -35,6 +35,11 @@ class PlanView(PlanSummary):
 
     start: list[float] = Field(description="rad or m", examples=[[0.35]])
     phases: list[dict[str, Any]] = Field(examples=[[{"kind": "dwell", "duration": 0.5}]])
+    report: dict[str, Any] | None = Field(
+        description="the document of `coulomb plan --json`: deviations to expect, what the plan cannot tell, and the "
+        "predicted currents over time; null for a plan that was not made here",
+        examples=[{"condition_number": 31.2, "cannot_tell": [], "predicted": {"time": [], "currents": []}}],
+    )
 
 
 class PlanRequest(BaseModel):
@@ -51,6 +56,14 @@ class PlanRequest(BaseModel):
         "load-velocity"
     )
     seed: Annotated[int, Field(ge=0, le=2**31, examples=[0])] = 0
+    experiment: Annotated[
+        str | None,
+        Field(
+            max_length=64,
+            description="predict loads and currents with the model that stands there; else masses are assumed",
+            examples=["rx130l-joint3"],
+        ),
+    ] = None
 
 
 class PlanPreview(BaseModel):
@@ -81,11 +94,18 @@ def list_plans(request: Request, _user: access.Viewer) -> list[PlanSummary]:
     return [PlanSummary.model_validate(_summary(each, plans.plan(each))) for each in plans.ids()]
 
 
-@router.post("/plans", status_code=202)
+@router.post("/plans", status_code=202, responses=problems(404, 409))
 def make_plan(request: Request, response: Response, user: access.Operator, wanted: PlanRequest) -> JobView:
     """Plan an excitation for a model within a rig's limits; the job's result names the plan."""
     service = service_of(request)
-    job = service.planner.plan(wanted.rig, user.name, wanted.name, wanted.seconds, wanted.model, wanted.seed)
+    identified = None
+    if wanted.experiment is not None:
+        identified = service.models.results(wanted.experiment).identification
+        if identified is None:
+            raise Problem(409, f"The experiment {wanted.experiment} has no model yet.")
+    job = service.planner.plan(
+        wanted.rig, user.name, wanted.name, wanted.seconds, wanted.model, wanted.seed, identified
+    )
     response.headers["Location"] = f"/jobs/{job.id}"
     return JobView.of(job)
 
@@ -95,7 +115,10 @@ def get_plan(request: Request, _user: access.Viewer, plan: PlanId) -> PlanView:
     """One plan with its phases in closed form."""
     found = service_of(request).plans.plan(plan)
     phases = [phase.model_dump(mode="json") for phase in found.phases]
-    return PlanView.model_validate({**_summary(plan, found), "start": list(found.start), "phases": phases})
+    report = service_of(request).plans.report(plan)
+    return PlanView.model_validate(
+        {**_summary(plan, found), "start": list(found.start), "phases": phases, "report": report}
+    )
 
 
 @router.get("/plans/{plan}/preview")
