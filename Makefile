@@ -1,0 +1,57 @@
+# make demo   set up, then the whole loop on the simulated drive
+# make test   set up with everything the tests want, then all tests
+# Both need python3, git and make, and nothing else done before.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+export PIP_DISABLE_PIP_VERSION_CHECK = 1
+
+.PHONY: demo test lint setup setup-test lock blind benchmark clean
+
+demo: setup
+	$(BIN)/coulomb demo
+
+test: setup-test lint
+	@if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then tests/install-system-packages; else tests/install-system-packages --say; fi
+	tests/with-vcan $(BIN)/python -m pytest tests/vcan; status=$$?; \
+	if [ $$status = 125 ]; then echo "tests/vcan: no SocketCAN here; these tests are skipped below with their reason"; \
+	elif [ $$status != 0 ]; then exit $$status; fi
+	$(BIN)/python -m pytest
+
+lint: setup-test
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/lint-imports --no-cache
+	$(BIN)/pyright --pythonpath $(BIN)/python
+
+setup: $(VENV)/installed
+setup-test: $(VENV)/installed-test
+
+# The environment is made by .ci/make-environment, which says in one line what is missing where it cannot.
+$(VENV)/installed: requirements.lock pyproject.toml hatch_build.py api/pages/package-lock.json
+	.ci/make-environment $(PYTHON) $(VENV)
+	$(BIN)/pip install --quiet --require-hashes -r requirements.lock
+	$(BIN)/pip install --quiet --no-deps --no-build-isolation --editable .
+	touch $@
+
+$(VENV)/installed-test: requirements-test.lock $(VENV)/installed
+	$(BIN)/pip install --quiet --require-hashes -r requirements-test.lock
+	touch $@
+
+# Needs uv. The lock files hold every dependency with the hashes of its files, for all platforms.
+lock:
+	uv pip compile --quiet --universal pyproject.toml --group build --generate-hashes --no-emit-index-url \
+		--no-emit-find-links --custom-compile-command "make lock" -o requirements.lock
+	uv pip compile --quiet --universal pyproject.toml --group dev --all-extras --constraint requirements.lock \
+		--generate-hashes --no-emit-index-url --no-emit-find-links --custom-compile-command "make lock" \
+		-o requirements-test.lock
+
+blind: setup-test
+	$(BIN)/python -m tests.blind
+
+benchmark: setup-test
+	for script in benchmarks/*.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done
+
+clean:
+	rm -rf $(VENV) build dist api/pages/static/vendor artifacts
