@@ -165,6 +165,6 @@ def one_period(phase: Sinusoids, payloads: tuple[KnownPayload, ...]) -> list[Pla
     begin, _ = phase.repeated
     count = SAMPLES_PER_HARMONIC * len(phase.cosine[0])
     step = 1.0 / (phase.frequency * count)
-    time = begin + step * (np.arange(count) + 0.5)
+    time = begin + step * (np.arange(float(count)) + 0.5)
     q, dq, ddq, _ = phase.evaluate(time, np.array(phase.centre))
     return [PlannedMotion(payload, time, q, dq, ddq, step) for payload in payloads]

@@ -1,23 +1,19 @@
 """The simulated six-axis robot against Pinocchio, conservation laws and static balance."""
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import pytest
-import yaml
 
-import config
+from daq.rig import Rig
 from drivers.simulated.arm import Arm
 from drivers.simulated.plant import PlantSettingsError, build_mechanism, read_plant_settings
 from drivers.simulated.plant_settings import ArmSettings, LinkSettings, MountedPayload, RobotSettings
 from drivers.simulated.rigid_bodies import RigidBodies, pseudo_inertia
 from drivers.simulated.robot import Robot
 
-SECTION = yaml.safe_load((Path(config.__file__).parent / "rigs" / "tx40-simulated.yaml").read_text())[
-    "simulated"
-]["plant"]
+SECTION = (Rig.load("tx40-simulated").simulated or {})["plant"]
 FRICTIONLESS = {
     **SECTION,
     "axes": [{**axis, "friction": {"rotor_in_load": False}} for axis in SECTION["axes"]],
