@@ -17,6 +17,7 @@ from identify.estimation.fitting import FittedModel, Progress, fit_model
 from identify.estimation.identification import number, open_record, requested_model
 from identify.estimation.prediction import Prediction, relative_error
 from identify.estimation.record import Record
+from identify.estimation.small_algebra import single_threaded
 from identify.recording import Experiment
 from identify.validation.noise_floor import noise_floors
 
@@ -116,6 +117,7 @@ def diagnose(
     return diagnose_record(record, model, requested_model(record, model, add), progress)
 
 
+@single_threaded
 def diagnose_record(
     record: Record,
     name: str,

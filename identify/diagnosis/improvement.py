@@ -10,6 +10,7 @@ from identify.diagnosis.diagnosis import Diagnosis, diagnose_record
 from identify.effects.model import Term
 from identify.estimation.fitting import FittedModel, Progress, fit_model
 from identify.estimation.identification import block_errors, number, open_record, requested_model
+from identify.estimation.small_algebra import single_threaded
 from identify.recording import Experiment
 
 MOST_STEPS = 24
@@ -61,6 +62,7 @@ class Improvement:
         }
 
 
+@single_threaded
 def improve(
     experiment: Experiment, model: str = "usual", add: Sequence[str] = (), progress: Progress | None = None
 ) -> Improvement:

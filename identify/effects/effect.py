@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import ClassVar, Literal
+from typing import Literal
 
 from identify.effects.motion import Array, JointMotion, JointSummary
 
@@ -17,26 +17,26 @@ class Effect(ABC):
     `grid`; one that not every record can show gives `obstacle`.
     """
 
-    name: ClassVar[str]
-    group: ClassVar[str]
-    equation: ClassVar[str]
-    explanation: ClassVar[str]
+    name: str
+    group: str
+    equation: str
+    explanation: str
     """in an operator's words, ending with what to check on the machine"""
-    regressors: ClassVar[tuple[str, ...]]
+    regressors: tuple[str, ...]
     """what each column is, as a formula"""
-    parameters: ClassVar[tuple[tuple[str, str], ...]]
+    parameters: tuple[tuple[str, str], ...]
     """name (joint number is appended) and unit of each column's parameter, N m read as N for a prismatic joint"""
-    source: ClassVar[str]
-    needs: ClassVar[tuple[str, ...]] = ()
-    variable: ClassVar[str] = "dq"
+    source: str
+    needs: tuple[str, ...] = ()
+    variable: str = "dq"
     """the variable over which the effect is best seen in a residual"""
-    confusable: ClassVar[tuple[str, ...]] = ()
+    confusable: tuple[str, ...] = ()
     """names of effects that are the same physics, or that only special data tell apart"""
-    uses_load: ClassVar[bool] = False
+    uses_load: bool = False
     """whether the columns need the load of a fitted rigid model"""
-    uses_torque: ClassVar[bool] = False
+    uses_torque: bool = False
     """whether the columns need the whole torque of a fitted model; such effects are no part of that torque"""
-    rows: ClassVar[Literal["joint", "motor", "robot"]] = "joint"
+    rows: Literal["joint", "motor", "robot"] = "joint"
     """whose rows carry the columns: the joint's own, those of every joint that its motor drives, or all"""
 
     def obstacle(self, summary: JointSummary) -> str | None:

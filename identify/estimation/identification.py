@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.effects.catalogue import effects
+from identify.effects.effect import Effect
 from identify.effects.load_velocity import LoadVelocity, linear_names
 from identify.effects.model import USUAL, Model, Term, parse_addition, parse_model
 from identify.estimation.essential import RULE, essential_parameters
@@ -18,6 +19,7 @@ from identify.estimation.least_squares import spread
 from identify.estimation.observation import Observation
 from identify.estimation.prediction import Prediction, predict
 from identify.estimation.record import Record
+from identify.estimation.small_algebra import single_threaded
 from identify.recording import Experiment, InputError, SessionEntry
 
 Array = NDArray[np.float64]
@@ -214,6 +216,7 @@ class Identification:
         ]
 
 
+@single_threaded
 def identify(
     experiment: Experiment,
     model: str = "usual",
@@ -273,9 +276,21 @@ def open_record(experiment: Experiment) -> Record:
     return record
 
 
-def known_effects(experiment: Experiment) -> dict[str, Any]:
-    """The catalogue and the user's own effects that the experiment names."""
-    return effects()
+def known_effects(experiment: Experiment) -> dict[str, Effect]:
+    """The catalogue and the user's own effects that the experiment names.
+
+    :raises InputError: a file of an own effect is wrong, or its name is taken.
+    """
+    known = dict(effects())
+    if experiment.effects:
+        from identify.effects.expression import load_own_effect
+
+        for path in experiment.effects:
+            own = load_own_effect(path)
+            if own.name in known:
+                raise InputError(f"{path}: name: an effect named '{own.name}' is already in the catalogue")
+            known[own.name] = own
+    return known
 
 
 def requested_model(record: Record, model: str, add: Sequence[str] = ()) -> Model:

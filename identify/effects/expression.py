@@ -1,0 +1,226 @@
+"""A user's own effect: expressions in a YAML file, parsed against a whitelist and never evaluated as code.
+
+name: bearing-notch
+columns: ["sign(dq) * exp(-((q - place) / width)**2)"]
+constants:
+  place: {from: -1.0, to: 1.0, count: 9}
+  width: {from: 0.05, to: 0.5, count: 4, scale: log}
+explanation: A notch in the bearing. Check the raceway.
+"""
+
+import ast
+import itertools
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from identify.effects.effect import Constants, Effect
+from identify.effects.motion import Array, JointMotion, JointSummary
+from identify.recording.errors import InputError
+from identify.recording.strict_yaml import read_strict_yaml
+
+SIGNALS: Mapping[str, str] = {
+    "q": "position, rad or m",
+    "dq": "velocity, rad/s or m/s",
+    "ddq": "acceleration, rad/s² or m/s²",
+    "load": "tau_out of the fitted model, N m or N",
+    "torque": "whole torque of the fitted model, N m or N",
+    "t": "time since the session began, s",
+    "temp": "temperature, °C",
+}
+FUNCTIONS: Mapping[str, Callable[..., Array]] = {
+    "sign": np.sign,
+    "abs": np.abs,
+    "exp": np.exp,
+    "log": np.log,
+    "sqrt": np.sqrt,
+    "sin": np.sin,
+    "cos": np.cos,
+    "tan": np.tan,
+    "tanh": np.tanh,
+    "atan": np.arctan,
+    "min": np.minimum,
+    "max": np.maximum,
+}
+OPERATORS: Mapping[type[ast.operator], Callable[[Array, Array], Array]] = {
+    ast.Add: np.add,
+    ast.Sub: np.subtract,
+    ast.Mult: np.multiply,
+    ast.Div: np.divide,
+    ast.Pow: np.power,
+}
+LONGEST = 500
+"""Characters of an expression; what is longer is no formula."""
+MOST_VARIANTS = 64
+"""Choices of constants that are tried together."""
+
+
+class _Settings(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class ConstantRange(_Settings):
+    """Values of a nonlinear constant to try."""
+
+    low: Annotated[float, Field(alias="from")]
+    high: Annotated[float, Field(alias="to")]
+    count: Annotated[int, Field(ge=1, le=MOST_VARIANTS)] = 7
+    scale: Literal["linear", "log"] = "linear"
+
+    def values(self) -> NDArray[np.float64]:
+        """The values, low to high."""
+        if self.scale == "log":
+            return np.geomspace(self.low, self.high, self.count)
+        return np.linspace(self.low, self.high, self.count)
+
+
+class OwnEffectFile(_Settings):
+    """The file of a user's own effect."""
+
+    name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9-]*$")]
+    columns: Annotated[list[str], Field(min_length=1, max_length=12)]
+    constants: dict[str, ConstantRange] = {}
+    explanation: str = "A user's own effect."
+    source: str = "the user's own"
+    unit: str = "N m"
+    variable: Literal["q", "dq", "ddq", "load", "time"] = "dq"
+
+
+Node = Callable[[Mapping[str, Array]], Array]
+
+
+class OwnEffect(Effect):
+    """An effect made of expressions."""
+
+    group = "own"
+    needs = ()
+
+    def __init__(self, settings: OwnEffectFile) -> None:
+        """:raises ValueError: an expression is not a formula of the allowed signals, functions and constants."""
+        self.settings = settings
+        self.name = settings.name
+        self.explanation = settings.explanation
+        self.source = settings.source
+        self.variable = settings.variable
+        self.equation = " + ".join(f"c{index + 1} {text}" for index, text in enumerate(settings.columns))
+        self.regressors = tuple(settings.columns)
+        single = len(settings.columns) == 1
+        self.parameters = tuple(
+            (settings.name if single else f"{settings.name}_{index + 1}_", settings.unit)
+            for index in range(len(settings.columns))
+        )
+        for text in settings.columns:  # refused here; the parsed form cannot travel to another process
+            parse(text, settings.constants)
+        self.uses_load = any(_names(text) & {"load", "torque"} for text in settings.columns)
+        self.uses_torque = any("torque" in _names(text) for text in settings.columns)
+        self.needs_temperature = any("temp" in _names(text) for text in settings.columns)
+
+    def obstacle(self, summary: JointSummary) -> str | None:
+        if self.needs_temperature and not summary.has_temperature:
+            return "no temperature column that changes by more than 1 K"
+        return None
+
+    def grid(self, summary: JointSummary) -> list[dict[str, float]]:
+        ranges = self.settings.constants
+        listed = [[(name, float(value)) for value in each.values()] for name, each in ranges.items()]
+        return [dict(choice) for choice in itertools.product(*listed)][:MOST_VARIANTS]
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        values: dict[str, Array] = {
+            "q": motion.q,
+            "dq": motion.dq,
+            "ddq": motion.ddq,
+            "load": motion.load,
+            "torque": motion.model_torque,
+            "t": motion.session_time,
+            **{name: np.asarray(value) for name, value in constants.items()},
+        }
+        if motion.temperature is not None:
+            values["temp"] = motion.temperature
+        with np.errstate(all="ignore"):
+            columns = [
+                np.broadcast_to(parse(text, self.settings.constants)(values), motion.q.shape)
+                for text in self.settings.columns
+            ]
+        return np.nan_to_num(np.column_stack(columns), nan=0.0, posinf=0.0, neginf=0.0)
+
+
+def load_own_effect(path: Path) -> OwnEffect:
+    """Read a user's own effect.
+
+    :raises InputError: the file is no effect; names file, field and what would be right.
+    """
+    content, lines = read_strict_yaml(path)
+    try:
+        settings = OwnEffectFile.model_validate(content)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"]) or "the file"
+        line = lines.get(tuple(part for part in first["loc"] if not isinstance(part, bytes)))
+        at = f" line {line}:" if line else ""
+        raise InputError(f"{path}:{at} {where}: {first['msg']}") from None
+    try:
+        return OwnEffect(settings)
+    except ValueError as error:
+        raise InputError(f"{path}: columns: {error}") from None
+
+
+def parse(text: str, constants: Mapping[str, object]) -> Node:
+    """A formula as a function of its signals and constants.
+
+    :raises ValueError: it holds anything but numbers, + - * / **, the signals, the functions and its constants.
+    """
+    if len(text) > LONGEST:
+        raise ValueError(f"'{text[:40]}…' is longer than {LONGEST} characters")
+    try:
+        tree = ast.parse(text, mode="eval")
+    except (SyntaxError, ValueError, RecursionError):
+        raise ValueError(f"'{text}' is not a formula") from None
+    return _node(tree.body, text, frozenset(constants) | frozenset(SIGNALS))
+
+
+def _node(tree: ast.expr, text: str, names: frozenset[str]) -> Node:
+    if (
+        isinstance(tree, ast.Constant)
+        and isinstance(tree.value, int | float)
+        and not isinstance(tree.value, bool)
+    ):
+        number = np.asarray(float(tree.value))
+        return lambda values: number
+    if isinstance(tree, ast.Name):
+        if tree.id == "pi":
+            return lambda values: np.asarray(np.pi)
+        if tree.id not in names:
+            known = ", ".join(sorted(names))
+            raise ValueError(f"'{text}': '{tree.id}' is neither a signal nor a constant; there are {known}")
+        name = tree.id
+        return lambda values: values[name]
+    if isinstance(tree, ast.UnaryOp) and isinstance(tree.op, ast.USub | ast.UAdd):
+        operand = _node(tree.operand, text, names)
+        return (lambda values: -operand(values)) if isinstance(tree.op, ast.USub) else operand
+    if isinstance(tree, ast.BinOp) and type(tree.op) in OPERATORS:
+        operator = OPERATORS[type(tree.op)]
+        left, right = _node(tree.left, text, names), _node(tree.right, text, names)
+        return lambda values: operator(left(values), right(values))
+    if isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name) and not tree.keywords:
+        return _call(tree, tree.func.id, text, names)
+    raise ValueError(f"'{text}': '{ast.unparse(tree)}' is not allowed in a formula")
+
+
+def _call(tree: ast.Call, name: str, text: str, names: frozenset[str]) -> Node:
+    if name not in FUNCTIONS:
+        raise ValueError(f"'{text}': there is no function '{name}'; there are {', '.join(FUNCTIONS)}")
+    wanted = 2 if name in ("min", "max") else 1
+    if len(tree.args) != wanted:
+        raise ValueError(f"'{text}': {name} takes {wanted} value{'s' if wanted > 1 else ''}")
+    function = FUNCTIONS[name]
+    arguments = [_node(argument, text, names) for argument in tree.args]
+    return lambda values: function(*(argument(values) for argument in arguments))
+
+
+def _names(text: str) -> set[str]:
+    return {node.id for node in ast.walk(ast.parse(text, mode="eval")) if isinstance(node, ast.Name)}
