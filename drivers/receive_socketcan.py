@@ -96,6 +96,7 @@ class SocketCanReceiver:
         vectors["length"] = size
         headers["iov"] = vectors.ctypes.data + rows * _VECTOR.itemsize
         headers["iovlen"] = 1
+        headers["controllen"] = _CONTROL_BYTES
         headers["control"] = control.ctypes.data + rows * _CONTROL_BYTES
         self._memory = (control, vectors, headers)  # the kernel has their addresses
         self._first_header = ctypes.c_void_p(headers.ctypes.data)
@@ -186,7 +187,6 @@ class SocketCanReceiver:
 
     def _receive(self, descriptor: int) -> int:
         """One recvmmsg into the rows; the number of frames."""
-        self._control_length[:] = _CONTROL_BYTES  # the kernel overwrites it
         count = _libc.recvmmsg(descriptor, self._first_header, BLOCK, _MSG_DONTWAIT, None)
         if count >= 0:
             return count
@@ -210,6 +210,7 @@ class SocketCanReceiver:
         if self._control_length[:count].max() > _STAMP_CONTROL:  # only once something was lost
             counted = self._control_length[:count] > _STAMP_CONTROL
             self.dropped = int(self._drop_count[:count][counted][-1])
+        self._control_length[:count] = _CONTROL_BYTES  # what the kernel overwrote, and only that
         return rows.copy()
 
     def _unusual_ids(self, count: int) -> None:
