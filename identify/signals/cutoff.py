@@ -1,11 +1,13 @@
-"""The rule that chooses cut-offs from the data (section IV.B: a bandwidth of at least five times the
-motion's).
+"""The rule that chooses cut-offs from the data (section IV.B: look at the spectrum, five times the motion's
+bandwidth).
 
-1. The motion's bandwidth f_m holds 98 % of the power of the acceleration and of the velocity's sign, over all
-   identification sessions and joints (`motion_spectrum`: look at the spectrum).
-2. The positions are low-passed at 5 f_m; lower where, for a coarse or noisy encoder, noise would make up
-more than
-   half of the acceleration; never above 0.4 of the sampling frequency.
+1. The motion's bandwidth f_m holds 98 % of the power of the acceleration, and 95 % of that of the
+velocity's sign, of
+   every joint in every identification session. Noise is told from motion by the valley between them in the
+   acceleration's spectrum (`motion_spectrum`).
+2. The positions are low-passed at 5 f_m; lower where, for a coarse or noisy encoder, noise would make up a
+third of the
+   acceleration; never above 0.4 of the sampling frequency.
 3. Y and W are low-passed at 2 f_m, and decimated so that this is 0.8 of the new Nyquist frequency; higher
 if fewer than
    100 decimated samples were left.

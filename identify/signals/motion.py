@@ -192,7 +192,7 @@ def _block(
     )
 
 
-ANTI_ALIAS = 0.35
+ANTI_ALIAS = 0.25
 """Of the rate of the rows: cut-off of the filter that keeps faster content of the measured columns out of
 them."""
 

@@ -17,8 +17,15 @@ POWER_HELD = 0.98
 """The motion's bandwidth holds this part of the acceleration's power. With it, twice and five times the
 bandwidth are the cut-offs that the literature of identification uses on machines whose bandwidth is
 known."""
-VELOCITY_HELD = 0.99
-"""Noise is looked for above the frequency that holds this part of the velocity's power."""
+POSITION_HELD = 0.999
+"""Noise is looked for above the frequency that holds this part of the position's power."""
+VALLEY_WITHIN = 2.0
+"""Times the least power between motion and the sampling frequency: that near counts as the valley."""
+CENTRES = 64
+"""Frequencies at which the averaged power is looked at."""
+REVERSALS_HELD = 0.95
+"""The same for the sign of the velocity, which falls off more slowly: up to about the seventh harmonic of a
+sine."""
 STICTION_PART = 0.02
 """Of the highest speed: within it, the sign of the velocity is taken to change gradually."""
 AT_REST = 20.0
@@ -36,7 +43,7 @@ class MotionSpectrum:
     acceleration_bandwidth: float
     """Hz; holds `POWER_HELD` of the acceleration's power above noise."""
     reversal_bandwidth: float
-    """Hz; holds `POWER_HELD` of the power of the velocity's sign, which dry friction follows."""
+    """Hz; holds `REVERSALS_HELD` of the power of the velocity's sign, which dry friction follows."""
     noise_from: float
     """Hz; above it the second derivative of the position is noise and vibration, no longer motion."""
     frequency: Array
@@ -68,15 +75,17 @@ def motion_spectrum(session: Session, joint: int) -> MotionSpectrum | None:
     if np.ptp(np.concatenate([piece[:: max(1, len(piece) // 4096)] for piece in pieces])) <= AT_REST * noise:
         return None
     frequency, power = _mean_power([np.diff(piece, 2) for piece in pieces], period)
-    difference = (2 * np.sin(np.pi * frequency * period)) ** 4
-    white = np.median((power / difference)[frequency > 0.25 / period])
-    motion = np.maximum(power - 4 * white * difference, 0.0)
-    lowest = _holding(frequency, motion / frequency**2, VELOCITY_HELD)
+    lowest = _holding(*_mean_power([_levelled(piece) for piece in pieces], period), POSITION_HELD)
     valley, level = _valley(frequency, power, np.sqrt(2) * lowest, HIGHEST_CUTOFF / period)
     below = frequency <= valley
     above_noise = np.maximum(power[below] - level * (frequency[below] / valley) ** 4, 0.0)
     bandwidth = _holding(frequency[below], above_noise, POWER_HELD)
     return MotionSpectrum(bandwidth, _reversal_bandwidth(pieces, period, valley), valley, frequency, power)
+
+
+def _levelled(values: Array) -> Array:
+    """Values without the straight line through their ends."""
+    return values - np.linspace(values[0], values[-1], len(values))
 
 
 def _pieces(session: Session) -> list[slice]:
@@ -109,15 +118,20 @@ def _holding(frequency: Array, power: Array, part: float) -> float:
 
 
 def _valley(frequency: Array, power: Array, lowest: float, highest: float) -> tuple[float, float]:
-    """Where the power, averaged over an octave, is least between two frequencies; the frequency and that
-    power."""
-    centres = np.geomspace(min(lowest, highest / 2), highest, 64)
-    edges = np.searchsorted(frequency, np.concatenate([centres / np.sqrt(2), centres * np.sqrt(2)]))
-    first, last = np.minimum(edges[:64], len(power) - 1), np.minimum(edges[64:], len(power))
+    """Where motion ends and noise begins: where the power, averaged over an octave, first comes down to its
+    valley.
+
+    A notch in the motion's own spectrum is no valley, since the power falls lower beyond it; nor does it
+    matter that vibrations above make several valleys alike. Returns the frequency and the power there.
+    """
+    centres = np.geomspace(min(lowest, highest / 2), highest, CENTRES)
+    first, last = np.searchsorted(frequency, np.outer([1 / np.sqrt(2), np.sqrt(2)], centres))
+    first = np.minimum(first, len(power) - 1)
+    last = np.maximum(np.minimum(last, len(power)), first + 1)
     held = np.concatenate([[0.0], np.cumsum(power)])
-    mean = (held[np.maximum(last, first + 1)] - held[first]) / np.maximum(last - first, 1)
-    least = int(np.argmin(mean))
-    return float(centres[least]), float(mean[least])
+    mean = (held[last] - held[first]) / (last - first)
+    valley = int(np.argmax(mean <= VALLEY_WITHIN * mean.min()))
+    return float(centres[valley]), float(mean[valley])
 
 
 def _reversal_bandwidth(pieces: list[Array], period: float, cutoff: float) -> float:
@@ -126,4 +140,4 @@ def _reversal_bandwidth(pieces: list[Array], period: float, cutoff: float) -> fl
         velocity = differentiate(piece[:, None], period, (cutoff,))[1][:, 0]
         threshold = STICTION_PART * np.quantile(np.abs(velocity), 0.995)
         signs.append(np.clip(velocity / max(threshold, 1e-300), -1.0, 1.0))
-    return _holding(*_mean_power(signs, period), POWER_HELD)
+    return _holding(*_mean_power(signs, period), REVERSALS_HELD)
