@@ -162,12 +162,13 @@ class SimulatedRig:
         step = duration / steps
         half = 0.5 * step
         for number in range(steps):
-            mechanism.step(current, half)
+            # Between the servo's acts the current does not change: half a period on either side is one.
+            mechanism.step(current, step if number else half)
             since_sync = (number + 0.5) * step
             angles = mechanism.motor_angle
             for position, node in enumerate(nodes):
                 current[position] = node.drive.servo_step(float(angles[position]), since_sync, step)
-            mechanism.step(current, half)
+        mechanism.step(current, half)
         self.time += duration
 
     def _keep_house(self) -> None:

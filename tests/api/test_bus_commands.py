@@ -6,51 +6,55 @@ import sys
 
 import pytest
 
-
-def coulomb(*arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, "-m", "api", *arguments], capture_output=True, text=True)
-
-
-def test_scan_of_an_empty_bus_says_so():
-    result = coulomb("scan", "--interface", "virtual", "--channel", "nobody", "--wait", "0.05")
-    assert (result.returncode, result.stderr) == (0, "")
-    assert result.stdout == "no node answered on virtual channel nobody\n"
+from api.commands.fake_drive import fake_drive
+from api.commands.scan import scan
+from identify.recording.errors import InputError
 
 
-def test_scan_as_json_is_one_document():
-    result = coulomb("scan", "--interface", "virtual", "--channel", "nobody", "--wait", "0.05", "--json")
-    assert json.loads(result.stdout) == {"interface": "virtual", "channel": "nobody", "nodes": []}
+def test_scan_of_an_empty_bus_says_so(capsys):
+    scan(interface="virtual", channel="nobody", wait=0.05)
+    assert capsys.readouterr().out == "no node answered on virtual channel nobody\n"
+
+
+def test_scan_as_json_is_one_document(capsys):
+    scan(interface="virtual", channel="nobody", wait=0.05, as_json=True)
+    assert json.loads(capsys.readouterr().out) == {"interface": "virtual", "channel": "nobody", "nodes": []}
+
+
+def test_a_wrong_channel_is_exit_status_2_and_one_line():
+    arguments = ["scan", "--interface", "socketcan", "--channel", "can99", "--json"]
+    result = subprocess.run([sys.executable, "-m", "api", *arguments], capture_output=True, text=True)
+    assert (result.returncode, result.stdout) == (2, "")
+    assert "CAN interface 'can99' is not there" in result.stderr
+    assert result.stderr.count("\n") == 1
 
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("scan", "--interface", "socketcan", "--channel", "can99"), "'can99' is not there"),
-        (("scan", "--interface", "telepathy", "--channel", "x"), "'telepathy' is not known"),
-        (("scan", "--interface", "virtual", "--channel", "x", "--wait", "0"), "--wait: must be above 0 s"),
-        (
-            ("scan", "--interface", "virtual", "--channel", "x", "--bitrate", "0"),
-            "--bitrate: must be above 0",
-        ),
-        (("fake-drive", "no-such-rig"), "no-such-rig"),
-        (("fake-drive", "rx130l-joint3-simulated"), "--interface: a virtual bus ends with this process"),
-        (
-            ("fake-drive", "rx130l-joint3-simulated", "--interface", "socketcan", "--channel", "can99"),
-            "--channel can99: CAN interface 'can99' is not there",
-        ),
-        (
-            ("fake-drive", "rx130l-joint3-simulated", "--interface", "socketcan", "--payload", "anvil"),
-            "payload 'anvil' is not known",
-        ),
-        (
-            ("fake-drive", "rx130l-joint3-simulated", "--interface", "socketcan", "--seconds", "-1"),
-            "--seconds: must be above 0",
-        ),
+        ({"interface": "telepathy"}, "--interface telepathy .*'telepathy' is not known"),
+        ({"wait": 0.0}, "--wait: must be above 0 s"),
+        ({"bitrate": 0}, "--bitrate: must be above 0"),
     ],
 )
-def test_wrong_arguments_are_refused_in_one_line(arguments, words):
-    result = coulomb(*arguments)
-    assert result.returncode == 2
-    assert words in result.stderr
-    assert result.stderr.count("\n") == 1
-    assert result.stdout == ""
+def test_scan_refuses_wrong_arguments_by_name(arguments, words):
+    with pytest.raises(InputError, match=words):
+        scan(**({"interface": "virtual", "channel": "x"} | arguments))
+
+
+SIMULATED = "rx130l-joint3-simulated"
+
+
+@pytest.mark.parametrize(
+    ("rig", "arguments", "words"),
+    [
+        ("no-such-rig", {}, "rig 'no-such-rig' is not known"),
+        (SIMULATED, {}, "--interface: a virtual bus ends with this process"),
+        (SIMULATED, {"interface": "socketcan", "channel": "can99"}, "--channel can99: .* is not there"),
+        (SIMULATED, {"interface": "socketcan", "payload": "anvil"}, "payload 'anvil' is not known"),
+        (SIMULATED, {"interface": "socketcan", "seconds": -1.0}, "--seconds: must be above 0"),
+    ],
+)
+def test_fake_drive_refuses_wrong_arguments_by_name(rig, arguments, words):
+    with pytest.raises(InputError, match=words):
+        fake_drive(rig, **arguments)
