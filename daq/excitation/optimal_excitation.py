@@ -24,10 +24,10 @@ from daq.rig import KnownPayload, Rig
 CRITERIA = ("d-optimal", "condition")
 """what is made large: the information's determinant, or small: the condition number"""
 
-LADDER_SHARES = (0.45, 0.6, 0.75)
+LADDER_SHARES = (0.45, 0.6, 0.75, 0.88)
 """of the time; the rest is for sinusoids"""
 
-LADDER_SEEDS = 4
+LADDER_SEEDS = 6
 """orders of places and directions that are compared; one joint has few that differ"""
 
 EVALUATIONS = 400
