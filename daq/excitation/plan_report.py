@@ -111,7 +111,11 @@ def make_plan(request: Request, progress: Callable[[float, str], None] | None = 
     """
     plan = optimal_plan(request, progress)
     if request.model.is_identified:
-        while current_violations(request, plan) and request.dynamic_share * GENTLER >= GENTLEST:
+        while (
+            current_violations(request, plan)
+            and not too_heavy_at_rest(request, plan)
+            and request.dynamic_share * GENTLER >= GENTLEST
+        ):
             gentler = replace(request, dynamic_share=request.dynamic_share * GENTLER)
             try:
                 plan = optimal_plan(gentler, progress)
@@ -168,3 +172,18 @@ def current_violations(request: Request, plan: ExcitationPlan) -> tuple[KnownPay
         if any(violation.quantity == "predicted current" for violation in found):
             return payload, times, torque
     return None
+
+
+def too_heavy_at_rest(request: Request, plan: ExcitationPlan) -> bool:
+    """Whether some posture of the plan needs too much current even without motion: gentler dynamics would
+    not help.
+    """
+    times = sampling_times(plan)[::50]
+    q = plan.setpoints(times).position
+    still = np.zeros_like(q)
+    limits = np.array([axis.limits.current for axis in request.rig.axes])
+    for payload in request.payloads:
+        load = request.model.load(PlannedMotion(payload, times, q, still, still, float(times[1])))
+        if (limits < np.abs(np.linalg.solve(request.rig.drive_gain, load.T)).T).any():
+            return True
+    return False
