@@ -33,7 +33,6 @@ def live_page(request: Request, user: access.Viewer, rig: RigChoice = None) -> H
             "following_limit": axis.limits.following_error,
             "low": axis.limits.position[0],
             "high": axis.limits.position[1],
-            "gain": axis.amplifier_gain,
         }
         for index, axis in enumerate(settings.axes)
     ]

@@ -78,9 +78,7 @@ def body_context(
     floor = shown.joint(joint)["noise_floor"]
     titles = effect_titles()
     candidates = _candidates(stored, diagnosis, joint, floor)
-    where = sorted(
-        diagnosis["where"] if diagnosis else [], key=lambda place: -(place["share_of_error"] or 0.0)
-    )
+    where = sorted(diagnosis["where"], key=_excess, reverse=True) if diagnosis else []
     line = [stored.model(identifier) for identifier in stored.story.line]
     before = line[-2] if len(line) > 1 else None
     return {
@@ -114,6 +112,11 @@ def body_context(
         "redo_link": _step_link(stored, "redo", joint),
         "diagnose_link": _step_link(stored, "diagnose", joint),
     }
+
+
+def _excess(place: Mapping[str, Any]) -> float:
+    """How much more of the error than of the samples a range holds."""
+    return (place["share_of_error"] or 0.0) - (place.get("share_of_samples") or 0.0)
 
 
 def joint_diagnosis(stored: StoredExperiment, shown: ShownModel, joint: str) -> dict[str, Any] | None:

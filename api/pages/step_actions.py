@@ -1,5 +1,6 @@
 """The steps of the model from the page: diagnose, add, remove, undo, redo; each answers with the exchanged part."""
 
+import threading
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Request
@@ -13,10 +14,13 @@ from api.pages.rendering import PREFIX, page
 from api.pages.stored_models import StoredExperiment
 from api.service import access
 from api.service.accounts import User
-from api.service.jobs import Job
+from api.service.jobs import Job, JobRunner
 from api.service.problems import Problem
 
 router = APIRouter(prefix=f"{PREFIX}/experiments/{{experiment}}", include_in_schema=False)
+
+CANCEL_TIMEOUT = 10.0
+"""s to wait for a cancelled search; it is ended after two."""
 
 
 @router.post("/steps/diagnose")
@@ -33,6 +37,7 @@ def add(
     request: Request, user: access.Operator, experiment: str, joint: JointChoice, effect: EffectChoice
 ) -> HTMLResponse:
     """Add an effect to the joint's model."""
+    _set_diagnosis_aside(access.service_of(request).jobs, experiment)
     access.service_of(request).models.add_effect(experiment, user.name, effect or "", joint)
     return body(request, user, experiment, joint)
 
@@ -43,6 +48,7 @@ def remove(
 ) -> HTMLResponse:
     """Remove an effect from the joint's model."""
     name, _, of_joint = (effect or "").partition("@")
+    _set_diagnosis_aside(access.service_of(request).jobs, experiment)
     access.service_of(request).models.remove_effect(experiment, user.name, name, of_joint or None)
     return body(request, user, experiment, joint)
 
@@ -50,6 +56,7 @@ def remove(
 @router.post("/steps/undo")
 def undo(request: Request, user: access.Operator, experiment: str, joint: JointChoice = None) -> HTMLResponse:
     """Back to the model before."""
+    _set_diagnosis_aside(access.service_of(request).jobs, experiment)
     access.service_of(request).models.undo(experiment, user.name)
     return body(request, user, experiment, joint)
 
@@ -57,6 +64,7 @@ def undo(request: Request, user: access.Operator, experiment: str, joint: JointC
 @router.post("/steps/redo")
 def redo(request: Request, user: access.Operator, experiment: str, joint: JointChoice = None) -> HTMLResponse:
     """Forward again."""
+    _set_diagnosis_aside(access.service_of(request).jobs, experiment)
     access.service_of(request).models.redo(experiment, user.name)
     return body(request, user, experiment, joint)
 
@@ -119,3 +127,25 @@ def body(
     )
     context |= body_context(stored, shown, joint) | job_state(service.jobs, experiment, joint, ended)
     return page(request, "missing_body.html", **context)
+
+
+def _set_diagnosis_aside(jobs: JobRunner, experiment: str) -> None:
+    """A step of the model does not wait for the search for what is missing: that is cancelled, and begun again for the
+    model that stands then."""
+    active = jobs.active(experiment)
+    if active is None or active.kind != "diagnose":
+        return
+    over = threading.Event()
+
+    def watch(job: Job) -> None:
+        if job.id == active.id and job.state.final:
+            over.set()
+
+    jobs.listen(watch)
+    try:
+        jobs.cancel(active.id)
+        over.wait(CANCEL_TIMEOUT)
+    except Problem:
+        pass  # it has just ended by itself
+    finally:
+        jobs.unlisten(watch)

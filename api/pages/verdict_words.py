@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from api.pages.number_format import THIN, listing, percent, significant
+from api.pages.number_format import THIN, listing, number, percent, significant
 
 VARIABLE_WORDS = {
     "dq": ("speed", "speed"),
@@ -17,6 +17,7 @@ VARIABLE_WORDS = {
     "load": ("load", "load"),
     "time": ("time", "time"),
     "temperature": ("temperature", "temperature"),
+    "travel since reversal": ("travel", "position"),
 }
 """Variable of `where` in the contract's JSON -> words, and the dimension that its unit follows from."""
 
@@ -69,6 +70,8 @@ def where_words(place: Mapping[str, Any], units: Any) -> str:
     """`speed −0.1 to 0.1 rad/s`."""
     words, dimension = VARIABLE_WORDS.get(place["variable"], (place["variable"], ""))
     low, high = place["from"], place["to"]
+    if place["variable"] in ("session", "payload") and low == high:
+        return f"{words} {number(low, 0)}"
     if not isinstance(low, int | float) or not isinstance(high, int | float):
         return f"{words} {low}" if low == high or high is None else f"{words} {low} to {high}"
     unit = f"{THIN}{units.of_dimension(dimension)}" if dimension else ""

@@ -58,7 +58,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def write_rig(folder: Path, name: str = RIG, **changes: object) -> None:
     """The RX130L's joint 3 with friction that grows with the load, which the usual model does not know.
 
-    faults, pacing : as in a rig file
+    faults, pacing, cycle : as in a rig file
     """
     text = (RIGS / "rx130l-joint3-simulated.yaml").read_text()
     rig = yaml.safe_load(text)
@@ -69,8 +69,7 @@ def write_rig(folder: Path, name: str = RIG, **changes: object) -> None:
     friction |= HIDDEN
     if "faults" in changes:
         rig["simulated"]["drives"][0]["faults"] = changes["faults"]
-    if "pacing" in changes:
-        rig["pacing"] = changes["pacing"]
+    rig |= {key: changes[key] for key in ("pacing", "cycle") if key in changes}
     folder.mkdir(parents=True, exist_ok=True)
     (folder / f"{name}.yaml").write_text(yaml.safe_dump(rig))
 

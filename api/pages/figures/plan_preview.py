@@ -64,7 +64,7 @@ def draw_plan_signal(
     ticks = round_ticks(x.low, x.high, 8)
     content += [text(x(tick), bottom + 14, tick_text(tick, ticks), "middle") for tick in ticks]
     content.append(line(left, bottom, right, bottom, "axis"))
-    content.append(text(right + 6, bottom + 14, "s", "faint"))
+    content.append(text(right + 14, bottom + 14, "s", "faint"))
     middle = (top + bottom) / 2
     content.append(
         text(11, middle, f"{words}, {unit}", "middle title", transform=f"rotate(-90 11 {middle:g})")

@@ -21,12 +21,14 @@ const colour = (role) => {
   return resolved;
 };
 
+// the newest value that came; one that did not is null
+const newest = (values) => values.findLast((value) => value !== null);
+
 if (panels.length > 1) root.classList.add("many-axes");
 
 class Axis {
   constructor(panel) {
     this.panel = panel;
-    this.gain = Number(panel.dataset.gain);
     this.place = panel.querySelector("[data-strip]");
     this.clear();
     this.build();
@@ -38,6 +40,7 @@ class Axis {
     this.position = [];
     this.current = [];
     this.following = NaN;
+    this.begun = null; // s of the rig's clock at the first row: the strip counts from there
   }
 
   size() {
@@ -73,10 +76,12 @@ class Axis {
   }
 
   take(time, position, command, following) {
+    this.begun ??= time[0];
+    const given = (value) => (Number.isFinite(value) ? value : null);
     for (let row = 0; row < time.length; row += 1) {
-      this.time.push(time[row]);
-      this.position.push(position[row]);
-      this.current.push(command[row] * this.gain);
+      this.time.push(time[row] - this.begun);
+      this.position.push(given(position[row]));
+      this.current.push(given(command[row]));
     }
     for (let row = time.length - 1; row >= 0; row -= 1)
       if (Number.isFinite(following[row])) {
@@ -94,8 +99,8 @@ class Axis {
   }
 
   say() {
-    set("[data-position]", fixed(this.position.at(-1), 3), this.panel);
-    set("[data-current]", fixed(this.current.at(-1), 2), this.panel);
+    set("[data-position]", fixed(newest(this.position), 3), this.panel);
+    set("[data-current]", fixed(newest(this.current), 2), this.panel);
     set("[data-following]", fixed(this.following * 1000, 2), this.panel);
     const near = Math.abs(this.following) > 0.7 * Number(this.panel.dataset.followingLimit);
     this.panel.querySelector("[data-following]").parentElement.classList.toggle("near", near);
@@ -208,7 +213,11 @@ function connect() {
     root.querySelector("[data-lost]").hidden = true;
   };
   socket.onmessage = ({ data }) => (typeof data === "string" ? takeStatus(JSON.parse(data)) : takeBlock(data));
+  // A broken line is not told to a socket until much later; the browser knows at once.
+  const offline = () => socket.close();
+  addEventListener("offline", offline, { once: true });
   socket.onclose = () => {
+    removeEventListener("offline", offline);
     root.querySelector("[data-lost]").hidden = false;
     setTimeout(connect, wait);
     wait = Math.min(wait * 2, 4000);
