@@ -40,11 +40,10 @@ def by_speed(models: Sequence[JointSamples]) -> list[ErrorRow]:
 
 
 def by_power_sign(models: Sequence[JointSamples]) -> list[ErrorRow]:
-    """Motor quadrants 1 and 3 against generator quadrants 2 and 4 of Fig. 2; the load is the first model's."""
-    power = models[0].load * models[0].velocity
+    """Motor quadrants 1 and 3 against generator quadrants 2 and 4 of Fig. 2, by each model's own load."""
     return [
-        _row("motor, quadrants 1 and 3", models, lambda _: power > 0),
-        _row("generator, quadrants 2 and 4", models, lambda _: power < 0),
+        _row("motor, quadrants 1 and 3", models, lambda samples: samples.load * samples.velocity > 0),
+        _row("generator, quadrants 2 and 4", models, lambda samples: samples.load * samples.velocity < 0),
     ]
 
 
