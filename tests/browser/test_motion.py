@@ -3,9 +3,12 @@
 import re
 
 import httpx
+import pytest
 from playwright.sync_api import Page, expect
 
 from daq.session_events import SessionState
+
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 
 PATIENCE = 200_000  # ms for what computes or moves
 FAULT_CYCLE = 3000
