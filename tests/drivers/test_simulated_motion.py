@@ -88,7 +88,9 @@ def test_a_session_repeated_gives_the_same_numbers(open_bench, axis):
     for _ in range(2):
         bench = open_bench(axis(current_noise=0.05), seed=7)
         bench.bring_up()
-        runs.append(bench.run(500, swing(0.2, 2.0))["data"].tobytes())
+        frames = bench.run(500, swing(0.2, 2.0))
+        samples = frames[np.isin(frames["can_id"], (0x80, 0x185))]  # heartbeats go by the wall clock
+        runs.append(samples.tobytes())
     assert runs[0] == runs[1]
 
 
