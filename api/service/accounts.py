@@ -10,6 +10,7 @@ import secrets
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cache
 
 from argon2 import PasswordHasher
 from argon2.exceptions import InvalidHashError, VerificationError
@@ -73,6 +74,12 @@ def _sha256(secret: str) -> str:
     return hashlib.sha256(secret.encode()).hexdigest()
 
 
+@cache
+def _hash_of_nobody() -> str:
+    """The hash of a password that nobody knows."""
+    return PasswordHasher().hash(secrets.token_hex(16))
+
+
 class Accounts:
     """Users, sign-ins and tokens in the database. Raises InputError for what a person typed wrongly."""
 
@@ -80,8 +87,6 @@ class Accounts:
         self._database = database
         self._clock = clock
         self._hasher = PasswordHasher()
-        # Verified for unknown names, so that an attempt takes as long whether the name exists or not.
-        self._hash_of_nobody = self._hasher.hash(secrets.token_hex(16))
         self._any_user = False
 
     def exist(self) -> bool:
@@ -159,7 +164,8 @@ class Accounts:
         """The user if the password is right, else None; takes as long for an unknown name."""
         with self._database.transaction() as session:
             row = session.get(UserRow, name)
-        stored = row.password_hash if row else self._hash_of_nobody
+        # An attempt takes as long whether the name exists or not.
+        stored = row.password_hash if row else _hash_of_nobody()
         try:
             self._hasher.verify(stored, password[:LONGEST_PASSWORD])
         except (VerificationError, InvalidHashError):

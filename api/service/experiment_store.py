@@ -79,7 +79,7 @@ class ExperimentStore:
         try:
             declared = read_experiment_file(file)
         except InputError as error:
-            problem = str(error)[:1000]
+            problem = str(error).replace(f"{folder}/", "")[:1000]
         with self._database.transaction() as session:
             row = session.get(ExperimentRow, identifier)
             if row is None:

@@ -65,6 +65,7 @@ def listen(host: str, port: int) -> socket.socket:
         listening = socket.socket(family, socket.SOCK_STREAM)
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listening.bind((host, port))
+        listening.listen()  # from here on nobody who comes early is turned away
     except OSError as error:
         if error.errno == errno.EADDRINUSE:
             raise InputError(

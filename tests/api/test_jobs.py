@@ -1,0 +1,188 @@
+"""Jobs: real processes, progress, cancel, failure, restart."""
+
+import os
+import threading
+
+import pytest
+
+from api.service.database import open_database
+from api.service.jobs import JobRunner, JobState
+from api.service.problems import Problem
+
+WORK = """
+import os, signal
+from identify.recording.errors import InputError
+
+def double(progress, value):
+    for step in range(5):
+        progress(step / 5, f"step {step}")
+    return {"value": 2 * value, "process": os.getpid()}
+
+def wait_for_cancel(progress, began):
+    open(began, "w").close()
+    while True:
+        progress(0.5, "waiting")
+
+def deaf(progress, began):
+    progress(0.1, "deaf from now on")
+    open(began, "w").close()
+    signal.pause()
+
+def killed(progress):
+    os.kill(os.getpid(), signal.SIGKILL)
+
+def wrong(progress):
+    raise InputError("session-00.csv line 7: not a number")
+
+def broken(progress):
+    return 1 / 0
+"""
+
+
+@pytest.fixture
+def work(tmp_path, monkeypatch):
+    """A module of computations that the processes can import."""
+    (tmp_path / "work_of_these_tests.py").write_text(WORK)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    return "work_of_these_tests"
+
+
+@pytest.fixture
+def database(tmp_path):
+    opened = open_database(tmp_path, None)
+    yield opened
+    opened.close()
+
+
+class Follower:
+    """Keeps every snapshot of a job and waits for the last."""
+
+    def __init__(self, runner):
+        self.snapshots = []
+        self._ended = threading.Event()
+        self._running = threading.Event()
+        runner.listen(self._changed)
+
+    def _changed(self, job):
+        self.snapshots.append(job)
+        if job.words not in ("starting", "waiting for its turn"):
+            self._running.set()
+        if job.state.final:
+            self._ended.set()
+
+    def last(self):
+        assert self._ended.wait(50)
+        return self.snapshots[-1]
+
+    def began(self):
+        assert self._running.wait(50)
+
+
+@pytest.fixture
+def runner(database, clock):
+    running = JobRunner(database, clock)
+    running.start()
+    yield running
+    running.close()
+
+
+def submit(runner, function, store=lambda result: result, experiment="arm", **arguments):
+    return runner.submit("test", function, lambda: arguments, store, user="ada", experiment=experiment)
+
+
+def test_a_job_reports_its_progress_computes_in_another_process_and_stores_before_it_is_done(runner, work):
+    follower, stored = Follower(runner), []
+
+    def store(result):
+        stored.append((result, follower.snapshots[-1].state))
+        return {"value": result["value"]}
+
+    job = submit(runner, f"{work}:double", store, value=21)
+    assert job.state is JobState.QUEUED
+    last = follower.last()
+    assert last.state is JobState.DONE
+    assert last.result == {"value": 42}
+    assert stored[0][0]["process"] != os.getpid()
+    assert stored[0][1] is JobState.RUNNING
+    fractions = [snapshot.fraction for snapshot in follower.snapshots]
+    assert fractions == sorted(fractions)
+    assert "step 3" in {snapshot.words for snapshot in follower.snapshots}
+
+
+@pytest.mark.parametrize("function", ["wait_for_cancel", "deaf"])
+def test_a_job_is_cancelled_whether_it_listens_or_not(runner, work, tmp_path, function):
+    follower = Follower(runner)
+    job = submit(runner, f"{work}:{function}", began=str(tmp_path / "began"))
+    follower.began()
+    runner.cancel(job.id)
+    assert follower.last().state is JobState.CANCELLED
+    with pytest.raises(Problem, match="ended already"):
+        runner.cancel(job.id)
+
+
+def test_a_queued_job_is_cancelled_before_it_begins(runner, work, tmp_path):
+    first_follower = Follower(runner)
+    first = submit(runner, f"{work}:wait_for_cancel", began=str(tmp_path / "began"))
+    second = submit(runner, f"{work}:double", value=1)
+    first_follower.began()
+    runner.cancel(second.id)
+    runner.cancel(first.id)
+    first_follower.last()
+    runner.close()
+    assert runner.get(second.id).state is JobState.CANCELLED
+
+
+@pytest.mark.parametrize(
+    ("function", "words"),
+    [
+        ("killed", "ended with status -9"),
+        ("wrong", "session-00.csv line 7: not a number"),
+        ("broken", "ZeroDivisionError: division by zero"),
+        ("missing", "AttributeError"),
+    ],
+)
+def test_a_computation_that_fails_or_dies_says_why_and_the_next_job_runs(runner, work, function, words):
+    follower = Follower(runner)
+    submit(runner, f"{work}:{function}")
+    last = follower.last()
+    assert last.state is JobState.FAILED
+    assert words in last.words
+    second = Follower(runner)
+    submit(runner, f"{work}:double", value=1)
+    assert second.last().state is JobState.DONE
+
+
+def test_a_result_that_cannot_be_stored_is_a_failed_job(runner, work):
+    def full(_result):
+        raise OSError(28, "No space left on device")
+
+    follower = Follower(runner)
+    submit(runner, f"{work}:double", full, value=1)
+    assert follower.last().state is JobState.FAILED
+    assert "No space left" in follower.last().words
+
+
+def test_a_job_that_a_restart_interrupted_is_lost_and_its_id_stays_good(database, clock, work):
+    never_started = JobRunner(database, clock)
+    job = submit(never_started, f"{work}:double", value=1)
+    after = JobRunner(database, clock).get(job.id)
+    assert after.state is JobState.LOST
+    assert "restarted" in after.words
+
+
+def test_jobs_of_one_experiment_come_one_after_the_other(database, clock, work):
+    runner = JobRunner(database, clock, workers=2)
+    runner.start()
+    follower = Follower(runner)
+    jobs = [submit(runner, f"{work}:double", value=number) for number in range(4)]
+    for job in jobs:
+        while not runner.get(job.id).state.final:
+            follower._ended.wait(0.05)
+    runner.close()
+    running = []
+    for snapshot in follower.snapshots:
+        if snapshot.state is JobState.RUNNING and snapshot.id not in running:
+            running.append(snapshot.id)
+        if snapshot.state.final:
+            running.remove(snapshot.id)
+        assert len(running) <= 1

@@ -1,0 +1,148 @@
+"""`coulomb serve`, `users` and `reindex` as real processes."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+
+import httpx
+import pytest
+
+PASSWORD = "correct horse battery\n"
+
+
+def coulomb(*arguments, data, **options):
+    return subprocess.run(
+        [sys.executable, "-m", "api", *arguments],
+        env=os.environ | {"COULOMB_DATA": str(data)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+        **options,
+    )
+
+
+@pytest.fixture
+def serve(data_folder):
+    """Starts `coulomb serve` on a free port; returns the process and its address."""
+    started = []
+
+    def start(*arguments):
+        process = subprocess.Popen(
+            [sys.executable, "-m", "api", "serve", "--port", "0", "--data", str(data_folder), *arguments],
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        started.append(process)
+        line = process.stderr.readline()
+        found = re.search(r"serving (\S+)/ ", line)
+        assert found, line
+        return process, found[1]
+
+    yield start
+    for process in started:
+        if process.poll() is None:
+            process.kill()
+        process.wait()
+        process.stderr.close()
+
+
+def test_the_service_answers_and_ends_when_told_to(serve):
+    process, address = serve()
+    assert httpx.get(f"{address}/me", timeout=30).json()["role"] == "operator"
+    assert "Server" not in httpx.get(f"{address}/me", timeout=30).headers
+    process.send_signal(signal.SIGTERM)
+    assert process.wait(30) in (0, -signal.SIGTERM)
+
+
+def test_a_killed_service_starts_again_and_knows_what_was_stored(serve):
+    process, address = serve()
+    new = {"name": "arm", "rig": "rx130l-joint3-simulated"}
+    assert httpx.post(f"{address}/experiments", json=new, timeout=30).status_code == 201
+    process.kill()
+    process.wait()
+    _process, address = serve()
+    assert [each["id"] for each in httpx.get(f"{address}/experiments", timeout=30).json()] == ["arm"]
+
+
+def test_users_and_tokens_made_on_the_command_line_are_those_of_the_running_service(serve, data_folder):
+    _process, address = serve()
+    made = coulomb("users", "add", "ada", "--role", "operator", data=data_folder, input=PASSWORD)
+    assert made.returncode == 0, made.stderr
+    assert httpx.get(f"{address}/me", timeout=30).status_code == 401
+    token = coulomb("users", "token", "ada", "--scope", "operator", data=data_folder).stdout.strip()
+    who = httpx.get(f"{address}/me", headers={"Authorization": f"Bearer {token}"}, timeout=30).json()
+    assert (who["name"], who["role"], who["via"]) == ("ada", "operator", "token")
+    assert json.loads(coulomb("users", "list", "--json", data=data_folder).stdout) == [
+        {"name": "ada", "role": "operator"}
+    ]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "given", "words"),
+    [
+        (["serve", "--host", "0.0.0.0"], None, "users add"),
+        (["serve", "--host", "999.1.1.1"], None, "users add"),
+        (["serve", "--tls-key", "KEY"], None, "--tls-certificate"),
+        (["serve", "--database", "mysql://localhost/x"], None, "mysql is not supported"),
+        (["serve", "--database", "nonsense"], None, "database address"),
+        (["users", "add", "Ada"], PASSWORD, "lower-case"),
+        (["users", "add", "ada"], "short\n", "10 to 1000 characters"),
+        (["users", "add", "ada", "--role", "chief"], PASSWORD, "viewer, operator, admin"),
+        (["users", "change", "ada"], None, "--role ROLE, --password"),
+        (["users", "remove", "ada"], None, "there is no user ada"),
+        (["users", "token", "ada"], None, "there is no user ada"),
+    ],
+)
+def test_wrong_arguments_are_answered_with_one_line_and_status_2(
+    data_folder, tmp_path, arguments, given, words
+):
+    (tmp_path / "key.pem").touch()
+    arguments = [each.replace("KEY", str(tmp_path / "key.pem")) for each in arguments]
+    found = coulomb(*arguments, data=data_folder, input=given)
+    assert found.returncode == 2
+    assert words in found.stderr
+    assert len(found.stderr.strip().splitlines()) == 1
+    assert found.stdout == ""
+
+
+def test_a_port_that_is_taken_is_named(serve, data_folder):
+    _process, address = serve()
+    port = address.rpartition(":")[2]
+    found = coulomb("serve", "--port", port, data=data_folder)
+    assert found.returncode == 2
+    assert f"--port {port}: something else listens there" in found.stderr
+
+
+def test_a_data_folder_that_cannot_be_made_is_named(tmp_path):
+    (tmp_path / "file").touch()
+    found = coulomb("reindex", "--data", str(tmp_path / "file" / "data"), data=tmp_path)
+    assert found.returncode == 2
+    assert "data folder" in found.stderr
+
+
+def test_reindex_says_how_many_there_are_and_which_are_broken(data_folder, write_measured_experiment):
+    write_measured_experiment(data_folder / "experiments" / "good")
+    bad = write_measured_experiment(data_folder / "experiments" / "bad") / "experiment.yaml"
+    bad.write_text(bad.read_text().replace("format: 1", "format: 7"))
+    found = json.loads(coulomb("reindex", "--json", data=data_folder).stdout)
+    assert found["experiments"] == 2
+    assert list(found["problems"]) == ["bad"]
+    assert "format" in found["problems"]["bad"]
+
+
+def test_the_last_admin_cannot_be_removed_and_every_change_is_logged(data_folder):
+    coulomb("users", "add", "ada", "--role", "admin", data=data_folder, input=PASSWORD)
+    found = coulomb("users", "remove", "ada", data=data_folder)
+    assert found.returncode == 2
+    assert "last admin" in found.stderr
+    coulomb("users", "add", "root", "--role", "admin", data=data_folder, input=PASSWORD)
+    assert coulomb("users", "change", "ada", "--role", "viewer", data=data_folder).returncode == 0
+    from api.service.open_data import open_data
+
+    with open_data(data_folder, None) as opened:
+        actions = [(row.action, row.target) for row in reversed(opened.audit.rows())]
+    assert actions == [("users add", "ada"), ("users add", "root"), ("users change", "ada")]
