@@ -21,7 +21,7 @@ from identify.signals.settings import SignalSettings
 
 Array = NDArray[np.float64]
 
-LARGEST_BLOCK = 65536
+LARGEST_BLOCK = 32768
 """Rows of a block, the overlap not counted, for one joint; divided among the joints when there are
 several."""
 FEWEST_DECIMATED = 4

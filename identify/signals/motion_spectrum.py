@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.recording import Session
+from identify.recording.samples import release
 from identify.signals.differentiation import differentiate
 from identify.signals.zero_phase import HIGHEST_CUTOFF, fast_length, frequencies
 
@@ -71,6 +72,7 @@ def motion_spectrum(session: Session, joint: int) -> MotionSpectrum | None:
     """
     period = session.sampling_period
     pieces = [np.array(session.position[rows, joint], dtype=float) for rows in _pieces(session)]
+    release(session.position)
     noise = np.median([np.std(np.diff(piece, 2)) for piece in pieces]) / np.sqrt(6.0)
     if np.ptp(np.concatenate([piece[:: max(1, len(piece) // 4096)] for piece in pieces])) <= AT_REST * noise:
         return None
