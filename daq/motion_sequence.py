@@ -20,7 +20,7 @@ from drivers.cia402 import ENABLE_INTERPOLATION, TOWARDS_OPERATION_ENABLED, Comm
 _ENABLE_TIMEOUT = 3.0
 """s of the rig's time until every axis is powered: brakes take some tenths of a second"""
 _SETTLE = 0.3
-"""s at the end of the plan before power goes off"""
+"""s at rest with power, before the approach (the controllers take the load from the brakes) and after the plan"""
 _REST_WINDOW = 0.1
 """s over which an axis must stand still to be at rest"""
 _REST_SHARE = 0.005
@@ -34,6 +34,7 @@ class Step(Enum):
 
     STANDBY = auto()
     ENABLING = auto()
+    HOLDING = auto()
     MOVING = auto()
     SETTLING = auto()
     STOPPING = auto()
@@ -86,7 +87,7 @@ class MotionSequence:
             self.reason = reason
         if self.step in (Step.STANDBY, Step.ENABLING):
             self._power_off()
-        elif self.step in (Step.MOVING, Step.SETTLING):
+        elif self.step in (Step.HOLDING, Step.MOVING, Step.SETTLING):
             self._setpoints.stop()
             self._setpoints.command([Command.QUICK_STOP.value] * len(self._status))
             self._recent[:] = np.nan
@@ -107,6 +108,10 @@ class MotionSequence:
         match self.step:
             case Step.ENABLING:
                 self._enable()
+            case Step.HOLDING:
+                if self._age * self.rig.cycle >= _SETTLE:
+                    self._setpoints.follow(self._trajectory(self._target))
+                    self._enter(Step.MOVING)
             case Step.MOVING:
                 if self._setpoints.at_end and rows["phase"][-1] == Phase.STANDSTILL:
                     self._enter(Step.SETTLING)
@@ -146,8 +151,7 @@ class MotionSequence:
             self._target = np.where(powerless, self._counts, self._target)
             self._setpoints.hold(self._target.tolist())
             if all(state is State.OPERATION_ENABLED for state in states):
-                self._setpoints.follow(self._trajectory(self._target))
-                self._enter(Step.MOVING)
+                self._enter(Step.HOLDING)
                 return
             if State.FAULT not in states and State.FAULT_REACTION_ACTIVE not in states:
                 self._setpoints.command(

@@ -161,16 +161,15 @@ class RigDrives:
 
         Raises DriveError when a drive refuses.
         """
-        supervision = self.rig.supervision
         streams = []
         for axis, drive in zip(self.rig.axes, self.drives, strict=True):
             drive.disable()
             streams.append(drive.map_stream(_MODES[axis.mode], temperature=self.rig.record_temperature))
             drive.set_mode(_MODES[axis.mode])
             drive.set_cycle(self.rig.cycle)
-            if self.rig.pacing == "real-time":
+            if self.rig.bus.interface != "virtual":
                 # Our death must be noticed by the drives themselves: a killed process cannot stop anything.
-                drive.watch_master(MASTER_NODE, supervision.heartbeat_timeout)
+                drive.watch_master(MASTER_NODE, self._silence)
         return streams
 
     def stream(self) -> None:
@@ -204,7 +203,7 @@ class RigDrives:
         """Leave the drives without power and silent, as far as they answer, and leave the bus."""
         for drive in self.drives:
             with contextlib.suppress(DriverError):
-                if self.rig.pacing == "real-time":
+                if self.rig.bus.interface != "virtual":
                     drive.watch_master(MASTER_NODE, 0)
                 drive.disable()
                 drive.set_nmt_state("PRE-OPERATIONAL")

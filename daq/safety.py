@@ -108,7 +108,9 @@ class LimitMonitor:
         """
         if not len(rows):
             return None
-        time = rows["sync_time"] * 1e-9
+        # Behind simulated drives time passes with SYNC, in whatever rhythm it comes.
+        simulated = self.rig.simulated is not None
+        time = rows["cycle"] * self.rig.cycle if simulated else rows["sync_time"] * 1e-9
         came = (rows["valid"] & POSITION_CAME) != 0
         counts = np.where(came, rows["position"], 0)
         position = counts @ self._matrix.T + self.rig.position_offset
@@ -241,7 +243,10 @@ class LimitMonitor:
         return [(at[0], StopReason(StopCause.DRIVE_FAULT, words))]
 
     def _silence(self, came: NDArray[Any], following: NDArray[Any]) -> list[tuple[int, StopReason]]:
-        reasons = []
+        reasons: list[tuple[int, StopReason]] = []
+        if not (~came & following[:, None]).any():
+            self._silent_for[:] = 0
+            return reasons
         for axis, name in enumerate(self._names):
             silent = ~came[:, axis] & following
             run = _running_length(silent, int(self._silent_for[axis]))
@@ -255,6 +260,9 @@ class LimitMonitor:
 
     def _lost_sync(self, rows: NDArray[Any], moving: NDArray[Any]) -> list[tuple[int, StopReason]]:
         lost = ((rows["valid"] & SYNC_NOT_SEEN) != 0).any(axis=1) & moving
+        if not lost.any():
+            self._sync_lost_for = 0
+            return []
         run = _running_length(lost, self._sync_lost_for)
         self._sync_lost_for = int(run[-1])
         too_long = np.flatnonzero(run >= self._silent)

@@ -177,7 +177,7 @@ def _layout(file: h5py.File, path: Path, n: int) -> _Layout:
     if rows == 0:
         raise InputError(f"{path}: holds no samples")
     cycle, sync_time = sets[CYCLE][:rows], sets[SYNC_TIME][:rows]
-    told = np.diff(sync_time) <= 0 if not _paced_by_answers(file) else False
+    told = np.diff(sync_time) <= 0 if not _time_is_counted_in_cycles(file) else False
     falls = np.flatnonzero((np.diff(cycle) <= 0) | told)
     if len(falls):
         row = int(falls[0]) + 1
@@ -245,7 +245,7 @@ def _time(file: h5py.File, layout: _Layout, path: Path, remarks: list[str]) -> t
             f"{path}: attribute 'cycle' is missing or not above 0; it is the time between two SYNCs in s"
         )
     ticks = (layout.cycle - layout.cycle[0]).astype(float)
-    if _paced_by_answers(file) or layout.rows < 3:
+    if _time_is_counted_in_cycles(file) or layout.rows < 3:
         return ticks * nominal, nominal
     stamps = (layout.sync_time - layout.sync_time[0]) * 1e-9
     cycle, start = np.polyfit(ticks, stamps, 1)
@@ -264,11 +264,13 @@ def _time(file: h5py.File, layout: _Layout, path: Path, remarks: list[str]) -> t
     return ticks * nominal, nominal
 
 
-def _paced_by_answers(file: h5py.File) -> bool:
-    """Whether cycles followed each other as fast as simulated nodes answered: then only their index tells
-    time."""
+def _time_is_counted_in_cycles(file: h5py.File) -> bool:
+    """Whether only the cycle's index tells the time that passed for the joints: behind simulated drives time
+    passes with SYNC, in whatever rhythm it came.
+    """
     try:
-        return json.loads(_text(file.attrs.get("rig", "{}"))).get("pacing") == AS_FAST_AS_ANSWERED
+        rig = json.loads(_text(file.attrs.get("rig", "{}")))
+        return rig.get("pacing") == AS_FAST_AS_ANSWERED or bool(rig.get("simulated"))
     except (ValueError, AttributeError):
         return False
 

@@ -1,0 +1,201 @@
+"""Payload sessions over the kernel's CAN, the drive in another process.
+
+The sessions take the pace of the drive's answers, so that they mean the same on any machine; one goes by the clock.
+"""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import yaml
+
+from daq.excitation.standard_plan import standard_plan
+from daq.recovery import recording_state
+from daq.rig import Rig
+from daq.session_events import SessionState
+from daq.session_workflow import PayloadSession
+from drivers.canopen_network import CanopenNetwork
+from drivers.cia402 import State
+from drivers.drive import Drive
+from identify.estimation.identification import identify
+from identify.recording import load_experiment
+
+NODE = 5
+SECONDS = 19.0
+
+
+@pytest.fixture(scope="module")
+def rig_file(tmp_path_factory) -> Path:
+    """RX130L joint 3 on vcan0, with the patience that a simulated kernel needs."""
+    rig = Rig.load("rx130l-joint3-simulated").model_dump(mode="json", exclude_none=True)
+    rig |= {
+        "name": "rx130l-joint3-vcan",
+        "bus": {"interface": "socketcan", "channel": "vcan0"},
+        "cycle": 0.004,
+    }
+    rig["axes"][0]["node"] = NODE
+    rig["supervision"] |= {"silence": 0.3, "heartbeat_timeout": 1.0, "parent_timeout": 5.0}
+    rig["simulated"]["sync_timeout"] = 0.5
+    path = tmp_path_factory.mktemp("rig") / "rig.yaml"
+    path.write_text(yaml.safe_dump(rig), encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def rig(rig_file) -> Rig:
+    return Rig.load(rig_file)
+
+
+@pytest.fixture
+def mount(rig_file):
+    """Puts the drive on the bus with a payload: mount(name); the one before is taken off."""
+    processes = []
+
+    def take_off():
+        while processes:
+            process = processes.pop()
+            process.send_signal(signal.SIGTERM)
+            process.wait(20)
+            process.stdout.close()
+
+    def put_on(payload: str) -> None:
+        take_off()
+        process = subprocess.Popen(
+            [sys.executable, "-m", "api", "fake-drive", str(rig_file), "--payload", payload],
+            stdout=subprocess.PIPE,
+            text=True,
+            env=os.environ | {"PYTHONUNBUFFERED": "1"},
+        )
+        processes.append(process)
+        assert f"nodes {NODE}" in process.stdout.readline()
+
+    yield put_on
+    take_off()
+
+
+def armed(rig: Rig, folder: Path, payload: str, seconds: float = SECONDS) -> PayloadSession:
+    plan = standard_plan(rig, seconds)
+    session = PayloadSession(rig, folder, plan, rig.payload(payload), "operator")
+    assert session.check().ok, session.reason
+    session.confirm_payload(session.payload.mass)
+    session.arm()
+    return session
+
+
+def wait_until(condition, timeout: float = 30.0) -> None:
+    end, pause = time.monotonic() + timeout, threading.Event()
+    while not condition():
+        assert time.monotonic() < end, "it did not happen in time"
+        pause.wait(0.02)
+
+
+def assert_at_rest(rig: Rig, bus) -> None:
+    """The drive has no power and stands still, says the drive itself."""
+    with CanopenNetwork(bus) as network:
+        drive = Drive(network, NODE, rig.profiles[0])
+        wait_until(lambda: drive.state() is not State.OPERATION_ENABLED, 10.0)
+        positions = []
+        wait_until(lambda: positions.append(drive.position()) or len(positions) == 20)
+        travelled = np.ptp(positions) * abs(rig.position_matrix[0, 0])
+        assert travelled < 1e-4
+
+
+def test_three_payload_sessions_are_recorded_and_the_load_velocity_model_beats_the_usual_one(
+    rig, mount, tmp_path
+):
+    folder = tmp_path / "experiment"
+    for payload in ("none", "disk-3.5", "disk-7"):
+        mount(payload)
+        with armed(rig, folder, payload) as session:
+            session.start()
+            assert session.wait(90) is SessionState.DONE, session.reason
+        with h5py.File(session.file) as file:
+            attributes = dict(file.attrs)
+            valid, stamps = file["valid"][:], file["sync_time"][:]
+            counters = json.loads(attributes["counters"])
+        assert attributes["clock_source"].startswith("kernel")
+        assert np.mean(valid & 3 == 3) > 0.97
+        assert (np.diff(stamps) > 0).all()
+        assert counters["frames_dropped"] == 0
+    experiment = load_experiment(folder)
+    assert [entry.payload.mass for entry in experiment.sessions] == [0.0, 3.4584, 6.970]
+    usual, paper = (identify(experiment, model).to_json() for model in ("usual", "load-velocity"))
+    assert paper["relative_error"] < 0.8 * usual["relative_error"]
+
+
+def test_a_session_in_real_time_keeps_the_period_on_average_and_stores_its_jitter(rig, mount, tmp_path):
+    """Slow motion and a long cycle: how punctual a simulated kernel is says nothing about us."""
+    limits = rig.axes[0].limits.model_copy(update={"velocity": 0.3, "acceleration": 1.0, "jerk": 10.0})
+    slow = rig.model_copy(update={"axes": (rig.axes[0].model_copy(update={"limits": limits}),)})
+    plan = standard_plan(slow, 25.0)
+    in_time = rig.model_copy(update={"pacing": "real-time", "cycle": 0.02})
+    mount("none")
+    with PayloadSession(in_time, tmp_path / "e", plan, rig.payload("none"), "operator") as session:
+        assert session.check().ok, session.reason
+        session.confirm_payload(0.0)
+        session.arm()
+        session.start()
+        assert session.wait(90) is SessionState.DONE, session.reason
+    with h5py.File(session.file) as file:
+        stamps = file["sync_time"][:] * 1e-9
+        counters = json.loads(file.attrs["counters"])
+    sent, missed = counters["sync"]["sent"], counters["sync"]["missed_deadlines"]
+    assert (stamps[-1] - stamps[0]) / (len(stamps) - 1) == pytest.approx(
+        0.02 * (sent + missed) / sent, rel=0.05
+    )
+    assert counters["sync"]["period_std"] > 0
+    assert any("priority" in remark for remark in counters["remarks"])
+
+
+def test_a_killed_acquisition_process_lets_the_drive_stop_by_itself(rig, mount, bus, tmp_path):
+    mount("none")
+    with armed(rig, tmp_path / "experiment", "none", 60.0) as session:
+        session.start()
+        wait_until(lambda: session.progress.cycle > 250)
+        session._acquisition.kill()
+        assert session.wait(30) is SessionState.FAULTED
+        assert_at_rest(rig, bus)
+        assert recording_state(session.file).rows > 200
+
+
+def test_a_killed_parent_lets_the_drive_come_to_rest_with_the_data_on_disk(
+    rig, rig_file, mount, bus, tmp_path
+):
+    mount("none")
+    script = Path(__file__).parents[1] / "daq" / "session_parent.py"
+    parent = subprocess.Popen(
+        [sys.executable, str(script), str(tmp_path / "experiment"), str(rig_file)],
+        stdout=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])},
+    )
+    parent.stdout.readline()
+    assert parent.stdout.readline() == "moving\n"
+    parent.kill()
+    parent.wait()
+    parent.stdout.close()
+    (path,) = (tmp_path / "experiment" / "incomplete").glob("session-*.h5")
+    wait_until(lambda: recording_state(path).status != "recording")
+    state = recording_state(path)
+    assert state.status == "aborted"
+    assert "supervising process" in state.reason
+    assert_at_rest(rig, bus)
+
+
+def test_the_operators_stop_reaches_the_drive(rig, mount, bus, tmp_path):
+    mount("disk-7")
+    with armed(rig, tmp_path / "experiment", "disk-7", 60.0) as session:
+        session.start()
+        wait_until(lambda: session.progress.cycle > 250)
+        session.stop("the operator pressed stop")
+        assert session.wait(30) is SessionState.ABORTED
+        assert_at_rest(rig, bus)
+        assert recording_state(session.file).status == "aborted"
