@@ -31,7 +31,6 @@ def demo(
 
     from api.commands.run import identify_so_far, percent, print_errors
     from api.data_folder import default_data_folder
-    from daq.excitation.standard_plan import standard_plan
     from daq.rig import Rig
     from identify.diagnosis.improvement import improve
     from identify.estimation.identification import identify
@@ -46,10 +45,13 @@ def demo(
     rig = Rig.load(_RIG)
     data = out or default_data_folder()
     folder = _fresh_folder(data / "experiments")
-    plan = standard_plan(rig, _SECONDS)
+    plan = _plan(rig)
     moving = _seconds_of_motion(plan)
     say(f"Rig {rig.name}: {rig.description}.")
-    say(f"Plan: {plan.duration:.0f} s, {moving:.0f} s of motion; each payload drives the same.")
+    say(
+        f"Plan: made for the load-velocity model; {plan.duration:.0f} s, {moving:.0f} s of motion; "
+        "each payload drives the same."
+    )
     say()
     sessions: list[dict[str, Any]] = []
     identifications: list[dict[str, Any]] = []
@@ -97,6 +99,28 @@ def demo(
                 ensure_ascii=False,
             )
         )
+
+
+def _plan(rig: Any) -> Any:
+    """A plan that excites every term of the load-velocity model over all payloads."""
+    import numpy as np
+
+    from api.assumed_masses import torque_limits
+    from api.plan_model import RegressorModel
+    from daq.excitation.optimal_excitation import Request
+    from daq.excitation.plan_report import make_plan
+
+    payloads = tuple(rig.payload(name) for name in _PAYLOADS)
+    request = Request(
+        rig=rig,
+        model=RegressorModel(rig, "load-velocity", payloads, [], None),
+        payloads=payloads,
+        seconds=_SECONDS,
+        noise=np.asarray(0.01 * torque_limits(rig)),
+        criterion="d-optimal",
+        seed=0,
+    )
+    return make_plan(request, lambda fraction, words: None).plan
 
 
 def _fresh_folder(experiments: Path) -> Path:

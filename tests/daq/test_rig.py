@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import yaml
 
+import config
 from daq.rig import Rig, rig_names
 from identify.recording.errors import InputError
 
@@ -104,3 +105,12 @@ def test_a_file_that_is_no_yaml_is_refused_in_one_line(tmp_path):
     with pytest.raises(InputError, match="not valid YAML") as refusal:
         Rig.load(path)
     assert "\n" not in str(refusal.value)
+
+
+def test_the_documented_example_of_a_real_rig_can_be_loaded(tmp_path):
+    text = (Path(config.__file__).parent / "rigs" / "README.md").read_text(encoding="utf-8")
+    path = tmp_path / "shoulder.yaml"
+    path.write_text(text.partition("```yaml\n")[2].partition("```")[0], encoding="utf-8")
+    rig = Rig.load(path)
+    assert rig.bus.interface == "socketcan"
+    np.testing.assert_allclose(rig.drive_gain, [[100.0 * 0.0538]])
