@@ -159,7 +159,9 @@ def _reported(run: Run, random: np.random.Generator) -> dict[str, Array]:
     count = 2 * np.pi / joint.counts_per_turn
     period = run.time[1] - run.time[0]
     memory = np.exp(-period / 0.2)
-    slow = lfilter([np.sqrt(1 - memory**2)], [1.0, -memory], random.standard_normal(len(run.time)))
+    slow = np.asarray(
+        lfilter([np.sqrt(1 - memory**2)], [1.0, -memory], random.standard_normal(len(run.time)))
+    )
     noise = joint.command_noise * random.standard_normal(len(run.time)) + joint.slow_noise * slow
     columns = {
         "t": run.time,
