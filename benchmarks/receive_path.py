@@ -33,6 +33,8 @@ import can
 import canopen
 import numpy as np
 from can.interfaces.socketcan import SocketcanBus
+from canopen.network import MessageListener
+from canopen.pdo.base import PdoMap
 
 from drivers.bus import check_network_interface, pass_ids
 from drivers.errors import BusError
@@ -153,7 +155,7 @@ class Canopen:
             pdo.subscribe()
             pdo.add_callback(self._on_pdo)
 
-    def _on_pdo(self, pdo: canopen.pdo.PdoMap) -> None:
+    def _on_pdo(self, pdo: PdoMap) -> None:
         self.values = (pdo[0].raw, pdo[1].raw, pdo[2].raw)
         self.frames += 1
 
@@ -168,7 +170,7 @@ class Canopen:
 
     def paced(self, seconds: float) -> int:
         """As canopen works: python-can's notifier thread wakes per frame."""
-        notifier = can.Notifier(self.bus, [canopen.network.MessageListener(self.network)], 0.1)
+        notifier = can.Notifier(self.bus, [MessageListener(self.network)], 0.1)
         before = self.frames
         threading.Event().wait(seconds)
         received = self.frames - before

@@ -120,7 +120,7 @@ class CanopenNetwork:
         canopen's consumer fails on short EMCY frames and then hides them from everybody; `watch` has ours.
         """
         known = self._network.nodes.pop(node, None)
-        if known is not None:
+        if isinstance(known, canopen.RemoteNode):
             self._network.subscribe(0x80 + node, known.emcy.on_emcy)  # canopen insists on removing it
             known.remove_network()
         remote = self._network.add_node(node, dictionary)

@@ -17,7 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 from drivers.errors import DriverError
 
 ObjectType = Literal["int8", "int16", "int32", "uint8", "uint16", "uint32", "float32"]
-Unit = Literal["count", "A", "N m", "rated current", "rated torque", "°C"]
+Unit = Literal["count", "A", "V", "N m", "rated current", "rated torque", "°C"]
 
 _KINDS = {
     "int8": "<i1",

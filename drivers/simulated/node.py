@@ -9,6 +9,7 @@ import struct
 from collections.abc import Callable
 
 import canopen
+from canopen.objectdictionary import ODArray, ODVariable
 from canopen.sdo.exceptions import SdoAbortedError
 
 from drivers.object_dictionary import load_object_dictionary
@@ -272,9 +273,9 @@ class SimulatedNode(canopen.LocalNode):
         elif check_writable:
             self._written(index, subindex)
 
-    def _find_object(self, index: int, subindex: int) -> canopen.objectdictionary.ODVariable:
+    def _find_object(self, index: int, subindex: int) -> ODVariable:
         found = self.object_dictionary.get(index)
-        if isinstance(found, canopen.objectdictionary.ODArray) and subindex not in found.subindices:
+        if isinstance(found, ODArray) and subindex not in found.subindices:
             raise SdoAbortedError(_NO_SUBINDEX)  # canopen would make one up
         return super()._find_object(index, subindex)
 

@@ -210,13 +210,12 @@ class SimulatedRig:
         """Free run on the wall clock where drives have to act without SYNC."""
         if self._last_sync is not None and now - self._last_sync <= self.settings.sync_timeout:
             return
-        if self._last_sync is not None:
-            for node in self.nodes:
-                if node.drive.machine.enabled and node.drive.image[slot.MODE_DISPLAY] != Mode.HOMING:
-                    node.drive.fail(_SYNC_LOST)
-                    node.send_events()
-            if not any(node.drive.machine.powered for node in self.nodes):
-                self._last_sync = None
+        for node in self.nodes:
+            drive = node.drive
+            homes = drive.image[slot.MODE_DISPLAY] == Mode.HOMING
+            if drive.machine.enabled and drive.follows_sync and not homes:
+                drive.fail(_SYNC_LOST)
+                node.send_events()
         if any(node.drive.machine.stopping or node.drive.homing for node in self.nodes):
             self._pass_time(passed)
             self._sample()

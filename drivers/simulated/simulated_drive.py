@@ -71,7 +71,7 @@ class SimulatedDrive:
         self.homing_speed = 0.2 * axis.counts_per_turn  # counts/s
         self.home_offset = 0
         self.current = 0.0  # A, reference of the amplifier
-        self._angle = 0.0
+        self.follows_sync = False  # whether SYNC has come since the drive was enabled
         self._demand = 0.0  # counts
         self._demand_velocity = 0.0  # counts/s
         self._from = 0.0
@@ -147,6 +147,7 @@ class SimulatedDrive:
             if before is not State.QUICK_STOP_ACTIVE:
                 self.servo.reset(self.current if self._hold is not None else 0.0)
             self._hold = None
+            self.follows_sync = False
             self._start_following()
         elif after in (State.QUICK_STOP_ACTIVE, State.FAULT_REACTION_ACTIVE):
             self._demand_velocity = self.servo.velocity
@@ -199,7 +200,6 @@ class SimulatedDrive:
     def sample(self, angle: float, temperature: float) -> None:
         """Put what the drive measures at this instant into the image."""
         image = self.image
-        self._angle = angle
         position = self.encoder(angle)
         if self.faults.glitch:
             position += self.faults.glitch
@@ -216,6 +216,7 @@ class SimulatedDrive:
         """A SYNC makes the targets in the image effective; they are reached within `period` s."""
         if not self.machine.enabled:
             return
+        self.follows_sync = True
         image = self.image
         mode = image[slot.MODE_DISPLAY]
         self._from = self._to

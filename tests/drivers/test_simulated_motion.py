@@ -229,3 +229,14 @@ def test_the_servo_settings_are_the_loop_s_gains(open_bench, axis):
     frames = bench.run(20, lambda k: 100)  # counts
     expected = 2.0 * 10.0 * 100 * 2 * math.pi / COUNTS  # A
     assert bench.values(frames, "command")[-1] == pytest.approx(expected / 5.0 * 1000, abs=0.5)
+
+
+def test_a_drive_enabled_after_an_earlier_session_waits_for_sync_without_a_fault(open_bench):
+    bench = open_bench(sync_timeout=0.05)
+    bench.bring_up()
+    bench.run(10)
+    bench.drive.disable()
+    bench.drive.enable()
+    watch = bench.drive.watch
+    assert not watch.wait_for(lambda: bool(watch.emergencies), 0.2)
+    assert bench.drive.state() is State.OPERATION_ENABLED
