@@ -48,7 +48,7 @@ lock:
 		-o requirements-test.lock
 
 blind: setup-test
-	$(BIN)/python -m tests.blind
+	$(BIN)/python -m tests.blind --write docs/blind.md
 
 benchmark: setup-test
 	for script in benchmarks/*.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done
