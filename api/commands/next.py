@@ -1,0 +1,43 @@
+"""`coulomb next`: the experiment that would separate two rival explanations best."""
+
+import json
+from typing import Annotated
+
+import typer
+
+
+def register(application: typer.Typer) -> None:
+    """Add the command."""
+    application.command("next")(next_command)
+
+
+def next_command(
+    experiment: Annotated[
+        str, typer.Argument(help="folder, experiment.yaml, or name of a stored experiment")
+    ],
+    model: Annotated[
+        str, typer.Option(help="rigid, usual, load-velocity, or rigid+effect,effect…")
+    ] = "usual",
+    add: Annotated[list[str] | None, typer.Option(help="EFFECT or EFFECT@JOINT; may be repeated")] = None,
+    between: Annotated[
+        list[str] | None, typer.Option(help="an effect to separate from another; give it twice")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="one JSON document on stdout")] = False,
+) -> None:
+    """Plan the experiment (payload, speed, range, repeats) that would separate what the diagnosis cannot tell apart."""
+    from api.stored_experiments import resolve
+    from identify.diagnosis.next_experiment import next_experiment
+    from identify.recording import InputError, load_experiment
+
+    if between and len(between) != 2:
+        raise InputError("--between: give it twice, once for each of the two effects")
+    result = next_experiment(load_experiment(resolve(experiment)), model, add or [], between or [])
+    if as_json:
+        print(json.dumps(result.to_json(), ensure_ascii=False, allow_nan=False))
+        return
+    print(result.advice)
+    for proposal in result.proposals:
+        print(
+            f"  {proposal.separation:8.1f} σ  {proposal.shape:10s} payload {proposal.payload}, up to {proposal.speed:.3g}/s, "
+            f"from {proposal.low:.3g} to {proposal.high:.3g}, {proposal.repeats} repeats"
+        )

@@ -1,0 +1,309 @@
+"""`next`: the experiment that would separate two rival explanations best.
+
+Two effects that explain the data alike predict different torques on other motion. For every experiment that the rig can
+run (payload, speed, range, repeats) the torque that one of them predicts is fitted by the model with the other, on the
+data so far and the new motion together; what this fit cannot follow on the new motion, in units of the noise, is the
+separation to expect.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.diagnosis.diagnosis import Diagnosis, diagnose_record
+from identify.diagnosis.selection import Finding
+from identify.effects.model import Term
+from identify.estimation.fitting import FittedModel, fit_model
+from identify.estimation.identification import number, open_record, requested_model
+from identify.estimation.least_squares import joint_rows
+from identify.estimation.observation import Observation, Slot, observe
+from identify.estimation.record import Record
+from identify.estimation.small_algebra import single_threaded
+from identify.recording import (
+    DeclaredSession,
+    Experiment,
+    ExperimentFile,
+    Joint,
+    load_experiment,
+    write_experiment,
+)
+
+Array = NDArray[np.float64]
+
+SPEEDS = (0.03, 0.1, 0.3, 0.7, 1.0)
+"""parts of the top speed"""
+RANGES = (1.0, 0.5, 0.1)
+"""parts of the range of position"""
+DURATION = 20.0
+"""s of motion of each experiment that is looked at"""
+RATE = 250.0
+"""Hz; the motion is smooth, and only its filtered columns count"""
+SEPARATED = 5.0
+"""standard deviations by which rivals must part for the experiment to decide between them"""
+SHOWN = 5
+"""proposals in the answer"""
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """An experiment and what it would tell.
+
+    speed, low, high : rad/s and rad (m/s and m): the joint moves between low and high at up to this speed
+    separation       : standard deviations of the noise by which the rivals' predictions would part
+    """
+
+    payload: str
+    speed: float
+    low: float
+    high: float
+    shape: str
+    repeats: int
+    separation: float
+
+    def to_json(self) -> dict[str, Any]:
+        """As plain values."""
+        return {
+            "payload": self.payload,
+            "shape": self.shape,
+            "speed": self.speed,
+            "position_from": self.low,
+            "position_to": self.high,
+            "repeats": self.repeats,
+            "separation": number(self.separation),
+            "decides": self.separation >= SEPARATED,
+        }
+
+
+@dataclass(frozen=True)
+class NextExperiment:
+    """The result of `next`.
+
+    rivals    : the two effects to separate; empty where the diagnosis is not in doubt
+    so_far    : separation on the data so far
+    proposals : the best first
+    """
+
+    experiment: str
+    joint: str | None
+    rivals: tuple[str, ...]
+    so_far: float | None
+    proposals: tuple[Proposal, ...]
+    advice: str
+
+    def to_json(self) -> dict[str, Any]:
+        """One document."""
+        return {
+            "experiment": self.experiment,
+            "joint": self.joint,
+            "rivals": list(self.rivals),
+            "separation_so_far": number(self.so_far),
+            "proposals": [proposal.to_json() for proposal in self.proposals],
+            "advice": self.advice,
+        }
+
+
+def next_experiment(
+    experiment: Experiment, model: str = "usual", add: Sequence[str] = (), rivals: Sequence[str] = ()
+) -> NextExperiment:
+    """Plan the experiment that separates the rivals that the diagnosis left, or two effects that are named.
+
+    :raises InputError: the experiment, the model or an effect is wrong.
+    """
+    record = open_record(experiment)
+    diagnosis = diagnose_record(record, model, requested_model(record, model, add))
+    return separate(record, diagnosis, rivals)
+
+
+@single_threaded
+def separate(record: Record, diagnosis: Diagnosis, wanted: Sequence[str] = ()) -> NextExperiment:
+    """`next_experiment` from a diagnosis that was made already."""
+    name = record.experiment.name
+    chosen = _rivals(diagnosis, wanted)
+    if chosen is None:
+        return NextExperiment(name, None, (), None, (), _advice_without_rivals(diagnosis))
+    joint, pair = chosen
+    terms = [f.candidate.term.chosen(f.candidate.constants[f.variant]) for f in pair]
+    fits = [fit_model(record, diagnosis.fitted.model.with_terms([term])) for term in terms]
+    now = _separation(fits, terms, joint, None, diagnosis.fitted)
+    proposals = [
+        Proposal(
+            payload,
+            speed,
+            low,
+            high,
+            shape,
+            repeats,
+            _expected(record, fits, terms, joint, diagnosis, motion, payload),
+        )
+        for payload, speed, low, high, shape, repeats, motion in _options(record, joint)
+    ]
+    proposals.sort(key=lambda proposal: proposal.separation, reverse=True)
+    names = tuple(term.effect.name for term in terms)
+    return NextExperiment(
+        name, record.joint_names[joint], names, now, tuple(proposals[:SHOWN]), _advice(names, now, proposals)
+    )
+
+
+def _rivals(diagnosis: Diagnosis, wanted: Sequence[str]) -> tuple[int, tuple[Finding, Finding]] | None:
+    """The joint and the two findings to separate."""
+    for joint, said in enumerate(diagnosis.joints):
+        by_name = {finding.candidate.name: finding for finding in said.findings}
+        if len(wanted) == 2 and all(name in by_name for name in wanted):
+            return joint, (by_name[wanted[0]], by_name[wanted[1]])
+        if not wanted and said.findings:
+            first = said.findings[0]
+            rivals = said.rivals.get(first.candidate.name, ())
+            if first.justified and rivals:
+                return joint, (first, by_name[rivals[0]])
+    return None
+
+
+def _options(record: Record, joint: int) -> Iterator[tuple[str, float, float, float, str, int, Array]]:
+    """Experiments within the limits: payload, speed, from, to, shape, repeats and the positions (samples, n)."""
+    description: Joint = record.experiment.robot.joints[joint]
+    summary = record.summaries[joint]
+    low, high = summary.position_range
+    top = summary.maximum_speed
+    limits = description.limits
+    if limits is not None:
+        low, high = limits.position or (low, high)
+        top = limits.velocity or top
+    others = np.mean(np.vstack([part.q for part in record.samples.values()]), axis=0)
+    for payload in record.experiment.payloads:
+        for part in SPEEDS:
+            for span in RANGES:
+                middle, half = 0.5 * (low + high), 0.5 * span * (high - low)
+                for shape in ("sinusoid", "trapezoid"):
+                    repeats, course = _course(shape, part * top, middle, half)
+                    if repeats < 1:
+                        continue
+                    motion = np.tile(others, (len(course), 1))
+                    motion[:, joint] = course
+                    yield payload.name, part * top, middle - half, middle + half, shape, repeats, motion
+
+
+def _course(shape: str, speed: float, middle: float, half: float) -> tuple[int, Array]:
+    """Positions between middle ± half at up to `speed`, whole repeats within `DURATION`; smooth at the ends."""
+    time = np.arange(round(DURATION * RATE)) / RATE
+    if shape == "sinusoid":
+        frequency = speed / (2 * np.pi * half)
+        repeats = int(DURATION * frequency)
+        return repeats, middle - half * np.cos(2 * np.pi * frequency * time)
+    period = 4 * half / speed * 1.2
+    repeats = int(DURATION / period)
+    # a trapezoid of velocity with a tenth of each way for speeding up and slowing down, its corners rounded
+    phase = (time / period) % 1.0
+    edge = 0.04
+    rise = np.clip(np.minimum(phase, 0.5 - phase) / edge, 0, 1) - np.clip(
+        np.minimum(phase - 0.5, 1 - phase) / edge, 0, 1
+    )
+    position = np.cumsum(np.sin(0.5 * np.pi * rise)) / RATE
+    position -= np.linspace(0, position[-1], len(position)) if repeats else 0.0
+    size = np.ptp(position)
+    return repeats, middle - half + 2 * half * (position - position.min()) / (size if size > 0 else 1.0)
+
+
+def _expected(
+    record: Record,
+    fits: Sequence[FittedModel],
+    terms: Sequence[Term],
+    joint: int,
+    diagnosis: Diagnosis,
+    motion: Array,
+    payload: str,
+) -> float:
+    """Separation with the new motion added to the data so far."""
+    with tempfile.TemporaryDirectory() as scratch:
+        planned = _planned_experiment(record.experiment, Path(scratch), motion, payload)
+        imagined = Record(planned, record.settings, record.body)
+        return _separation(fits, terms, joint, imagined, diagnosis.fitted)
+
+
+def _planned_experiment(experiment: Experiment, folder: Path, motion: Array, payload: str) -> Experiment:
+    """An experiment whose one session is the planned motion, its commands unknown (zero)."""
+    n = motion.shape[1]
+    header = ",".join(["t", *(f"q{i + 1}" for i in range(n)), *(f"v{i + 1}" for i in range(n))])
+    table = np.column_stack([np.arange(len(motion)) / RATE, motion, np.zeros_like(motion)])
+    np.savetxt(folder / "planned.csv", table, delimiter=",", header=header, comments="", fmt="%.9g")
+    file = ExperimentFile(
+        format=1,
+        name="planned",
+        robot=experiment.robot,
+        payloads=experiment.payloads,
+        sessions=(DeclaredSession(file="planned.csv", payload=payload),),
+    )
+    write_experiment(folder, file)
+    return load_experiment(folder)
+
+
+def _separation(
+    fits: Sequence[FittedModel],
+    terms: Sequence[Term],
+    joint: int,
+    imagined: Record | None,
+    fitted: FittedModel,
+) -> float:
+    """What neither model can follow of the other's effect, in standard deviations of the noise; the smaller counts."""
+    record = fitted.record
+    slots = [*fitted.slots, *(Slot.of(term) for term in terms)]
+    known = observe(record, fitted.entries, slots, fits[0].torque)
+    planned = None if imagined is None else observe(imagined, imagined.entries(), slots, fits[0].torque)
+    noise = min(float(fit.fit.residual[joint] / np.sqrt(max(fit.fit.rows[joint], 1))) for fit in fits)
+    found = []
+    for own, other in ((0, 1), (1, 0)):
+        mine = known.slot_columns[len(fitted.slots) + own]
+        theirs = known.slot_columns[len(fitted.slots) + other]
+        values = _values(fits[own], terms[own])
+        base = np.setdiff1d(np.arange(known.width), np.concatenate([mine, theirs]))
+        found.append(_unfollowed(known, planned, joint, mine, np.concatenate([base, theirs]), values))
+    return float(min(found)) / max(noise, 1e-300)
+
+
+def _values(fit: FittedModel, term: Term) -> Array:
+    for slot, columns in zip(fit.slots, fit.observation.slot_columns, strict=True):
+        if slot.term.key == term.key:
+            return fit.fit.chi[columns]
+    return np.zeros(0)
+
+
+def _unfollowed(
+    known: Observation, planned: Observation | None, joint: int, mine: Array, others: Array, values: Array
+) -> float:
+    """Norm of what the other columns leave of an effect's torque, over known and planned motion."""
+    rows = [joint_rows(known, joint)]
+    if planned is not None:
+        rows.append(joint_rows(planned, joint))
+    stacked = np.vstack(rows)
+    torque = stacked[:, mine.astype(int)] @ values
+    columns = stacked[:, others.astype(int)]
+    scale = np.linalg.norm(columns, axis=0)
+    columns = columns[:, scale > 0] / scale[scale > 0]
+    solution = np.linalg.lstsq(columns, torque, rcond=1e-10)[0]
+    return float(np.linalg.norm(torque - columns @ solution))
+
+
+def _advice_without_rivals(diagnosis: Diagnosis) -> str:
+    needs = sorted({row["reason"] for row in diagnosis.left_out})
+    if needs:
+        return "No rivals are left. Effects that these data cannot show: " + "; ".join(needs) + "."
+    return "No rivals are left: the diagnosis is not in doubt."
+
+
+def _advice(names: tuple[str, ...], now: float, proposals: Sequence[Proposal]) -> str:
+    pair = " and ".join(names)
+    if not proposals:
+        return f"Within the limits no motion separates {pair}."
+    best = proposals[0]
+    word = "decides" if best.separation >= SEPARATED else "helps most, but does not decide,"
+    return (
+        f"A {best.shape} between {best.low:.3g} and {best.high:.3g} at up to {best.speed:.3g} per second with payload "
+        f"{best.payload}, {best.repeats} repeats, {word} between {pair}: {best.separation:.1f} standard deviations "
+        f"(the data so far: {now:.1f})."
+    )
