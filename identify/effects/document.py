@@ -1,0 +1,49 @@
+"""The catalogue as a document for reading, `docs/effects.md`."""
+
+from identify.effects.catalogue import BUILT_IN
+
+HEADING = """# The catalogue of effects
+
+Made by `coulomb effects --markdown` from the catalogue itself. Each effect is linear in its parameters once its nonlinear
+constants are found; these are searched on the data, inside each fold of the cross-validation. Equation numbers are those of
+Hamon, Gautier, Garrec (IROS 2010). `τ_out` is the load as the fitted model predicts it, never the measured torque.
+
+An effect of your own is a YAML file that the experiment names under `effects:`
+
+```yaml
+name: lean-on-bumper
+columns: ["max(0, q - edge)**1.5"]
+constants:
+  edge: {from: 0.3, to: 1.0, count: 15}
+explanation: The arm leans on a rubber bumper. Check the end stops.
+```
+
+with the signals q, dq, ddq, load, torque, t, temp and the functions sign, abs, exp, log, sqrt, sin, cos, tan, tanh, atan, min,
+max; or a subclass of `identify.effects.effect.Effect` that an installed package offers under the entry point `coulomb.effects`.
+"""
+
+
+def effects_document() -> str:
+    """The document as Markdown, ending with a newline."""
+    parts = [HEADING]
+    groups: dict[str, list[type]] = {}
+    for kind in BUILT_IN:
+        groups.setdefault(kind.group, []).append(kind)
+    for group, kinds in groups.items():
+        parts.append(f"## {group[0].upper()}{group[1:]}\n")
+        for kind in kinds:
+            effect = kind()
+            columns = "; ".join(f"`{text}`" for text in effect.regressors)
+            parameters = ", ".join(f"{name} ({unit})" for name, unit in effect.parameters)
+            lines = [
+                f"### `{effect.name}`\n",
+                f"{effect.explanation}\n",
+                f"- Equation: `{effect.equation}`",
+                f"- Columns: {columns}",
+                f"- Parameters: {parameters}",
+                f"- Needs: {', '.join(effect.needs) or 'nothing beyond motion'}",
+                f"- May look like: {', '.join(f'`{name}`' for name in effect.confusable) or 'nothing else here'}",
+                f"- Source: {effect.source}\n",
+            ]
+            parts.append("\n".join(lines))
+    return "\n".join(parts).rstrip() + "\n"

@@ -1,0 +1,131 @@
+"""The diagnosis on a plant that shares no code with it, and on measured machines."""
+
+from __future__ import annotations
+
+import json
+from itertools import pairwise
+
+import pytest
+
+import identify
+from identify.diagnosis.improvement import improve
+
+CLEAR = {
+    "viscous-asymmetric": 0.5,
+    "viscous-cubic": 0.5,
+    "stribeck": 0.5,
+    "load-friction": 0.5,
+    "load-stribeck": 0.5,
+    "friction-position": 0.5,
+    "friction-warmup": 0.5,
+    "presliding": 0.5,
+    "joint-spring": 0.5,
+    "torque-ripple": 0.5,
+    "current-ripple": 0.5,
+    "gain-saturation": 0.5,
+    "delay": 0.5,
+    "gravity-tilt": 1.0,
+    "payload-com": 1.0,
+}
+
+
+@pytest.mark.parametrize(("effect", "strength"), CLEAR.items())
+def test_a_single_hidden_effect_is_named_first(diagnosed, effect, strength):
+    joint = diagnosed((effect, strength)).joints[0]
+    assert joint.verdict == "missing"
+    assert joint.missing[0].effect.name == effect
+    assert joint.findings[0].candidate.name == effect
+
+
+def test_nothing_is_blamed_where_nothing_is_hidden(diagnosed):
+    for seed in (11, 12, 13):
+        joint = diagnosed(seed=seed).joints[0]
+        assert joint.verdict == "adequate"
+        assert joint.missing == ()
+
+
+@pytest.mark.parametrize("effect", ["one-sided-bumper", "sloshing", "shaking-base"])
+def test_an_effect_of_no_catalogue_is_called_unexplained(diagnosed, effect):
+    assert diagnosed((effect, 1.0)).joints[0].verdict == "unexplained"
+
+
+def test_both_of_two_hidden_effects_are_named(diagnosed):
+    joint = diagnosed(("viscous-asymmetric", 0.6), ("joint-spring", 0.6)).joints[0]
+    assert {"viscous-asymmetric", "joint-spring"} <= {term.effect.name for term in joint.missing}
+
+
+def test_asymmetric_load_friction_is_told_from_symmetric_by_the_payloads(diagnosed):
+    said = diagnosed(("load-friction-asymmetric", 1.0)).joints[0]
+    assert said.missing[0].effect.name == "load-friction-asymmetric"
+
+
+def test_without_payload_a_wrong_drive_gain_could_not_have_been_known(diagnosed):
+    said = diagnosed(payloads=(0.0,)).to_json()
+    reasons = {row["effect"]: row["reason"] for row in said["not_applicable"]}
+    assert "known load" in reasons["drive-gain"]
+    assert "payload" in reasons["payload-mass"]
+
+
+def test_a_payload_of_wrong_mass_cannot_be_told_from_a_wrong_gain_and_that_is_said(diagnosed):
+    said = diagnosed(("payload-mass", 1.0)).to_json()["joints"][0]
+    first = said["candidates"][0]
+    assert {first["effect"], *first["indistinguishable_from"]} >= {"payload-mass", "drive-gain"}
+
+
+def test_the_json_has_what_the_contract_says(diagnosed):
+    said = json.loads(json.dumps(diagnosed(("stribeck", 0.5)).to_json(), allow_nan=False))
+    assert {"experiment", "model", "relative_error", "noise_floor", "joints"} <= said.keys()
+    joint = said["joints"][0]
+    assert {"joint", "verdict", "missing", "candidates", "where"} <= joint.keys()
+    candidate = joint["candidates"][0]
+    assert {
+        "effect",
+        "rank",
+        "relative_error_before",
+        "relative_error_after",
+        "heldout_error_before",
+        "heldout_error_after",
+        "p_value",
+        "indistinguishable_from",
+        "explanation",
+    } <= candidate.keys()
+    assert [each["rank"] for each in joint["candidates"]] == list(range(1, len(joint["candidates"]) + 1))
+    for row in joint["where"]:
+        assert {"variable", "from", "to", "share_of_error"} <= row.keys()
+        assert 0 <= row["share_of_error"] <= 1
+
+
+def test_adding_the_named_effect_brings_the_error_to_the_noise(hidden, diagnosed):
+    said = diagnosed(("stribeck", 0.5))
+    clean = diagnosed().fitted.fit.relative_error
+    assert said.fitted.fit.relative_error > 1.5 * clean
+    assert said.better.fit.relative_error < 1.15 * clean
+
+
+def test_improve_ends_adequate_and_every_step_lowers_the_error(hidden):
+    story = improve(identify.load_experiment(hidden(("viscous-asymmetric", 0.6), ("joint-spring", 0.6))))
+    errors = [step.relative_error for step in story.steps]
+    assert errors == sorted(errors, reverse=True)
+    assert story.steps[0].added is None
+    assert story.verdict == "adequate"
+
+
+def test_emps_names_the_asymmetric_viscous_friction_first(emps):
+    said = identify.diagnose(identify.load_experiment(emps)).to_json()["joints"][0]
+    assert said["candidates"][0]["effect"] == "viscous-asymmetric"
+    assert said["candidates"][0]["relative_error_after"] <= 0.031
+
+
+@pytest.mark.slow
+def test_emps_improves_to_two_percent_and_no_further_than_its_repeats_allow(emps):
+    story = improve(identify.load_experiment(emps))
+    assert story.steps[0].relative_error == pytest.approx(0.0404, abs=0.001)
+    assert 0.0062 < story.steps[-1].relative_error <= 0.020
+
+
+@pytest.mark.slow
+def test_every_step_on_the_tx40_holds_on_the_validation_session(tx40):
+    story = improve(identify.load_experiment(tx40))
+    checked = [step.relative_error_validation for step in story.steps]
+    assert all(after < before for before, after in pairwise(checked))
+    assert checked[-1] < 0.081  # usual and wrist coupling, weighted over the joints

@@ -1,0 +1,81 @@
+"""Errors on motion left out, and their evidence, against plain refits and Monte Carlo."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from identify.diagnosis.evidence import group_p_value
+from identify.diagnosis.held_out import FoldedProducts, Trial
+from identify.estimation.observation import Observation, TimeBlock
+from identify.estimation.triangular_factor import TriangularFactor
+
+
+def observed(columns: np.ndarray, target: np.ndarray, blocks: int) -> Observation:
+    """An observation of one joint and one session, all columns base columns."""
+    width = columns.shape[1]
+    pieces = np.array_split(np.column_stack([columns, target, target]), blocks)
+    return Observation(
+        entries=[SimpleNamespace(file="session")],  # type: ignore[list-item]
+        base=width,
+        slots=[],
+        slot_columns=[],
+        joint_columns=[np.arange(width)],
+        blocks=[TimeBlock(0, float(i), float(i + 1)) for i in range(blocks)],
+        factors=[[TriangularFactor.of(piece)] for piece in pieces],
+    )
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 10_000), base=st.integers(1, 4), variants=st.integers(1, 3))
+def test_the_held_out_error_is_that_of_a_refit_without_the_fold(seed, base, variants):
+    random = np.random.default_rng(seed)
+    width = base + 2 * variants
+    columns = random.standard_normal((400, width)) @ random.standard_normal((width, width))
+    target = columns @ random.standard_normal(width) + random.standard_normal(400)
+    observation = observed(columns, target, 20)
+    folds = np.arange(20) // 4
+    trial = Trial(tuple(np.arange(base + 2 * v, base + 2 * v + 2) for v in range(variants)))
+    found = FoldedProducts(observation, np.ones(1), folds).evaluate(0, np.arange(base), [trial])[0]
+    rows = np.array_split(np.arange(400), 20)
+    for fold in range(5):
+        test = np.concatenate([rows[b] for b in range(20) if folds[b] == fold])
+        train = np.setdiff1d(np.arange(400), test)
+        errors = []
+        for option in trial.variants:
+            kept = np.concatenate([np.arange(base), option])
+            fit = np.linalg.lstsq(columns[np.ix_(train, kept)], target[train], rcond=None)[0]
+            on_train = np.sum((target[train] - columns[np.ix_(train, kept)] @ fit) ** 2)
+            on_test = np.sum((target[test] - columns[np.ix_(test, kept)] @ fit) ** 2)
+            errors.append((on_train, on_test))
+        assert found.fold[fold] == pytest.approx(min(errors)[1], rel=1e-5)
+
+
+def coloured(random: np.random.Generator, count: int, memory: float) -> np.ndarray:
+    noise = random.standard_normal(count)
+    for k in range(1, count):
+        noise[k] = memory * noise[k - 1] + np.sqrt(1 - memory**2) * noise[k]
+    return noise
+
+
+def test_the_evidence_cries_wolf_no_more_often_than_it_says_under_coloured_noise():
+    random = np.random.default_rng(5)
+    count, alarms, tries = 2000, 0, 200
+    for _ in range(tries):
+        columns = np.column_stack(
+            [np.ones(count), coloured(random, count, 0.95), coloured(random, count, 0.95)]
+        )
+        observation = observed(columns, coloured(random, count, 0.8), 60)
+        alarms += group_p_value(observation, 0, np.arange(2), np.array([2])) < 0.05
+    assert alarms <= 0.09 * tries  # three standard deviations of a binomial above 5 %
+
+
+def test_the_evidence_sees_what_is_there():
+    random = np.random.default_rng(6)
+    columns = np.column_stack([np.ones(2000), coloured(random, 2000, 0.95), coloured(random, 2000, 0.95)])
+    target = 0.3 * columns[:, 2] + coloured(random, 2000, 0.8)
+    assert group_p_value(observed(columns, target, 60), 0, np.arange(2), np.array([2])) < 1e-4

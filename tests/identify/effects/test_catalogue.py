@@ -1,0 +1,62 @@
+"""The catalogue against the contract and against its own document."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from identify.effects.catalogue import catalogue
+from identify.effects.document import effects_document
+
+CONTRACT = {
+    "viscous",
+    "coulomb",
+    "offset",
+    "viscous-asymmetric",
+    "viscous-quadratic",
+    "viscous-cubic",
+    "viscous-power",
+    "stribeck",
+    "load-friction",
+    "load-friction-asymmetric",
+    "load-stribeck",
+    "friction-position",
+    "friction-temperature",
+    "friction-warmup",
+    "presliding",
+    "backlash",
+    "torque-ripple",
+    "current-ripple",
+    "joint-spring",
+    "gain-saturation",
+    "drive-gain",
+    "delay",
+    "elasticity",
+    "motor-inertia",
+    "coupled-friction",
+    "payload-mass",
+    "payload-com",
+    "gravity-tilt",
+}
+
+
+def test_every_name_of_the_contract_is_there_with_everything_said_of_it():
+    rows = {row["effect"]: row for row in catalogue()}
+    assert rows.keys() >= CONTRACT
+    for row in rows.values():
+        assert {"effect", "group", "equation", "explanation", "regressors", "needs", "source"} <= row.keys()
+        assert "Check" in str(row["explanation"])
+        assert row["source"]
+
+
+def test_indistinguishable_effects_exist():
+    rows = catalogue()
+    names = {row["effect"] for row in rows}
+    for row in rows:
+        assert set(row["indistinguishable_from"]) <= names  # type: ignore[call-overload]
+
+
+def test_the_document_is_the_catalogue():
+    document = Path(__file__).parents[3] / "docs" / "effects.md"
+    assert document.read_text(encoding="utf-8") == effects_document(), (
+        "run: coulomb effects --markdown > docs/effects.md"
+    )

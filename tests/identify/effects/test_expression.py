@@ -1,0 +1,78 @@
+"""A user's own effect: formulas are computed as written, and nothing else is ever run."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import identify
+from identify.effects.expression import load_own_effect, parse
+from identify.recording.errors import InputError
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("sin(12*q) * sign(dq)", lambda q, dq: np.sin(12 * q) * np.sign(dq)),
+        ("-q**2 + 3/2", lambda q, dq: -(q**2) + 1.5),
+        ("max(0, dq) - min(q, 0.1)", lambda q, dq: np.maximum(0, dq) - np.minimum(q, 0.1)),
+        ("exp(-abs(dq)/k) * cos(pi*q)", lambda q, dq: np.exp(-np.abs(dq) / 0.3) * np.cos(np.pi * q)),
+    ],
+)
+def test_a_formula_is_computed_as_written(text, expected):
+    q, dq = np.linspace(-1, 1, 50), np.linspace(2, -2, 50)
+    values = {"q": q, "dq": dq, "k": np.asarray(0.3)}
+    np.testing.assert_allclose(parse(text, {"k": None})(values), expected(q, dq), rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "__import__('os').system('true')",
+        "().__class__",
+        "q.shape",
+        "[q for q in (1,2)]",
+        "lambda: q",
+        "open('x')",
+        "q if dq else 1",
+        "f'{q}'",
+        "q; dq",
+        "q = 1",
+        "sin(q, dq)",
+        "unknown * q",
+        "'text'",
+        "True",
+        "",
+        "(" * 300 + "q" + ")" * 300,
+    ],
+)
+def test_what_is_no_formula_is_refused(text):
+    with pytest.raises(ValueError, match=r"formula|allowed|neither|function|takes|longer"):
+        parse(text, {})
+
+
+@given(st.text(max_size=80))
+def test_any_text_is_either_a_formula_or_refused(text):
+    try:
+        node = parse(text, {})
+    except ValueError:
+        return
+    assert callable(node)
+
+
+def test_a_wrong_file_is_refused_in_one_line_that_names_the_field(tmp_path):
+    path = tmp_path / "own.yaml"
+    path.write_text("name: drag\ncolumns: ['speed * q']\n")
+    with pytest.raises(InputError) as refused:
+        load_own_effect(path)
+    assert "own.yaml" in str(refused.value)
+    assert "'speed'" in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_an_own_effect_is_judged_like_those_of_the_catalogue(hidden_stretch):
+    said = identify.diagnose(identify.load_experiment(hidden_stretch)).joints[0]
+    assert said.missing[0].effect.name == "lean-on-bumper"
+    assert said.verdict == "missing"
