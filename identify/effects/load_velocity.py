@@ -53,6 +53,34 @@ class LoadVelocity(Effect):
         return np.hstack([*split, np.column_stack(dry)])
 
 
+class GearFriction(LoadVelocity):
+    """Columns of eq. (30) with the load of a fitted model as one: what is left to find is the gear's, q̇_s with it.
+
+    Eight columns instead of four for each base parameter; their best q̇_s is that of the whole equation.
+    """
+
+    name = "gear-friction"
+    regressors = (
+        "P⁺ τ_out",
+        "P⁺ E τ_out",
+        "P⁻ τ_out",
+        "−P⁻ E τ_out",
+        "P⁺ sign(q̇)",
+        "P⁺ E sign(q̇)",
+        "P⁻ sign(q̇)",
+        "P⁻ E sign(q̇)",
+    )
+    parameters = (*SPLIT, *DRY)
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        driving, driven = quadrants(motion.load, motion.dq)
+        fading = np.exp(-np.abs(motion.dq) / constants["stribeck_velocity"])
+        load, signs = motion.load, motion.direction
+        split = [driving * load, driving * fading * load, driven * load, -driven * fading * load]
+        dry = [driving * signs, driving * fading * signs, driven * signs, driven * fading * signs]
+        return np.column_stack([*split, *dry])
+
+
 def linear_names(base_names: list[str], base_units: list[str]) -> list[tuple[str, str]]:
     """Names and units of the columns, in their order: a_m·J …, a_m, b_m·J …, c_m, d_m, c_g, d_g."""
     named = [

@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Progress = Callable[[float, str], None]
 
+RANK = 1e-10
+"""Eigenvalue of a matrix of products of unit columns, in parts of the largest, below which it counts as zero."""
+
 LOAD_ROUNDS = 3
 """Passes in which the load of load-dependent effects is taken from the last fit; chi moves by less than a
 tenth of its deviation in the third."""
@@ -116,7 +119,7 @@ def fit_model(
         for term in terms
         if refine or term.constants is None
     )
-    rounds = 1 + (LOAD_ROUNDS if loaded else int(open_constants))
+    rounds = 1 + (LOAD_ROUNDS if loaded and load_from is None else int(open_constants))
     fitted = load_from
     settled: dict[tuple[str, int], dict[str, float]] = {
         t.key: dict(t.constants) for t in terms if t.constants is not None
@@ -179,6 +182,9 @@ def choose_constants(
 ) -> list[int]:
     """For every term the variant of its constants with the least residual, one term after the other,
     twice.
+
+    All variants' columns are projected off those of the model once for each term; a variant is then a problem of as
+    many unknowns as it has columns.
     """
     starts = np.concatenate([[0], np.cumsum([len(found) for found in variants])]).astype(int)
     picked = [len(found) // 2 for found in variants]
@@ -186,19 +192,46 @@ def choose_constants(
     if not several:
         return picked
     base = np.arange(observation.base if inertial else 0)
-    weights: Array | None = None
+
+    def columns_of(terms: Sequence[int]) -> NDArray[np.intp]:
+        slots = [observation.slot_columns[starts[i] + picked[i]] for i in terms]
+        return np.concatenate([base, *slots]).astype(np.intp)
+
+    weights = least_squares(observation, columns_of(range(len(variants)))).weights
+    products = _weighted_products(observation, weights)
     for _ in range(2 if len(several) > 1 else 1):
         for index in several:
-            errors = []
-            for option in range(len(variants[index])):
-                slots = [starts[i] + (option if i == index else picked[i]) for i in range(len(variants))]
-                columns = np.concatenate([base, *(observation.slot_columns[slot] for slot in slots)])
-                fit = least_squares(observation, columns, weights=weights)
-                if weights is None:
-                    weights = fit.weights
-                errors.append(float(np.sum((weights * fit.residual) ** 2)))
-            picked[index] = int(np.argmin(errors))
+            others = columns_of([i for i in range(len(variants)) if i != index])
+            options = [observation.slot_columns[starts[index] + o] for o in range(len(variants[index]))]
+            picked[index] = int(np.argmax(_explained(products, others, options)))
     return picked
+
+
+def _weighted_products(observation: Observation, weights: Array) -> Array:
+    """[W Y]ᵀ[W Y] over all joints' weighted rows, columns brought to unit norm; Y is the last."""
+    width = observation.width
+    products = np.zeros((width + 1, width + 1))
+    for joint, columns in enumerate(observation.joint_columns):
+        rows = observation.merged(joint).r[:, :-1]
+        place = np.append(columns, width)
+        products[np.ix_(place, place)] += weights[joint] ** 2 * (rows.T @ rows)
+    norm = np.sqrt(np.diag(products))
+    return products / np.outer(np.where(norm > 0, norm, 1.0), np.where(norm > 0, norm, 1.0))
+
+
+def _explained(products: Array, others: NDArray[np.intp], options: Sequence[NDArray[np.intp]]) -> list[float]:
+    """How much of the squared residual of `others` each group of further columns explains."""
+    wanted = np.concatenate([*options, [len(products) - 1]]).astype(np.intp)
+    inner = np.linalg.pinv(products[np.ix_(others, others)], rcond=RANK, hermitian=True)
+    cross = products[np.ix_(others, wanted)]
+    left = products[np.ix_(wanted, wanted)] - cross.T @ inner @ cross
+    found, done = [], 0
+    for option in options:
+        own = slice(done, done + len(option))
+        done += len(option)
+        gram, target = left[own, own], left[own, -1]
+        found.append(float(target @ np.linalg.pinv(gram, rcond=RANK, hermitian=True) @ target))
+    return found
 
 
 def only_slots(observation: Observation, slots: Sequence[int]) -> Observation:

@@ -1,0 +1,118 @@
+"""The fitted parameters by name, with their deviations."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from identify.effects.load_velocity import LoadVelocity, linear_names
+from identify.effects.model import Term
+from identify.estimation.fitting import FittedModel
+from identify.estimation.record import Record
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """An estimated parameter.
+
+    std, std_robust : standard deviations of eq. (13)-(15), and ones that hold for coloured residuals; None
+    where
+                      they cannot be given
+    """
+
+    name: str
+    joint: str
+    value: float
+    std: float | None
+    std_robust: float | None
+    unit: str
+    grouping: str | None
+
+    @property
+    def relative_std_percent(self) -> float | None:
+        """eq. (16)"""
+        return None if self.std is None or self.value == 0 else 100 * self.std / abs(self.value)
+
+    def to_json(self) -> dict[str, Any]:
+        """The contract's form, section 3."""
+        return {
+            "name": self.name,
+            "joint": self.joint,
+            "value": self.value,
+            "std": self.std,
+            "std_robust": self.std_robust,
+            "relative_std_percent": self.relative_std_percent,
+            "unit": self.unit,
+            "grouping": self.grouping,
+        }
+
+
+def column_names(fitted: FittedModel) -> list[tuple[str, str, str, str | None]]:
+    """Name, joint, unit and grouping of every column."""
+    record = fitted.record
+    base = record.body.base
+    found: list[tuple[str, str, str, str | None]] = [
+        (name, joint, unit, grouping)
+        for name, joint, unit, grouping in zip(
+            base.names, base.joints, base.units, base.groupings, strict=True
+        )
+    ]
+    for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True):
+        found += slot_names(record, slot.term, slot.values, len(columns))
+    return found
+
+
+def slot_names(
+    record: Record, term: Term, constants: dict[str, float], count: int
+) -> list[tuple[str, str, str, str | None]]:
+    """Name, joint, unit of an effect's columns."""
+    summary = record.summaries[term.joint]
+    if isinstance(term.effect, LoadVelocity):
+        acts = record.body.base.acts[term.joint]
+        names = [n for n, on in zip(record.body.base.names, acts, strict=True) if on]
+        units = [u for u, on in zip(record.body.base.units, acts, strict=True) if on]
+        listed = linear_names(names, units)
+        suffix = "" if record.joints == 1 else f"@{summary.name}"
+        return [(name + suffix, summary.name, _unit(unit, summary.revolute), None) for name, unit in listed]
+    listed = list(term.effect.parameters_of(summary, constants))
+    if len(listed) != count:
+        listed = [(f"{listed[0][0]}[{index + 1}]", listed[0][1]) for index in range(count)]
+    across = term.effect.rows == "robot"
+    return [
+        (name if across else f"{name}{term.joint + 1}", summary.name, _unit(unit, summary.revolute), None)
+        for name, unit in listed
+    ]
+
+
+def _unit(unit: str, revolute: bool) -> str:
+    return unit if revolute else unit.replace("N m", "N").replace("rad", "m")
+
+
+def parameters_of(fitted: FittedModel) -> tuple[Parameter, ...]:
+    """The fitted parameters with their deviations; the payload ratio as M_ae/M_aw, 1 where the payload is as
+    declared."""
+    std, robust = fitted.deviations
+    named = column_names(fitted)
+    shifted = np.zeros(len(named))
+    for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True):
+        shifted[columns] = slot.term.effect.reported_offset(slot.values)
+        if isinstance(slot.term.effect, LoadVelocity):
+            names = [named[column][0].partition("@")[0] for column in columns]
+            shifted[columns] = [1.0 if name in ("a_m", "a_g") else 0.0 for name in names]
+    return tuple(
+        Parameter(
+            named[column][0],
+            named[column][1],
+            float(fitted.fit.chi[column] + shifted[column]),
+            number(float(std[column])),
+            number(float(robust[column])),
+            named[column][2],
+            named[column][3],
+        )
+        for column in fitted.fit.fitted
+    )
+
+
+def number(value: float | None) -> float | None:
+    """A figure for JSON: None where it cannot be given."""
+    return None if value is None or not np.isfinite(value) else float(value)

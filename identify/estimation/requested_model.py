@@ -1,0 +1,151 @@
+"""What the user asked for: the record to identify from, and the model by the names of its effects."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from identify.effects.catalogue import effects
+from identify.effects.effect import Effect
+from identify.effects.load_velocity import GearFriction, LoadVelocity
+from identify.effects.model import USUAL, Model, Term, parse_addition, parse_model
+from identify.estimation.fitting import FittedModel, fit_model
+from identify.estimation.observation import Observation, Slot, observe
+from identify.estimation.record import Record
+from identify.recording import Experiment, InputError, SessionEntry
+
+SMOOTH = ("viscous", "offset")
+"""effects of eq. (30) beside its dry friction"""
+
+
+def open_record(experiment: Experiment) -> Record:
+    """The record of an experiment that has something to identify from.
+
+    :raises InputError: there is no identification session, or a joint never moves.
+    """
+    record = Record.of(experiment)
+    if not record.entries():
+        raise InputError(f"{experiment.path}: sessions: at least one needs role identification")
+    return record
+
+
+def chosen_entries(record: Record, payloads: Sequence[str]) -> list[SessionEntry]:
+    """The identification sessions with one of these payloads; all of them if none is named.
+
+    :raises InputError: a payload is not declared, or no identification session carries one of them.
+    """
+    declared = [payload.name for payload in record.experiment.payloads]
+    for name in payloads:
+        if name not in declared:
+            raise InputError(f"--payload {name}: not declared; payloads are {', '.join(declared)}")
+    chosen = [entry for entry in record.entries() if not payloads or entry.payload.name in payloads]
+    if not chosen:
+        raise InputError(f"--payload {', '.join(payloads)}: no identification session carries it")
+    return chosen
+
+
+def known_effects(experiment: Experiment) -> dict[str, Effect]:
+    """The catalogue and the user's own effects that the experiment names.
+
+    :raises InputError: a file of an own effect is wrong, or its name is taken.
+    """
+    known = dict(effects())
+    if experiment.effects:
+        from identify.effects.expression import load_own_effect
+
+        for path in experiment.effects:
+            own = load_own_effect(path)
+            if own.name in known:
+                raise InputError(f"{path}: name: an effect named '{own.name}' is already in the catalogue")
+            known[own.name] = own
+    return known
+
+
+def requested_model(record: Record, model: str, add: Sequence[str] = ()) -> Model:
+    """The model that `--model` and `--add` name.
+
+    :raises InputError: a name is wrong, or the record cannot show an effect that was asked for.
+    """
+    known, gain = known_effects(record.experiment), record.experiment.drive_gain
+    wanted = parse_model(model, record.joint_names, known, gain)
+    for text in add:
+        terms = parse_addition(text, record.joint_names, known, gain)
+        able = [t for t in terms if not t.effect.obstacle(record.summaries[t.joint])]
+        if not able:
+            name, _, joint = text.partition("@")
+            summary = record.summaries[record.joint_names.index(joint) if joint else 0]
+            reason = known[name].obstacle(summary) or "no joint of this robot has it"
+            raise InputError(f"--add {text}: this record cannot show it: {reason}")
+        wanted = wanted.with_terms(able)
+    return wanted
+
+
+def fit_linear(record: Record, loaded: FittedModel, add: Sequence[str]) -> FittedModel:
+    """The linear form (30) on the same sessions, with the power sign of a fitted model's load."""
+    known, gain = known_effects(record.experiment), record.experiment.drive_gain
+    velocities = stribeck_velocities(loaded)
+    terms = [
+        term
+        for joint in range(record.joints)
+        for term in (
+            Term(LoadVelocity(), joint).chosen({"stribeck_velocity": velocities[joint]}),
+            Term(known["viscous"], joint),
+            Term(known["offset"], joint),
+        )
+    ]
+    split = {*USUAL, "load-friction-asymmetric", "stribeck", "load-stribeck"}
+    more = [t for text in add for t in parse_addition(text, record.joint_names, known, gain)]
+    model = Model("load-velocity", tuple(terms)).with_terms(t for t in more if t.effect.name not in split)
+    return fit_model(record, model, loaded.entries, load_from=loaded.torque, inertial=False)
+
+
+def stribeck_velocities(loaded: FittedModel) -> list[float]:
+    """q̇_s of eq. (22) for every joint: the value with the least residual, the load being a fitted model's."""
+    record = loaded.record
+    gear = GearFriction()
+    chosen: list[dict[str, float]] | None = None
+    for _ in range(2):
+        tried = [
+            gear.grid(summary) if chosen is None else gear.refine(chosen[joint], summary)
+            for joint, summary in enumerate(record.summaries)
+        ]
+        slots = [Slot.of(Term(gear, joint), c) for joint, own in enumerate(tried) for c in own]
+        known = known_effects(record.experiment)
+        besides = [Slot.of(Term(known[name], joint)) for joint in range(record.joints) for name in SMOOTH]
+        observation = observe(record, loaded.entries, [*slots, *besides], loaded.torque)
+        errors = _gear_errors(observation, len(slots))
+        chosen, done = [], 0
+        for own in tried:
+            chosen.append(own[int(np.argmin(errors[done : done + len(own)]))])
+            done += len(own)
+    assert chosen is not None
+    return [own["stribeck_velocity"] for own in chosen]
+
+
+def _gear_errors(observation: Observation, gears: int) -> list[float]:
+    """Residual of the torque for each of the first slots, each with the smooth friction of its joint."""
+    errors = []
+    for index in range(gears):
+        joint = observation.slots[index].term.joint
+        smooth = [
+            observation.slot_columns[other]
+            for other in range(gears, len(observation.slots))
+            if observation.slots[other].term.joint == joint
+        ]
+        wanted = np.concatenate([observation.slot_columns[index], *smooth])
+        rows = observation.merged(joint).r
+        W = rows[:, np.flatnonzero(np.isin(observation.joint_columns[joint], wanted))]
+        size = np.maximum(np.linalg.norm(W, axis=0), 1e-300)
+        tau = rows[:, -1]
+        found = np.linalg.lstsq(W / size, tau, rcond=None)[0]
+        errors.append(float(np.linalg.norm(tau - (W / size) @ found)))
+    return errors
+
+
+def ratio_columns(fitted: FittedModel) -> list[int]:
+    """Columns of payload and gain ratios, whose parameter is how far the ratio is from one."""
+    return [
+        int(column)
+        for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True)
+        if slot.term.effect.name in ("payload-mass", "drive-gain")
+        for column in columns
+    ]

@@ -1,0 +1,316 @@
+"""The load-velocity model with one value for each physical parameter.
+
+The linear form (30) has products a_m·J, b_m·MX …, one set for each quadrant pair, although there is one arm only.
+Here the parameters are those of the arm, once (J, MX …), and of each joint's gear, once (a_m, b_m, a_g, b_g, c_m,
+d_m, c_g, d_g, F_V, offset). The coefficients of the columns of (30) are products of two of them, so the estimate is
+a nonlinear least squares problem on the same triangular factors, solved by Levenberg and Marquardt's method.
+
+Without a known load (a weighed payload, a measured external force) nothing tells the arm's scale from the gear's
+a_m and a_g: then a_m = 1 + alpha and a_g = 1 - alpha, the same loss both ways.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.effects.load_velocity import LoadVelocity
+from identify.estimation.context import FittedTorque
+from identify.estimation.estimate import Estimate, with_parameters
+from identify.estimation.fitting import FittedModel
+from identify.estimation.least_squares import LeastSquares, joint_rows, least_squares
+from identify.estimation.observation import Observation, observe
+from identify.estimation.statistics import deviation_from_blocks
+
+Array = NDArray[np.float64]
+
+GEAR = ("a_m", "b_m", "a_g", "b_g", "c_m", "d_m", "c_g", "d_g")
+MOST_STEPS = 60
+CONVERGED = 1e-7
+"""relative fall of the sum of squares below which the search stops"""
+POWER_SIGN_ROUNDS = 3
+"""how often P⁺ and P⁻ are taken anew from the fitted load"""
+KNOWN_LOAD = 1e-6
+"""norm of a known load's column, in parts of the torque's, from which on it counts"""
+NOT_SEEN = 1e-6
+"""part of a parameter's own effect that those of the others leave; below, the data do not tell it"""
+
+
+@dataclass(frozen=True)
+class StructuredFit:
+    """The structured estimate.
+
+    form    : how the parameters make the coefficients of (30)
+    theta   : the parameters as `form` orders them
+    fitted  : the columns of (30) with the coefficients that the physical parameters make, so that it predicts
+    names   : (name, joint, unit, grouping) of every physical parameter
+    values, std, std_robust : of them; NaN deviations where the data do not tell the parameter
+    tied    : joints without a known load, for which a_m + a_g = 2
+    """
+
+    form: "_Form"
+    theta: Array
+    fitted: FittedModel
+    names: tuple[tuple[str, str, str, str | None], ...]
+    values: Array
+    std: Array
+    std_robust: Array
+    tied: tuple[str, ...]
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What the reader must know."""
+        if not self.tied:
+            return ()
+        return (
+            f"no known load on {', '.join(self.tied)}: the structured estimate takes a_m + a_g = 2 there"
+            " (the same loss both ways)",
+        )
+
+
+class _Form:
+    """How the physical parameters make the coefficients of the columns of (30)."""
+
+    def __init__(self, linear: FittedModel) -> None:
+        record, observation = linear.record, linear.observation
+        base = record.body.base
+        self.base, self.width = observation.base, observation.width
+        size = np.array([float(np.linalg.norm(observation.merged(j).r[:, -1])) for j in range(record.joints)])
+        self.names: list[tuple[str, str, str, str | None]] = list(
+            zip(base.names, base.joints, base.units, base.groupings, strict=True)
+        )
+        self.start = [0.0] * self.base
+        self.gears: list[tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp], bool]] = []
+        """for each joint: columns of (30), its base parameters, places of its gear's parameters, tied"""
+        self.others: list[tuple[int, int]] = []
+        """(column, place) of the columns that stand for themselves"""
+        self.tied: list[str] = []
+        listed = zip(linear.slots, observation.slot_columns, strict=True)
+        for slot, columns in listed:
+            joint = slot.term.joint
+            name = record.joint_names[joint]
+            if not isinstance(slot.term.effect, LoadVelocity):
+                self._add_others(linear, slot, columns)
+                continue
+            own = np.flatnonzero(base.acts[joint])
+            known = columns[len(own)]
+            place = np.flatnonzero(observation.joint_columns[joint] == known)
+            norm = float(np.linalg.norm(observation.merged(joint).r[:, place]))
+            tied = norm <= KNOWN_LOAD * size[joint]
+            if tied:
+                self.tied.append(name)
+            unit = "N m" if record.summaries[joint].revolute else "N"
+            suffix = "" if record.joints == 1 else f"@{name}"
+            places = []
+            for symbol in GEAR:
+                if tied and symbol == "a_g":
+                    places.append(places[0])
+                    continue
+                places.append(len(self.names))
+                self.names.append((symbol + suffix, name, "1" if symbol[0] in "ab" else unit, None))
+                self.start.append(0.0)
+            self.gears.append((columns, own.astype(np.intp), np.array(places, np.intp), tied))
+
+    def _add_others(self, linear: FittedModel, slot, columns: NDArray[np.intp]) -> None:
+        from identify.estimation.parameters import slot_names
+
+        for column, name in zip(
+            columns, slot_names(linear.record, slot.term, slot.values, len(columns)), strict=True
+        ):
+            self.others.append((int(column), len(self.names)))
+            self.names.append(name)
+            self.start.append(float(linear.fit.chi[column]))
+
+    def begin(self, load: FittedTorque, linear: FittedModel) -> Array:
+        """Parameters to start from: the arm of the load that the power sign came from, a gear without loss."""
+        theta = np.array(self.start)
+        theta[: self.base] = load.chi
+        for columns, own, places, tied in self.gears:
+            theta[places[0]] = 0.0 if tied else 1.0
+            if not tied:
+                theta[places[2]] = 1.0
+            theta[places[4:]] = linear.fit.chi[columns[4 * (len(own) + 1) :]]
+        return theta
+
+    def coefficients(self, theta: Array) -> tuple[Array, Array]:
+        """(width,) coefficients of the columns and (width, parameters) their derivatives."""
+        chi = np.zeros(self.width)
+        slope = np.zeros((self.width, len(theta)))
+        for column, place in self.others:
+            chi[column], slope[column, place] = theta[place], 1.0
+        for columns, own, places, tied in self.gears:
+            arm = theta[own]
+            for group in range(4):
+                block = columns[group * (len(own) + 1) : (group + 1) * (len(own) + 1)]
+                place, sign, start = places[group], 1.0, 0.0
+                if group in (0, 2) and tied:
+                    sign, start = (1.0 if group == 0 else -1.0), 1.0
+                factor = start + sign * theta[place]
+                chi[block[:-1]] = factor * arm
+                chi[block[-1]] = factor - (1.0 if group in (0, 2) else 0.0)
+                slope[block[:-1], own] = factor
+                slope[block[:-1], place] = sign * arm
+                slope[block[-1], place] = sign
+            dry = columns[4 * (len(own) + 1) :]
+            chi[dry] = theta[places[4:]]
+            slope[dry, places[4:]] = 1.0
+        return chi, slope
+
+    def reported(self, theta: Array, std: Array, robust: Array) -> tuple[list, Array, Array, Array]:
+        """Names, values and deviations for the reader: a tied joint's a_m and a_g both."""
+        names, values, deviations, robusts = list(self.names), theta.copy(), std.copy(), robust.copy()
+        added = 0
+        for _, _, places, tied in self.gears:
+            if tied:
+                at = int(places[0]) + added
+                symbol, joint, unit, _ = names[at]
+                values[at] += 1.0
+                names.insert(at + 2, (symbol.replace("a_m", "a_g"), joint, unit, None))
+                values = np.insert(values, at + 2, 2.0 - values[at])
+                deviations = np.insert(deviations, at + 2, deviations[at])
+                robusts = np.insert(robusts, at + 2, robusts[at])
+                added += 1
+        return names, values, deviations, robusts
+
+
+def fit_structured(linear: FittedModel, weights: Array) -> StructuredFit:
+    """The structured estimate, started from the linear form and the load that its power sign came from.
+
+    weights : (n,) of the joints' rows. The linear form's own do not serve: where it fits noise its residuals are
+              far too small.
+    """
+    assert linear.load_from is not None  # the linear form always has the load of a model fitted before
+    form = _Form(linear)
+    theta = form.begin(linear.load_from, linear)
+    observation, load = linear.observation, linear.load_from
+    best: tuple[float, Array, Observation, FittedTorque] | None = None
+    for _ in range(POWER_SIGN_ROUNDS):
+        theta, cost = _minimise(form, _rows(observation, weights), theta)
+        if best is not None and cost >= best[0] * (1 - 1e-6):
+            break
+        best = (cost, theta, observation, load)
+        load = FittedTorque(theta[: form.base])
+        observation = observe(linear.record, linear.entries, linear.slots, load)
+    assert best is not None
+    _, theta, observation, load = best
+    fit = replace(linear.fit, weights=weights)
+    return _result(form, replace(linear, observation=observation, load_from=load, fit=fit), theta)
+
+
+def held_out(linear: FittedModel, structured: StructuredFit) -> tuple[float, float]:
+    """Relative errors of the linear and the structured form on time that the fit did not see.
+
+    Four folds of consecutive blocks of time of every session; both forms with the same columns and weights.
+    """
+    observation = structured.fitted.observation
+    form, theta = structured.form, structured.theta
+    weights = structured.fitted.fit.weights
+    squares = np.zeros((2, 2))
+    for fold in folds(observation):
+        training = [block for block in range(len(observation.blocks)) if block not in fold]
+        solved = least_squares(observation, linear.fit.fitted, training, weights)
+        moved, _ = _minimise(form, _rows(observation, weights, training), theta)
+        rows = _rows(observation, weights, sorted(fold))
+        for index, chi in enumerate((solved.chi, form.coefficients(moved)[0])):
+            residual = rows[:, -2] - rows[:, :-2] @ chi
+            squares[index] += residual @ residual, rows[:, -1] @ rows[:, -1]
+    errors = np.sqrt(squares[:, 0] / np.maximum(squares[:, 1], 1e-300))
+    return float(errors[0]), float(errors[1])
+
+
+def folds(observation: Observation, count: int = 4) -> list[set[int]]:
+    """Blocks of each fold: every session cut into `count` consecutive parts."""
+    found: list[set[int]] = [set() for _ in range(count)]
+    for session in range(len(observation.entries)):
+        for fold, part in enumerate(np.array_split(observation.blocks_of(session), count)):
+            found[fold].update(int(block) for block in part)
+    return found
+
+
+def _rows(observation: Observation, weights: Array, blocks: Sequence[int] | None = None) -> Array:
+    """Weighted rows of all joints, [W Y tau]."""
+    listed = enumerate(weights)
+    return np.vstack([joint_rows(observation, joint, blocks) * weight for joint, weight in listed])
+
+
+def _minimise(form: "_Form", rows: Array, theta: Array) -> tuple[Array, float]:
+    """Levenberg and Marquardt's method (Marquardt 1963); returns the parameters and the sum of squares."""
+    W, Y = rows[:, :-2], rows[:, -2]
+    damping = 1e-3
+    chi, slope = form.coefficients(theta)
+    residual = Y - W @ chi
+    cost = float(residual @ residual)
+    for _ in range(MOST_STEPS):
+        J = W @ slope
+        scale = np.maximum(np.linalg.norm(J, axis=0), 1e-300)
+        unit = J / scale
+        step = np.linalg.solve(unit.T @ unit + damping * np.eye(len(theta)), unit.T @ residual)
+        tried = theta + step / scale
+        chi, tried_slope = form.coefficients(tried)
+        tried_residual = Y - W @ chi
+        tried_cost = float(tried_residual @ tried_residual)
+        if tried_cost < cost:
+            fallen = (cost - tried_cost) / cost
+            theta, slope, residual, cost = tried, tried_slope, tried_residual, tried_cost
+            damping = max(damping / 10, 1e-12)
+            if fallen < CONVERGED:
+                break
+        else:
+            damping *= 10
+            if damping > 1e8:
+                break
+    return theta, cost
+
+
+def _result(form: _Form, linear: FittedModel, theta: Array) -> StructuredFit:
+    observation = linear.observation
+    chi, slope = form.coefficients(theta)
+    fit = with_parameters(linear.fit, observation, chi)
+    fit = replace(fit, fitted=np.flatnonzero(np.any(slope != 0, axis=1)), dropped=np.zeros(0, np.intp))
+    rows = _rows(observation, fit.weights)
+    J = rows[:, :-2] @ slope
+    scale = np.maximum(np.linalg.norm(J, axis=0), 1e-300)
+    seen = _seen(J / scale)
+    std, robust = np.full(len(theta), np.nan), np.full(len(theta), np.nan)
+    freedom = max(1, int(fit.rows.sum()) - int(seen.sum()))
+    variance = float(np.sum((fit.weights * fit.residual) ** 2)) / freedom
+    inverse = np.linalg.pinv(J[:, seen] / scale[seen])
+    std[seen] = np.sqrt(variance) * np.linalg.norm(inverse, axis=1) / scale[seen]
+    slopes, scores = _block_products(observation, fit, slope[:, seen] / scale[seen])
+    sessions = np.array([block.session for block in observation.blocks])
+    robust[seen] = deviation_from_blocks(slopes, scores, slopes, sessions) / scale[seen]
+    names, values, std, robust = form.reported(theta, std, robust)
+    estimate = Estimate(fit, np.full(form.width, np.nan), np.full(form.width, np.nan), ())
+    fitted = replace(linear, fit=fit, estimate=estimate, eliminated=())
+    return StructuredFit(form, theta, fitted, tuple(names), values, std, robust, tuple(form.tied))
+
+
+def _block_products(observation: Observation, fit: LeastSquares, slope: Array) -> tuple[Array, Array]:
+    """JᵀJ and Jᵀρ of every block, weighted: (blocks, p, p) and (blocks, p)."""
+    slopes, scores = [], []
+    for factors in observation.factors:
+        gram, score = np.zeros((slope.shape[1],) * 2), np.zeros(slope.shape[1])
+        for joint, factor in enumerate(factors):
+            columns = observation.joint_columns[joint]
+            J = fit.weights[joint] * (factor.r[:, :-2] @ slope[columns])
+            residual = fit.weights[joint] * (factor.r[:, -2] - factor.r[:, :-2] @ fit.chi[columns])
+            gram += J.T @ J
+            score += J.T @ residual
+        slopes.append(gram)
+        scores.append(score)
+    return np.array(slopes), np.array(scores)
+
+
+def _seen(J: Array) -> NDArray[np.bool_]:
+    """Which parameters those before them leave something to tell of."""
+    seen = np.linalg.norm(J, axis=0) > 0.5  # of unit norm, or nothing at all
+    basis = np.zeros((len(J), 0))
+    for index in np.flatnonzero(seen):
+        rest = J[:, index] - basis @ (basis.T @ J[:, index])
+        rest -= basis @ (basis.T @ rest)
+        left = float(np.linalg.norm(rest))
+        seen[index] = left > NOT_SEEN
+        if seen[index]:
+            basis = np.column_stack([basis, rest / left])
+    return seen

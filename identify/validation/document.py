@@ -1,0 +1,104 @@
+"""The document of an identification: the contract's `identify --json`, section 3, and what stands beside it."""
+
+from typing import Any
+
+import numpy as np
+
+from identify.estimation.identification import Identification
+from identify.estimation.parameters import column_names, number
+from identify.validation.noise_floor import noise_floors
+from identify.validation.relative_error import block_errors, by_payload, by_speed, ratio
+
+
+def identification_document(result: Identification) -> dict[str, Any]:
+    """The result as plain values; a figure that cannot be given is None."""
+    fitted, record = result.fitted, result.fitted.record
+    training = block_errors(fitted.observation, fitted.fit.chi)
+    checked = None if result.validation is None else block_errors(result.validation, fitted.fit.chi)
+    floors = noise_floors(record)
+    described = column_names(fitted)
+    squares = session_squares(result)
+    document: dict[str, Any] = {
+        "experiment": result.experiment.name,
+        "model": result.model,
+        "effects": [
+            {"effect": term.effect.name, "joint": record.joint_names[term.joint]} for term in result.effects
+        ],
+        "relative_error": number(result.relative_error),
+        "relative_error_validation": number(result.relative_error_validation),
+        "joints": [
+            {
+                "joint": name,
+                "relative_error": ratio(*training[:, joint].sum(0)),
+                "relative_error_validation": None if checked is None else ratio(*checked[:, joint].sum(0)),
+                "noise_floor": number(floors[joint]),
+            }
+            for joint, name in enumerate(record.joint_names)
+        ],
+        "sessions": [
+            {
+                "file": entry.file,
+                "payload": entry.payload.name,
+                "role": result.role_of(entry),
+                "relative_error": ratio(*squares[entry.file]),
+            }
+            for entry in result.experiment.sessions
+            if entry.file in squares
+        ],
+        "parameters": [parameter.to_json() for parameter in result.parameters],
+        "condition_number": number(fitted.fit.condition_number),
+        "samples": int(fitted.fit.rows.sum()),
+        "form": result.form,
+        "estimator": fitted.estimator,
+        "eliminated": [own.to_json(*described[own.column][:2]) for own in fitted.eliminated],
+        "constants": [
+            {"effect": slot.term.effect.name, "joint": record.joint_names[slot.term.joint], **slot.values}
+            for slot in fitted.slots
+            if slot.values
+        ],
+        "relative_error_left_out": number(result.relative_error_left_out),
+        "payloads": by_payload(
+            [
+                (entry, result.role_of(entry), squares[entry.file])
+                for entry in result.experiment.sessions
+                if entry.file in squares
+            ]
+        ),
+        "speeds": speeds(result),
+        "signals": record.settings.report(),
+        "not_identifiable": [described[column][0] for column in fitted.fit.dropped],
+        "remarks": result.all_remarks,
+    }
+    if result.structured is not None:
+        document["structured"] = {
+            "relative_error": number(result.structured.fitted.fit.relative_error),
+            "parameters": [parameter.to_json() for parameter in result.structured_parameters],
+        }
+    return document
+
+
+def session_squares(result: Identification) -> dict[str, np.ndarray]:
+    """By file of every session: squared norms of residual and of measured torque, over all joints."""
+    found = {}
+    for observation in (result.fitted.observation, result.validation, result.left_out):
+        if observation is not None:
+            errors = block_errors(observation, result.fitted.fit.chi)
+            for index, entry in enumerate(observation.entries):
+                found[entry.file] = errors[observation.blocks_of(index)].sum(axis=(0, 1))
+    return found
+
+
+def speeds(result: Identification) -> list[dict[str, Any]]:
+    """Table III: relative errors at all, low and high speeds."""
+    record = result.fitted.record
+    top = dict(zip(record.joint_names, record.top_speed.tolist(), strict=True))
+    groups = {
+        role: [
+            result.predictions[entry.file, joint]
+            for entry in result.experiment.sessions
+            if result.role_of(entry) == role
+            for joint in record.joint_names
+        ]
+        for role in ("identification", "validation")
+    }
+    return by_speed(groups, top)

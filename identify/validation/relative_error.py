@@ -1,0 +1,108 @@
+"""How well a model predicts: the relative error ‖Y − Wχ‖ / ‖Y‖ and its parts (Tables III and IV)."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.estimation.least_squares import spread
+from identify.estimation.observation import Observation
+from identify.estimation.prediction import Prediction
+from identify.recording import SessionEntry
+
+Array = NDArray[np.float64]
+
+
+def block_errors(observation: Observation, chi: Array) -> Array:
+    """(blocks, joints, 2): squared norms of residual and of measured torque."""
+    found = np.zeros((len(observation.blocks), len(observation.joint_columns), 2))
+    for block, factors in enumerate(observation.factors):
+        for joint, factor in enumerate(factors):
+            rows = spread(observation, joint, factor)
+            residual = rows[:, -2] - rows[:, :-2] @ chi
+            found[block, joint] = residual @ residual, rows[:, -1] @ rows[:, -1]
+    return found
+
+
+def ratio(residual: float, measured: float) -> float | None:
+    """Relative norm from squared norms; None where nothing was measured."""
+    return None if not measured > 0 else float(np.sqrt(residual / measured))
+
+
+@dataclass(frozen=True)
+class SpeedRange:
+    """A range of |dq| in parts of a joint's top speed."""
+
+    name: str
+    low: float
+    high: float
+
+
+SPEED_RANGES = (
+    SpeedRange("all", 0.0, np.inf),
+    SpeedRange("low", 0.0, 0.1),
+    SpeedRange("high", 0.35, np.inf),
+)
+"""Table III: all speeds, 0 to 10 % and 35 to 100 % of the maximum."""
+
+
+def squares_in(speed: SpeedRange, prediction: Prediction, top_speed: float) -> Array:
+    """(3,): squared norms of residual and measured torque, and samples, of the moving samples in a speed range."""
+    share = np.abs(prediction.velocity) / max(top_speed, 1e-300)
+    chosen = prediction.moving & (share >= speed.low) & (share <= speed.high)
+    residual, measured = prediction.residual[chosen], prediction.measured[chosen]
+    return np.array([residual @ residual, measured @ measured, float(chosen.sum())])
+
+
+def by_speed(groups: dict[str, list[Prediction]], top_speed: dict[str, float]) -> list[dict[str, Any]]:
+    """Table III: relative errors in the ranges of speed, in all and for each joint.
+
+    groups    : predictions of the sessions of a role, e.g. {"identification": …, "validation": …}
+    top_speed : of each joint, rad/s or m/s
+    """
+    found = []
+    for speed in SPEED_RANGES:
+        table = {
+            role: {joint: np.zeros(3) for joint in top_speed} for role in ("identification", "validation")
+        }
+        for role, predictions in groups.items():
+            for own in predictions:
+                table[role][own.joint] += squares_in(speed, own, top_speed[own.joint])
+        entry: dict[str, Any] = {
+            "range": speed.name,
+            "from": speed.low,
+            "to": min(speed.high, 1.0),
+            **_errors([np.sum(list(table[role].values()), axis=0) for role in table]),
+            "joints": [
+                {"joint": joint, **_errors([table[role][joint] for role in table])} for joint in top_speed
+            ],
+        }
+        found.append(entry)
+    return found
+
+
+def _errors(sums: list[Array]) -> dict[str, Any]:
+    training, checked = sums
+    return {
+        "relative_error": ratio(training[0], training[1]),
+        "relative_error_validation": ratio(checked[0], checked[1]),
+        "samples": int(training[2]),
+    }
+
+
+def by_payload(sessions: list[tuple[SessionEntry, str, Array]]) -> list[dict[str, Any]]:
+    """Relative error of each payload in each role.
+
+    sessions : entry, how it was used, and its squared norms (residual, measured)
+    """
+    found: dict[tuple[str, str], Array] = {}
+    masses: dict[str, float] = {}
+    for entry, role, squares in sessions:
+        key = (entry.payload.name, role)
+        found[key] = found.get(key, np.zeros(2)) + squares
+        masses[entry.payload.name] = entry.payload.mass
+    return [
+        {"payload": payload, "mass": masses[payload], "role": role, "relative_error": ratio(*squares)}
+        for (payload, role), squares in found.items()
+    ]
