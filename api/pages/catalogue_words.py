@@ -9,7 +9,7 @@ from identify.effects import catalogue as effects
 @cache
 def catalogue() -> dict[str, dict[str, Any]]:
     """Entry of `coulomb effects` by the effect's name."""
-    return {entry["effect"]: entry for entry in effects.catalogue()}
+    return {str(entry["effect"]): entry for entry in effects.catalogue()}
 
 
 def entry_of(effect: str) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from api.pages.figures.step_chart import ModelStep, draw_step_chart
 from api.pages.job_views import job_state
 from api.pages.layout import experiment_link, frame
 from api.pages.model_page import FIGURE_SAMPLES, JointChoice, experiment_context
+from api.pages.number_format import listing
 from api.pages.rendering import PREFIX, page
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.pages.verdict_words import rival_words, verdict_of, where_words
@@ -106,6 +107,7 @@ def body_context(
         else None,
         "rivals": rival_words(diagnosis["candidates"], titles, diagnosis["missing"]) if diagnosis else [],
         "next_experiment": _next_words(diagnosis),
+        "not_tried": _not_tried(stored, shown, joint),
         "can_undo": len(stored.story.line) > 1,
         "can_redo": bool(stored.story.undone),
         "undo_link": _step_link(stored, "undo", joint),
@@ -210,7 +212,7 @@ def _selected(
     """The evidence of the chosen candidate, else of the first; after the last step that of the effect added last."""
     candidates = {each["effect"]: each for each in (diagnosis or {"candidates": []})["candidates"]}
     units = JointUnits.of(stored.declared.robot.joints[stored.joint_names.index(joint)].type)
-    added = shown.version.change.split("@")[0] if shown.version.cause == "effect added" else None
+    added = (shown.version.change or "").split("@")[0] if shown.version.cause == "effect added" else None
     if effect is None:
         missing = diagnosis["missing"] if diagnosis else []
         effect = missing[0] if missing else added or next(iter(candidates), None)
@@ -270,8 +272,24 @@ def _change(before: float | None, after: float | None) -> float | None:
 
 
 def _next_words(diagnosis: Mapping[str, Any] | None) -> str | None:
-    """The experiment that would separate what cannot be told apart, where the diagnosis names one."""
-    proposal = (diagnosis or {}).get("next_experiment")
-    if isinstance(proposal, Mapping):
-        return proposal.get("words")
-    return proposal or None
+    """The experiment that would separate what cannot be told apart: the one that the diagnosis plans, else what the
+    rivals need to be seen."""
+    if diagnosis is None:
+        return None
+    proposal = diagnosis.get("next_experiment")
+    if proposal:
+        return proposal["words"] if isinstance(proposal, Mapping) else str(proposal)
+    needs: dict[str, None] = {}
+    for candidate in diagnosis["candidates"]:
+        if candidate["effect"] in diagnosis["missing"]:
+            for effect in [candidate["effect"], *candidate["indistinguishable_from"]]:
+                if candidate["indistinguishable_from"]:
+                    needs |= dict.fromkeys(entry_of(effect).get("needs") or [])
+    return f"A session with {listing(needs)}, measured once more and longer." if needs else None
+
+
+def _not_tried(stored: StoredExperiment, shown: ShownModel, joint: str) -> list[dict[str, str]]:
+    """Effects that these data cannot show at all, each with its reason."""
+    document = stored.models.diagnosis(shown.version.id) or {}
+    rows = [entry for entry in document.get("not_applicable", []) if entry.get("joint") in (joint, None)]
+    return [{"effect": entry["effect"], "reason": entry["reason"]} for entry in rows]

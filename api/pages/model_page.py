@@ -7,7 +7,7 @@ import numpy as np
 from fastapi import APIRouter, Query, Request
 from fastapi.responses import HTMLResponse
 
-from api.pages import error_tables
+from api.pages import error_tables, without_payload
 from api.pages.error_figures import ErrorFigures, JointUnits, error_figures, tables
 from api.pages.job_views import news_context, standing_fit
 from api.pages.kept import Kept
@@ -64,7 +64,10 @@ def model_page(
         "figures": figures_of(stored, models, first, joint, files, units),
         "tables": tables(samples, stored.payload_of) | {"joints": _by_joint(stored, models)},
         "table_models": [f"model {model.number}" for model in models],
-        "without_payload": [],
+        "without_payload": without_payload.table_rows(models, joint),
+        "without_payload_link": _without_payload_link(stored, models)
+        if without_payload.can_be_asked(stored)
+        else None,
         "parameter_tables": [_parameter_table(model, joint) for model in models],
         "samples_link": f"{experiment_link(experiment, 'samples')}?"
         + urlencode(
@@ -95,6 +98,11 @@ def experiment_context(
         "own_news": False,
         **news_context(stored.id, seen, None),
     }
+
+
+def _without_payload_link(stored: StoredExperiment, models: list[ShownModel]) -> str:
+    query = urlencode([("version", model.version.id) for model in models])
+    return f"{experiment_link(stored.id, 'without-payload')}?{query}"
 
 
 def chosen_model(stored: StoredExperiment, number: str | None) -> ShownModel | None:

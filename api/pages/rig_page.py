@@ -29,7 +29,7 @@ LAST_RIG = "rig"
 def rig_page(request: Request, user: access.Viewer, rig: RigChoice = None) -> HTMLResponse:
     """The page of one rig, with tabs for the others."""
     service = access.service_of(request)
-    context = frame(request, user, "rig")
+    context: dict[str, Any] = frame(request, user, "rig")
     files = service.rigs.files()
     if not files:
         return page(request, "rig.html", **context, rigs=[], rig_id=None)
@@ -38,7 +38,7 @@ def rig_page(request: Request, user: access.Viewer, rig: RigChoice = None) -> HT
         "rigs": [{"id": each, "here": each == rig_id, "link": f"{PREFIX}/rig?rig={each}"} for each in files],
         "rig_id": rig_id,
     }
-    return page(request, "rig.html", **context, **rig_context(service, rig_id, user.name))
+    return page(request, "rig.html", **(context | rig_context(service, rig_id, user.name)))
 
 
 @router.get("/rig/state")

@@ -19,6 +19,7 @@ from api.pages import (
     session_form,
     session_steps,
     step_actions,
+    without_payload,
 )
 from api.pages.rendering import PREFIX, page, static_files
 from api.service import access
@@ -39,6 +40,7 @@ PARTS = (
     step_actions,
     results_page,
     report,
+    without_payload,
 )
 for part in PARTS:
     router.include_router(part.router)

@@ -92,6 +92,8 @@ def test_the_error_falls_from_sign_in_to_report(laboratory_with, visitor) -> Non
     page.wait_for_url(re.compile("beside=1"))
     expect(page.locator("[data-torque-plot] canvas")).to_have_count(2)
     expect(page.locator("[data-torque-plot]")).to_have_attribute("data-shown-after", re.compile(r"\d+"))
+    page.get_by_role("button", name="Identify without payload").click()
+    expect(page.get_by_role("row", name=re.compile("without payload"))).to_be_visible(timeout=PATIENCE)
     ada.shot("model-beside")
 
     ada.step("Results")
