@@ -68,5 +68,9 @@ def by_session(models: Sequence[JointSamples]) -> list[ErrorRow]:
 def _row(
     words: str, models: Sequence[JointSamples], choose: Callable[[JointSamples], np.ndarray]
 ) -> ErrorRow:
-    chosen = [samples.where(choose(samples)) for samples in models]
-    return ErrorRow(words, len(chosen[0].time), tuple(relative_error(samples) for samples in chosen))
+    masks = [choose(samples) for samples in models]
+    errors = tuple(
+        relative_error(samples.measured[mask], samples.error[mask])
+        for samples, mask in zip(models, masks, strict=True)
+    )
+    return ErrorRow(words, int(masks[0].sum()), errors)

@@ -72,7 +72,7 @@ class JointSamples:
         return self if self.moving.all() else self.where(self.moving)
 
 
-def relative_error(samples: JointSamples) -> float | None:
-    """‖Y − Wχ‖ / ‖Y‖, or None where there is nothing to divide by."""
-    size = float(np.linalg.norm(samples.measured))
-    return float(np.linalg.norm(samples.error)) / size if size > 0 else None
+def relative_error(measured: np.ndarray, error: np.ndarray) -> float | None:
+    """‖ρ‖ / ‖Y‖ of (samples,) arrays, or None where there is nothing to divide by."""
+    size = float(np.linalg.norm(measured))
+    return float(np.linalg.norm(error)) / size if size > 0 else None

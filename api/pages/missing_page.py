@@ -219,10 +219,10 @@ def _selected(
     if effect is None:
         return {"effect": None}
     files = stored.fitted_files(shown)
-    here = stored.samples(shown, joint, files).in_fit.thinned(FIGURE_SAMPLES)
+    here = stored.samples(shown, joint, files).thinned(FIGURE_SAMPLES).in_fit
     if effect == added and effect not in candidates and shown.version.parent:
         parent = stored.model(shown.version.parent)
-        before = stored.samples(parent, joint, stored.fitted_files(parent)).in_fit.thinned(FIGURE_SAMPLES)
+        before = stored.samples(parent, joint, stored.fitted_files(parent)).thinned(FIGURE_SAMPLES).in_fit
         picture, own = effect_picture(effect, before, here, units)
         evidence = _step_evidence(stored, parent, shown, joint, effect)
     else:

@@ -24,6 +24,7 @@ FIGURE_SAMPLES = 150_000
 """More samples than this are thinned for bands and maps; figures and tables of errors use all."""
 
 _drawn: Kept[ErrorFigures] = Kept(64)
+_counted: Kept[dict[str, Any]] = Kept(64)
 
 JointChoice = Annotated[str | None, Query(max_length=64)]
 SessionChoice = Annotated[str, Query(max_length=255)]
@@ -52,17 +53,17 @@ def model_page(
     units = JointUnits.of(stored.declared.robot.joints[stored.joint_names.index(joint)].type)
     first = stored.model(stored.story.versions[0].id)
     models = [shown] if other is None else [shown, other]
-    samples = [stored.samples(model, joint, files).in_fit for model in models]
+    numbers = _numbers(stored, models, joint, files)
     context |= experiment_context(stored, joint, shown, "model") | {
         "sessions": _session_choices(stored, shown, joint, session, version, beside),
         "session_choice": session,
         "versions": [stored.model(each.id) for each in stored.story.versions],
         "shown_version": shown.number,
         "beside_version": other.number if other else None,
-        "headline": _headline(shown, joint, samples[0]),
+        "headline": _headline(shown, joint, numbers),
         "units": units,
         "figures": figures_of(stored, models, first, joint, files, units),
-        "tables": tables(samples, stored.payload_of) | {"joints": _by_joint(stored, models)},
+        "tables": numbers["tables"] | {"joints": _by_joint(stored, models)},
         "table_models": [f"model {model.number}" for model in models],
         "without_payload": without_payload.table_rows(models, joint),
         "without_payload_link": _without_payload_link(stored, models)
@@ -150,21 +151,35 @@ def _session_choices(
     ]
 
 
-def _headline(shown: ShownModel, joint: str, samples: Any) -> dict[str, Any]:
+def _numbers(
+    stored: StoredExperiment, models: list[ShownModel], joint: str, files: list[str]
+) -> dict[str, Any]:
+    """The tables of errors and the sizes of torque and error, of every sample in the fit; kept while they are seen."""
+
+    def count() -> dict[str, Any]:
+        samples = [stored.samples(model, joint, files).in_fit for model in models]
+        of_shown = samples[0]
+        return {
+            "samples": len(of_shown.time),
+            "rms": float(np.sqrt(np.mean(of_shown.error**2))) if len(of_shown.time) else None,
+            "rms_measured": float(np.sqrt(np.mean(of_shown.measured**2))) if len(of_shown.time) else None,
+            "tables": tables(samples, stored.payload_of),
+        }
+
+    return _counted.get((*(model.folder for model in models), joint, tuple(files)), count)
+
+
+def _headline(shown: ShownModel, joint: str, numbers: dict[str, Any]) -> dict[str, Any]:
     part = shown.joint(joint)
     validation, floor = part["relative_error_validation"], part["noise_floor"]
-    rms = float(np.sqrt(np.mean(samples.error**2))) if len(samples.error) else None
-    return {
+    return numbers | {
         "error": part["relative_error"],
         "error_note": f"model {shown.number}: {shown.words}",
         "validation": validation,
         "validation_note": "validation sessions" if validation is not None else "no validation session yet",
         "floor": floor,
         "floor_note": "what no model can explain" if floor is not None else "needs motion that repeats",
-        "rms": rms,
-        "rms_measured": float(np.sqrt(np.mean(samples.measured**2))) if len(samples.error) else None,
         "condition": shown.document["condition_number"],
-        "samples": len(samples.error),
     }
 
 
@@ -201,11 +216,11 @@ def figures_of(
 
     def draw() -> ErrorFigures:
         shown, *others = (
-            stored.samples(model, joint, files).in_fit.thinned(FIGURE_SAMPLES) for model in models
+            stored.samples(model, joint, files).thinned(FIGURE_SAMPLES).in_fit for model in models
         )
         known = stored.fitted_files(first)
         first_files = [file for file in files if file in known] or files
-        start = stored.samples(first, joint, first_files).in_fit.thinned(FIGURE_SAMPLES)
+        start = stored.samples(first, joint, first_files).thinned(FIGURE_SAMPLES).in_fit
         return error_figures(shown, start, stored.payload_of, units, others[0] if others else None)
 
     return _drawn.get((*(model.folder for model in models), first.folder, joint, tuple(files)), draw)

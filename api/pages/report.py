@@ -13,7 +13,7 @@ from api.pages.catalogue_words import effect_titles, entry_of
 from api.pages.error_figures import JointUnits, tables
 from api.pages.figures.torque_time import draw_torque_time
 from api.pages.missing_page import joint_diagnosis, step_chart
-from api.pages.model_page import FIGURE_SAMPLES, VersionChoice, chosen_model, figures_of
+from api.pages.model_page import VersionChoice, chosen_model, figures_of
 from api.pages.rendering import PREFIX, STATIC_FOLDER, render
 from api.pages.results_page import parameter_groups
 from api.pages.stored_models import ShownModel, StoredExperiment
@@ -89,7 +89,7 @@ def _joint_section(stored: StoredExperiment, shown: ShownModel, joint: str) -> d
     floor = shown.joint(joint)["noise_floor"]
     sessions = []
     for file in files:
-        one = samples.of_session(file).thinned(20 * FIGURE_SAMPLES)
+        one = samples.of_session(file)
         name = "torque" if units.load == "N m" else "force"
         drawing = draw_torque_time(one.time, one.measured, one.predicted, name, units.load)
         sessions.append({"file": file, "payload": stored.payload_of[file], "figure": drawing})

@@ -48,7 +48,8 @@ def rig_state(
     """The part of the page that changes by itself."""
     service = access.service_of(request)
     service.rigs.look(rig, user)
-    context = frame(request, user, "rig") | {"rig_id": rig} | rig_context(service, rig, user.name)
+    context: dict[str, Any] = frame(request, user, "rig") | {"rig_id": rig}
+    context |= rig_context(service, rig, user.name)
     return page(request, "rig_body.html", **context)
 
 

@@ -1,5 +1,6 @@
 """The samples behind the torque plot: what the browser asks for at every zoom."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -7,7 +8,6 @@ import numpy as np
 from fastapi import APIRouter, Query, Request
 from fastapi.responses import Response
 
-from api.pages.joint_samples import JointSamples
 from api.pages.kept import Kept
 from api.pages.model_page import ALL_SESSIONS, SessionChoice, VersionChoice, chosen_model, files_of_session
 from api.pages.rendering import PREFIX
@@ -61,32 +61,31 @@ def _curves_of(
     stored: StoredExperiment, model: ShownModel, joint: str, files: list[str]
 ) -> dict[str, np.ndarray]:
     key: tuple[Path, str, tuple[str, ...]] = (model.folder, joint, tuple(files))
-    return _curves.get(key, lambda: end_to_end(stored.samples(model, joint, files)))
+    return _curves.get(key, lambda: end_to_end(stored.stored_samples(model, joint, files)))
 
 
-def end_to_end(samples: JointSamples) -> dict[str, np.ndarray]:
+def end_to_end(sessions: Mapping[str, Mapping[str, np.ndarray]]) -> dict[str, np.ndarray]:
     """Time (float64, s), measured, predicted and error (float32), (samples,) each.
+
+    sessions : file -> column -> (samples,)
 
     Several sessions follow one another with a pause of NaN between them, so that no line joins them.
     """
-    names = ("measured", "predicted", "error")
-    if len(samples.files) == 1:
-        return {"time": samples.time, **{name: getattr(samples, name).astype(np.float32) for name in names}}
-    pieces: dict[str, list[np.ndarray]] = {name: [] for name in ("time", *names)}
+    pieces: dict[str, list[np.ndarray]] = {name: [] for name in ("time", "measured", "predicted", "error")}
     offset = 0.0
-    for index in range(len(samples.files)):
-        rows = samples.session == index
-        if not rows.any():
+    for stored in sessions.values():
+        time = np.array(stored["time"])
+        if not len(time):
             continue
-        time = samples.time[rows] - samples.time[rows][0] + offset
+        if len(sessions) > 1:
+            time += offset - time[0]
+        measured, predicted = np.array(stored["measured"]), np.array(stored["predicted"])
         # As many empty rows as the pause has samples: a block of an envelope that lies in it holds nothing else.
         step = (time[-1] - time[0]) / max(len(time) - 1, 1) or BETWEEN_SESSIONS
         pause = np.arange(time[-1] + step, time[-1] + BETWEEN_SESSIONS, step)
         offset = float(time[-1]) + BETWEEN_SESSIONS
         pieces["time"] += [time, pause]
-        for name in names:
-            pieces[name] += [
-                getattr(samples, name)[rows].astype(np.float32),
-                np.full(len(pause), np.nan, np.float32),
-            ]
+        signals = {"measured": measured, "predicted": predicted, "error": measured - predicted}
+        for name, values in signals.items():
+            pieces[name] += [values.astype(np.float32), np.full(len(pause), np.nan, np.float32)]
     return {name: np.concatenate(parts[:-1]) for name, parts in pieces.items()}

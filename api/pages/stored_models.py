@@ -1,6 +1,6 @@
 """The stored models of one experiment as the pages show them: versions, their JSON and their samples."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -90,20 +90,31 @@ class StoredExperiment:
 
     def samples(self, model: ShownModel, joint: str, files: Sequence[str]) -> JointSamples:
         """The samples of one joint over `files`, in that order. Raises the problem 404 if a file has none."""
+        number = self.joint_names.index(joint)
+        key = (model.folder, tuple(files), number)
+        return _samples.get(key, lambda: _gathered(self._stored(model, files, number)))
+
+    def stored_samples(
+        self, model: ShownModel, joint: str, files: Sequence[str]
+    ) -> dict[str, Mapping[str, np.ndarray]]:
+        """The mapped files behind `samples`: file -> column -> (samples,); read only as far as they are used."""
+        return self._stored(model, files, self.joint_names.index(joint))
+
+    def _stored(
+        self, model: ShownModel, files: Sequence[str], joint: int
+    ) -> dict[str, Mapping[str, np.ndarray]]:
         places = list(self.payload_of)
-        sessions = tuple(places.index(file) for file in files)
-        key = (model.folder, tuple(files), self.joint_names.index(joint))
-        return _samples.get(key, lambda: _gathered(model.folder, tuple(files), sessions, key[2]))
+        parts: dict[str, Mapping[str, np.ndarray]] = {}
+        for file in files:
+            stored = read_prediction(model.folder, places.index(file), joint)
+            if stored is None:
+                raise Problem(404, f"The fit has no samples of {file}; fit the model again.")
+            parts[file] = stored
+        return parts
 
 
-def _gathered(folder: Path, files: tuple[str, ...], sessions: tuple[int, ...], joint: int) -> JointSamples:
-    parts = []
-    for file, session in zip(files, sessions, strict=True):
-        stored = read_prediction(folder, session, joint)
-        if stored is None:
-            raise Problem(404, f"The fit has no samples of {file}; fit the model again.")
-        parts.append(stored)
-    columns = {name: np.concatenate([part[name] for part in parts]) for name in COLUMNS}
+def _gathered(parts: Mapping[str, Mapping[str, np.ndarray]]) -> JointSamples:
+    columns = {name: np.concatenate([part[name] for part in parts.values()]) for name in COLUMNS}
     columns["moving"] = columns["moving"] > 0
-    lengths = [len(part["time"]) for part in parts]
-    return JointSamples(files=files, session=np.repeat(np.arange(len(files)), lengths), **columns)
+    lengths = [len(part["time"]) for part in parts.values()]
+    return JointSamples(files=tuple(parts), session=np.repeat(np.arange(len(parts)), lengths), **columns)

@@ -1,0 +1,280 @@
+"""First paint of every page, and a zoom on a million samples: how long a person waits.
+
+A service with one experiment of three sessions, one of them a million samples long, is asked by Chromium as a person's
+browser asks it: cold (no cache) and warm. Printed: the server's answer, first contentful paint and everything loaded, in
+ms, against the limit of 1000 ms; then the server's time for a zoom against 150 ms.
+
+    python benchmarks/page_paint.py [--samples 1000000] [--repeats 5]
+"""
+
+import argparse
+import json
+import shutil
+import socket
+import statistics
+import tempfile
+import threading
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
+import httpx
+import numpy as np
+import uvicorn
+import yaml
+
+from api.service.application import create_application
+from api.service.model_story import Fit, ModelStory, data_fingerprint, now_text
+from api.service.prediction_files import write_prediction
+from api.service.settings import ServiceSettings
+
+PAINT_LIMIT = 1000.0  # ms
+ZOOM_LIMIT = 150.0  # ms
+SHORT_SESSION = 6000  # samples of the two other sessions
+EXPERIMENT = "million"
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+ARGUMENTS = [
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+]
+PAGES = (
+    "sign-in",
+    "experiments",
+    "rig",
+    "new-session",
+    "live",
+    f"experiments/{EXPERIMENT}/model",
+    f"experiments/{EXPERIMENT}/missing",
+    f"experiments/{EXPERIMENT}/results",
+    f"experiments/{EXPERIMENT}/report",
+    "account",
+)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--samples", type=int, default=1_000_000)
+    parser.add_argument("--repeats", type=int, default=5)
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        write_experiment(Path(folder) / "experiments" / EXPERIMENT, options.samples)
+        address, stop = listen(Path(folder))
+        try:
+            if CHROMIUM is None:
+                print("No Chromium here (Debian package chromium): only the server is measured.")
+            else:
+                paint(address, options.repeats)
+            zoom(address, options.samples, options.repeats)
+        finally:
+            stop()
+
+
+def write_experiment(folder: Path, samples: int) -> None:
+    """Two models of three sessions, in the form in which the service keeps them."""
+    lengths = {"session-00.csv": samples, "session-01.csv": SHORT_SESSION, "session-02.csv": SHORT_SESSION}
+    payloads = {"session-00.csv": "none", "session-01.csv": "disk", "session-02.csv": "disk"}
+    folder.mkdir(parents=True)
+    declared = {
+        "format": 1,
+        "name": EXPERIMENT,
+        "robot": {
+            "gravity": [0.0, -9.81, 0.0],
+            "joints": [{"name": "j1", "type": "revolute", "drive_gain": 35.15}],
+        },
+        "payloads": [
+            {"name": "none", "mass": 0.0},
+            {"name": "disk", "mass": 3.4584, "com": [1.277, 0.0, 0.0]},
+        ],
+        "sessions": [{"file": file, "payload": payloads[file]} for file in lengths],
+    }
+    (folder / "experiment.yaml").write_text(yaml.safe_dump(declared))
+    for file in lengths:
+        (folder / file).write_text("t,q1,v1\n0,0,0\n0.001,0,0\n")
+    story = ModelStory(folder)
+    for number, (noise, add) in enumerate(((8.0, []), (3.0, ["stribeck@j1"])), start=1):
+        fit = story.new_fit_folder(f"m{number}", "f1")
+        fit.mkdir(parents=True)
+        for index, length in enumerate(lengths.values()):
+            write_prediction(fit, index, 0, motion(length, noise))
+        (fit / "identification.json").write_text(
+            json.dumps(document(noise / 100, payloads, sum(lengths.values())))
+        )
+        stored = Fit(
+            id="f1",
+            data=data_fingerprint(folder),
+            sessions=3,
+            created=now_text(),
+            relative_error=noise / 100,
+            relative_error_validation=None,
+        )
+        story.add_version(
+            model="usual", add=add, cause="fit", change=add[-1] if add else None, user="benchmark", fit=stored
+        )
+        story.store_diagnosis(f"m{number}", diagnosis(noise / 100))
+
+
+def motion(samples: int, noise: float) -> SimpleNamespace:
+    """A sum of sinusoids at 1 kHz and its torque with white noise."""
+    t = np.arange(samples) * 1e-3
+    q = 0.8 * np.sin(0.7 * t) + 0.3 * np.sin(2.3 * t)
+    dq, ddq = np.gradient(q, t), np.gradient(np.gradient(q, t), t)
+    load = 30 * ddq + 150 * np.sin(q)
+    predicted = load + 20 * np.sign(dq) + 40 * dq
+    error = noise * np.random.default_rng(1).normal(size=samples)
+    return SimpleNamespace(
+        time=t,
+        position=q,
+        velocity=dq,
+        acceleration=ddq,
+        load=load,
+        measured=predicted + error,
+        predicted=predicted,
+        moving=np.ones(samples, bool),
+        temperature=None,
+    )
+
+
+def document(error: float, payloads: dict[str, str], samples: int) -> dict:
+    sessions = [
+        {"file": file, "payload": payload, "relative_error": error} for file, payload in payloads.items()
+    ]
+    joint = {"joint": "j1", "relative_error": error, "relative_error_validation": None, "noise_floor": 0.01}
+    parameter = {"joint": "j1", "value": 30.9, "std": 0.14, "std_robust": 0.4, "relative_std_percent": 0.46}
+    return {
+        "experiment": EXPERIMENT,
+        "model": "usual",
+        "effects": [{"effect": name, "joint": "j1"} for name in ("viscous", "coulomb", "offset")],
+        "relative_error": error,
+        "relative_error_validation": None,
+        "joints": [joint],
+        "sessions": sessions,
+        "parameters": [
+            {"name": name, "unit": "kg m^2", "grouping": "", **parameter}
+            for name in ("ZZ1R", "MX1", "MY1", "FV1", "FC1")
+        ],
+        "condition_number": 31.2,
+        "samples": samples,
+    }
+
+
+def diagnosis(error: float) -> dict:
+    names = ("load-friction", "stribeck", "viscous-power", "backlash", "presliding", "delay")
+    candidates = [
+        {
+            "effect": name,
+            "rank": rank,
+            "relative_error_before": error,
+            "relative_error_after": error * (0.4 + 0.1 * rank),
+            "heldout_error_before": error,
+            "heldout_error_after": error * (0.4 + 0.1 * rank),
+            "p_value": 10.0 ** (rank - 12),
+            "indistinguishable_from": [],
+            "explanation": "Friction grows with the load that the gear carries.",
+        }
+        for rank, name in enumerate(names, start=1)
+    ]
+    joint = {
+        "joint": "j1",
+        "verdict": "missing",
+        "missing": ["load-friction"],
+        "candidates": candidates,
+        "where": [],
+    }
+    return {
+        "experiment": EXPERIMENT,
+        "model": "usual",
+        "relative_error": error,
+        "noise_floor": 0.01,
+        "joints": [joint],
+    }
+
+
+def listen(folder: Path):
+    """The running service: its address, and what ends it."""
+    application = create_application(ServiceSettings(data_folder=folder))
+    listener = socket.socket()
+    listener.bind(("127.0.0.1", 0))
+    server = uvicorn.Server(uvicorn.Config(application, log_level="error", ws="websockets-sansio"))
+    thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
+    thread.start()
+    while not server.started:
+        time.sleep(0.02)
+
+    def stop() -> None:
+        server.should_exit = True
+        thread.join(20)
+
+    return f"http://127.0.0.1:{listener.getsockname()[1]}", stop
+
+
+def paint(address: str, repeats: int) -> None:
+    """Print each page's answer, first contentful paint and load, cold and warm."""
+    from playwright.sync_api import sync_playwright
+
+    head = f"{'page':34}{'answer':>9}{'paint cold':>12}{'paint warm':>12}{'loaded':>9}{'of limit':>10}"
+    print(f"{head}   ms, median of {repeats}")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
+        for name in PAGES:
+            cold = [_visit(browser.new_context(), f"{address}/pages/{name}") for _ in range(repeats)]
+            context = browser.new_context()
+            _visit(context, f"{address}/pages/{name}", close=False)
+            warm = [_visit(context, f"{address}/pages/{name}", close=False) for _ in range(repeats)]
+            context.close()
+            answer, painted, loaded = (statistics.median(column) for column in zip(*cold, strict=True))
+            again = statistics.median(each[1] for each in warm)
+            print(
+                f"{name:34}{answer:9.0f}{painted:12.0f}{again:12.0f}{loaded:9.0f}{painted / PAINT_LIMIT:9.2f}×"
+            )
+        browser.close()
+
+
+def _visit(context, address: str, close: bool = True) -> tuple[float, float, float]:
+    page = context.new_page()
+    page.goto(address, wait_until="load")
+    page.wait_for_function("() => performance.getEntriesByName('first-contentful-paint').length > 0")
+    figures = page.evaluate(
+        """() => {
+            const navigation = performance.getEntriesByType("navigation")[0];
+            const paint = performance.getEntriesByName("first-contentful-paint")[0];
+            return [navigation.responseEnd, paint.startTime, navigation.loadEventEnd];
+        }"""
+    )
+    page.close()
+    if close:
+        context.close()
+    return tuple(figures)
+
+
+def zoom(address: str, samples: int, repeats: int) -> None:
+    """Print the time of the server's answer to zooms on the longest session, two models beside each other."""
+    link = f"{address}/pages/experiments/{EXPERIMENT}/samples"
+    query = {"joint": "j1", "version": "m2", "beside": "m1", "session": "session-00.csv", "points": 2400}
+    seconds = samples * 1e-3
+    ranges = {
+        "first look at the session": {},
+        "the whole session again": {},
+        "a tenth": {"start": 0.4 * seconds, "stop": 0.5 * seconds},
+        "a second": {"start": 0.5 * seconds, "stop": 0.5 * seconds + 1},
+    }
+    print(
+        f"\n{'zoom on ' + format(samples, ',') + ' samples':34}{'ms':>9}{'kB':>9}{'of limit':>10}   5 curves, median"
+    )
+    with httpx.Client() as client:
+        for words, window in ranges.items():
+            taken, size = [], 0
+            for _ in range(1 if words.startswith("first") else repeats):
+                begun = time.perf_counter()
+                answer = client.get(link, params=query | window)
+                taken.append(1e3 * (time.perf_counter() - begun))
+                answer.raise_for_status()
+                size = len(answer.content)
+            median = statistics.median(taken)
+            print(f"{words:34}{median:9.1f}{size / 1e3:9.1f}{median / ZOOM_LIMIT:9.2f}×")
+
+
+if __name__ == "__main__":
+    main()
