@@ -26,7 +26,7 @@ from drivers.simulated.plant_settings import ArmSettings, MountedPayload, motor_
 class Arm:
     """The mechanism behind one simulated drive; the transmission is rigid.
 
-    Currents in A, angles in rad, times in s. `step` takes about ten microseconds.
+    Currents in A, angles in rad, times in s. `step` takes some five microseconds.
     """
 
     axes = 1
