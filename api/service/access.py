@@ -5,7 +5,7 @@ which any role is); `create_application` refuses to start with a route that says
 """
 
 import secrets
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING, Annotated, Any
 
 from fastapi import Depends
@@ -45,7 +45,7 @@ async def current_user(connection: HTTPConnection) -> User:
     return user
 
 
-def _at_least(role: Role) -> Callable[..., User]:
+def _at_least(role: Role) -> Callable[..., Awaitable[User]]:
     async def needs(user: Annotated[User, Depends(current_user)]) -> User:
         if not user.role.covers(role):
             raise Problem(403, f"This needs the role {role}; {user.name} asks as {user.role}.")

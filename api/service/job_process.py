@@ -8,6 +8,7 @@ the interpreter lock; a process leaves them alone. The processes are forked from
 
 import importlib
 import multiprocessing
+import multiprocessing.forkserver
 import os
 from collections.abc import Callable
 from multiprocessing.connection import Connection
@@ -36,6 +37,12 @@ def _context() -> Any:
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["api.service.computations"])
     return context
+
+
+def load_identifier_ahead() -> None:
+    """Start the fork server now, so that the first job does not wait for `identify` to be loaded."""
+    _context()
+    multiprocessing.forkserver.ensure_running()
 
 
 class JobProcess:

@@ -25,7 +25,7 @@ def effect_names() -> frozenset[str]:
     """Names of the catalogue's effects."""
     import identify
 
-    return frozenset(entry["effect"] for entry in identify.catalogue())
+    return frozenset(str(entry["effect"]) for entry in identify.catalogue())
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ import uvicorn
 from fastapi import FastAPI
 
 from api.service.application import create_application
+from api.service.job_process import load_identifier_ahead
 from api.service.settings import ServiceSettings
 from identify.recording.errors import InputError
 
@@ -44,6 +45,7 @@ def run_service(settings: ServiceSettings, certificate: Path | None = None, key:
     """
     application = create_application(settings)
     listening = listen(settings.host, settings.port)
+    load_identifier_ahead()
     server = uvicorn.Server(server_settings(application, certificate, key))
     scheme = "https" if certificate else "http"
     host = f"[{settings.host}]" if ":" in settings.host else settings.host

@@ -320,8 +320,10 @@ class SessionDesk:
             row.state = active.state.value
             row.reason = active.payload_session.reason or None
             file = active.payload_session.file
-            kept = file is not None and file.is_file()  # one without a single row is not
-            row.file = str(file.relative_to(self._experiments.folder(active.experiment))) if kept else None
+            if file is not None and file.is_file():
+                row.file = str(file.relative_to(self._experiments.folder(active.experiment)))
+            else:  # a recording without a single row is not kept
+                row.file = None
             self._experiments.change_session(row)
 
 
