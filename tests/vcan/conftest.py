@@ -37,7 +37,7 @@ axes:
     rated_torque: 1.0
     limits: {position: [-3, 3], velocity: 2, acceleration: 10, jerk: 200, current: 15, following_error: 0.1}
 simulated:
-  sync_timeout: 0.5
+  sync_timeout: 2.0
   plant:
     kind: arm
     gravity: [0.0, -9.81, 0.0]
