@@ -317,9 +317,6 @@ hand).
 - In the paper b_m MX / b_m = 6.75 kg m, while a_m MX / a_m = 23.6 kg m: at low speed the payload's load friction is
   more than three times that of the arm's own weight. Eq. (30) knows one load, and so does the plant; hence its b_m MX lies
   above the paper's and its b_m below.
-- b_m, b_g and the Stribeck velocity are off: samples at which the joint stops within the parallel filter's reach
-  take part in the fit, and there sign(q̇) says nothing of the friction. The paper selects its samples outside of that
-  area (eq. 26).
 - The fourteen numbers describe ten physical ones. The structured estimate below has one value for each.
 
 ### Structured estimate: one value for each physical parameter

@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from identify.effects.model import coupled_motors
 from identify.effects.motion import JointSummary
@@ -15,9 +16,10 @@ from identify.signals import MotionBlock, SignalSettings, choose_signal_settings
 
 Array = NDArray[np.float64]
 
-REST_TIME = 0.1
-"""s. A joint that stays below its rest speed for this long is at rest: the friction there is whatever holds it,
-and sign(dq) is noise. Shorter pauses are reversals and belong to the motion."""
+STOP_TIME = 0.01
+"""s. A joint that stays below its rest speed for this long has stopped. What holds it then is any friction up to
+the breakaway torque, of which sign(dq) says nothing (the stiction area of eq. 26). A reversal without a stop passes
+the rest speed sooner."""
 
 REST_SPEED = 2e-3
 """part of the top speed below which a joint may be at rest"""
@@ -229,13 +231,13 @@ class Record:
         entries = {entry.file: entry for entry in self.experiment.sessions}
 
         def gather(file: str) -> Samples:
-            samples, peak = self._gather(entries[file])
-            return replace(samples, moving=peak > self.rest_speed)
+            samples, slowest = self._gather(entries[file])
+            return replace(samples, moving=slowest > self.rest_speed)
 
         return _ByFile(gather)
 
     def _gather(self, entry: SessionEntry) -> tuple[Samples, Array]:
-        """Samples of a session, and the highest speed around each, (samples, joints)."""
+        """Samples of a session, and the stopping speed around each, (samples, joints)."""
         if entry.file not in self._gathered:
             parts: list[tuple[Array, ...]] = []
             for prepared in self.blocks(entry):
@@ -245,8 +247,10 @@ class Record:
                 ]
                 warmth = block.temperature
                 temperature = np.zeros((block.count, 0)) if warmth is None else block.at_decimated(warmth)
-                parts.append((*kinematics, block.decimate(prepared.torque), peak_speed(block), temperature))
-            time, q, dq, ddq, measured, peak, temperature = (
+                parts.append(
+                    (*kinematics, block.decimate(prepared.torque), stopping_speed(block), temperature)
+                )
+            time, q, dq, ddq, measured, slowest, temperature = (
                 np.concatenate(list(part)) for part in zip(*parts, strict=True)
             )
             samples = Samples(
@@ -259,7 +263,7 @@ class Record:
                 np.ones(q.shape, bool),
                 temperature if temperature.shape[1] else None,
             )
-            self._gathered[entry.file] = (samples, peak)
+            self._gathered[entry.file] = (samples, slowest)
         return self._gathered[entry.file]
 
     @cached_property
@@ -334,15 +338,20 @@ class Record:
         return state | {"_gathered": {}, "_held": {}, "_held_bytes": 0}
 
 
-def peak_speed(block: MotionBlock) -> Array:
-    """(M, n): highest speed within half of `REST_TIME` to either side of each decimated sample, rad/s.
+def stopping_speed(block: MotionBlock) -> Array:
+    """(M, n): the speed below which a joint stayed for `STOP_TIME` at some time near each decimated sample.
 
-    Below the rest speed the joint is at rest there.
+    Near is what the parallel filter mixes into the sample: half a period of its cut-off to either side.
     """
-    half = max(1, round(0.5 * REST_TIME / block.sampling_period))
-    speed = np.pad(np.abs(block.dq), ((half, half), (0, 0)))
-    around = np.lib.stride_tricks.sliding_window_view(speed, 2 * half + 1, axis=0)
-    return block.at_decimated(around).max(axis=-1)
+    stay = _odd(STOP_TIME / block.sampling_period)
+    reach = _odd(1.0 / (block.cutoff * block.sampling_period))
+    held_below = maximum_filter1d(np.abs(block.dq), stay, axis=0, mode="nearest")
+    return block.at_decimated(minimum_filter1d(held_below, reach, axis=0, mode="nearest"))
+
+
+def _odd(length: float) -> int:
+    """The odd whole number of samples nearest to a length, at least 3."""
+    return max(3, 2 * round(0.5 * (length - 1)) + 1)
 
 
 def _position_step(position: Array) -> Array:

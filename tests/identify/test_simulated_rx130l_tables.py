@@ -66,6 +66,18 @@ def test_the_structured_estimate_has_the_plants_one_inertia_and_one_first_moment
     assert found["MX1"] == pytest.approx(PLANT.first_moment_x, rel=0.01)
 
 
+def test_friction_at_the_start_of_sliding_is_found_because_stops_are_left_out(load_velocity):
+    """b_m, b_g and the Stribeck velocity live in the few samples beside the stiction area of eq. (26)."""
+    document = load_velocity.to_json()
+    found = values(document["structured"]["parameters"])
+    assert found["b_m1"] == pytest.approx(GAIN * PLANT.b_m, rel=0.15)
+    assert found["b_g1"] == pytest.approx(GAIN * PLANT.b_g, rel=0.15)
+    constants = {entry["effect"]: entry for entry in document["constants"]}
+    velocity = constants["load-stribeck"]["stribeck_velocity"]
+    assert velocity == pytest.approx(PLANT.stribeck_velocity, rel=0.15)
+    assert load_velocity.relative_error < 0.006
+
+
 def test_table_3_the_new_model_lowers_the_error_at_all_speeds_and_on_motion_it_did_not_see(
     usual, load_velocity
 ):
