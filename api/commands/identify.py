@@ -29,14 +29,40 @@ def identify_command(
     essential: Annotated[
         bool, typer.Option("--essential", help="eliminate the parameters that the data do not show")
     ] = False,
+    payload: Annotated[
+        list[str] | None,
+        typer.Option(help="fit only the sessions with this payload; may be repeated; the others are checked"),
+    ] = None,
+    feasible: Annotated[
+        bool,
+        typer.Option("--feasible", help="also the nearest physically consistent inertias (extra 'feasible')"),
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="one JSON document on stdout")] = False,
 ) -> None:
     """Fit a model to all identification sessions at once and check it on the validation sessions."""
+    from api.stored_experiments import resolve
     from identify.estimation.identification import identify
     from identify.recording import load_experiment
 
-    result = identify(load_experiment(experiment), model, add or [], estimator=estimator, essential=essential)
-    print(json.dumps(result.to_json(), ensure_ascii=False, allow_nan=False))
+    result = identify(
+        load_experiment(resolve(experiment)),
+        model,
+        add or [],
+        estimator=estimator,
+        essential=essential,
+        payloads=payload or [],
+    )
+    document = result.to_json()
+    if feasible:
+        from identify.estimation.feasible import feasible_document
+
+        document["feasible"] = feasible_document(result)
+    if as_json:
+        print(json.dumps(document, ensure_ascii=False, allow_nan=False))
+    else:
+        from api.identification_tables import print_identification
+
+        print_identification(document)
 
 
 def effects_command(
@@ -45,4 +71,9 @@ def effects_command(
     """The catalogue of effects: equation, explanation, what data each needs."""
     from identify.effects.catalogue import catalogue
 
-    print(json.dumps(catalogue(), ensure_ascii=False))
+    if as_json:
+        print(json.dumps(catalogue(), ensure_ascii=False))
+    else:
+        from api.identification_tables import print_effects
+
+        print_effects(catalogue())

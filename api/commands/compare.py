@@ -1,0 +1,51 @@
+"""`coulomb compare`: models side by side, in figures and in one table of errors."""
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+
+def register(application: typer.Typer) -> None:
+    """Add the command."""
+    application.command("compare")(compare_command)
+
+
+def compare_command(
+    experiment: Annotated[
+        str, typer.Argument(help="folder, experiment.yaml, or name of a stored experiment")
+    ],
+    out: Annotated[Path, typer.Option(help="folder for the figures (PNG and SVG), made if need be")],
+    model: Annotated[
+        list[str] | None,
+        typer.Option(help="may be repeated; usual and load-velocity if not said"),
+    ] = None,
+    add: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="EFFECT or EFFECT@JOINT for the last model, which is also compared without it if alone"
+        ),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="one JSON document on stdout")] = False,
+) -> None:
+    """Draw measured, predicted and error of every model, and set their errors side by side."""
+    from api.stored_experiments import resolve
+    from identify.recording import load_experiment
+    from identify.validation.comparison import compare, comparison_document, write_figures
+
+    found = compare(load_experiment(resolve(experiment)), model or [], add or [])
+    document = comparison_document(found)
+    document["figures"] = [str(out / file) for file in write_figures(found, out)]
+    if as_json:
+        print(json.dumps(document, ensure_ascii=False, allow_nan=False))
+    else:
+        _print(document, out)
+
+
+def _print(document: dict[str, Any], out: Path) -> None:
+    from api.identification_tables import console_for_tables, errors_of_models
+
+    console = console_for_tables()
+    console.print(errors_of_models(document["models"]))
+    console.print(f"{len(document['figures'])} figures in {out}")

@@ -1,0 +1,133 @@
+"""Physically consistent inertial parameters nearest to an estimate (extra `feasible`).
+
+Base parameters that fit best need not belong to any body: an inertia may come out negative. A link is a body with
+mass if its pseudo-inertia
+
+    P = [ Σ  h ]      Σ = ½ tr(I) 1 − I,  h = (MX MY MZ),  m = M
+        [ hᵀ m ]
+
+is positive definite (P. M. Wensing, S. Kim, J.-J. E. Slotine, "Linear matrix inequalities for physically consistent
+inertial parameter identification", IEEE Robot. Autom. Lett. 3(1), 2018). Of all standard parameters with P ≻ 0 for
+every link and Ia >= 0 for every rotor, those are taken whose base parameters lie nearest to the estimate in the metric
+of the fit: (G chi_st − chi)ᵀ S (G chi_st − chi), S the information of the base parameters with all other columns
+estimated beside them. That is a semidefinite programme.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.dynamics.base_parameters import BaseParameters
+from identify.dynamics.standard_parameters import PARAMETERS_PER_JOINT, standard_names, standard_units
+from identify.estimation.identification import Identification
+from identify.estimation.least_squares import joint_rows
+from identify.recording import InputError
+
+Array = NDArray[np.float64]
+
+LEAST_EIGENVALUE = 1e-6
+"""kg, kg m²: smallest eigenvalue of a pseudo-inertia; a body has some extent, and the solver some tolerance"""
+PREFERENCE = 1e-6
+"""weight of the least total trace among standard parameters with the same base parameters, in parts of the metric"""
+
+
+@dataclass(frozen=True)
+class Feasible:
+    """Standard parameters of real bodies.
+
+    standard : (11 n,) one choice of many that have these base parameters
+    base     : (b,) base parameters
+    distance : how far they lie from the estimate in the metric of the fit
+    """
+
+    standard: Array
+    base: Array
+    distance: float
+
+
+def pseudo_inertia(link: Array) -> Array:
+    """(4, 4) of a link's XX XY XZ YY YZ ZZ MX MY MZ M."""
+    xx, xy, xz, yy, yz, zz, mx, my, mz, mass = link[:10]
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    first = np.array([mx, my, mz])
+    second = 0.5 * np.trace(inertia) * np.eye(3) - inertia
+    return np.block([[second, first[:, None]], [first[None, :], np.array([[mass]])]])
+
+
+def nearest_feasible(base: BaseParameters, estimate: Array, information: Array) -> Feasible:
+    """The feasible parameters nearest to `estimate` (b,) in the metric `information` (b, b), positive semidefinite.
+
+    :raises InputError: the extra `feasible` is not installed, or the solver found nothing.
+    """
+    try:
+        import cvxpy
+    except ImportError:
+        raise InputError("--feasible: needs the extra 'feasible': pip install 'coulomb[feasible]'") from None
+    values, vectors = np.linalg.eigh(information)
+    root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
+    size = float(np.linalg.norm(root @ estimate)) or 1.0
+    standard = cvxpy.Variable(base.matrix.shape[1])
+    units = [_pseudo_inertia_units(index) for index in range(10)]
+    constraints, traces = [], []
+    for link in range(base.matrix.shape[1] // PARAMETERS_PER_JOINT):
+        start = link * PARAMETERS_PER_JOINT
+        pseudo = sum(standard[start + index] * unit for index, unit in enumerate(units))
+        constraints += [
+            pseudo - LEAST_EIGENVALUE * np.eye(4) >> 0,
+            standard[start + PARAMETERS_PER_JOINT - 1] >= 0,
+        ]
+        traces.append(cvxpy.trace(pseudo))
+    misfit = cvxpy.norm((root / size) @ (base.matrix @ standard - estimate))
+    problem = cvxpy.Problem(cvxpy.Minimize(misfit + PREFERENCE * sum(traces)), constraints)
+    problem.solve(solver=cvxpy.CLARABEL)
+    if standard.value is None:
+        raise InputError(f"--feasible: no physically consistent parameters were found ({problem.status})")
+    found = np.asarray(standard.value, float)
+    own = base.from_standard(found)
+    return Feasible(found, own, float(np.linalg.norm(root @ (own - estimate))))
+
+
+def _pseudo_inertia_units(index: int) -> Array:
+    unit = np.zeros(10)
+    unit[index] = 1.0
+    return pseudo_inertia(unit)
+
+
+def feasible_document(result: Identification) -> dict[str, Any]:
+    """The feasible parameters beside an identification's, for JSON.
+
+    :raises InputError: the model has no base parameters of its own, or see `nearest_feasible`.
+    """
+    fitted, record = result.fitted, result.fitted.record
+    fit, observation, base = fitted.fit, fitted.observation, record.body.base
+    own = fit.fitted[fit.fitted < observation.base]
+    if not len(own):
+        raise InputError(
+            "--feasible: the linear load-velocity form has no base parameters of its own; use rigid, usual or effects"
+        )
+    others = fit.fitted[fit.fitted >= observation.base]
+    rows = np.vstack([joint_rows(observation, joint) * weight for joint, weight in enumerate(fit.weights)])
+    W, V = rows[:, own], rows[:, others]
+    left = W - V @ np.linalg.lstsq(V, W, rcond=None)[0] if len(others) else W
+    information = np.zeros((observation.base, observation.base))
+    information[np.ix_(own, own)] = left.T @ left
+    nearest = nearest_feasible(base, fit.chi[: observation.base], information)
+    residual = rows[:, -2] - rows[:, : observation.base] @ nearest.base
+    if len(others):
+        residual = residual - V @ np.linalg.lstsq(V, residual, rcond=None)[0]
+    measured = float(np.linalg.norm(rows[:, -1]))
+    before = rows[:, -2] - rows[:, :-2] @ fit.chi
+    geometry = base.geometry
+    listed = zip(standard_names(geometry), standard_units(geometry), nearest.standard, strict=True)
+    return {
+        "weighted_error_of_estimate": float(np.linalg.norm(before)) / measured,
+        "weighted_error_of_feasible": float(np.linalg.norm(residual)) / measured,
+        "base": [
+            {"name": name, "estimate": float(old), "value": float(new), "unit": unit}
+            for name, unit, old, new in zip(base.names, base.units, fit.chi, nearest.base, strict=False)
+        ],
+        "standard": [{"name": name, "value": float(value), "unit": unit} for name, unit, value in listed],
+        "remark": "the standard parameters are one choice of many with these base parameters",
+    }

@@ -1,0 +1,93 @@
+"""Models side by side on the same record: their errors in one table, and the figures of each."""
+
+import os
+import re
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from identify.estimation.identification import Identification, identify
+from identify.recording import Experiment, InputError
+
+
+def compare(
+    experiment: Experiment, models: Sequence[str], add: Sequence[str] = ()
+) -> dict[str, Identification]:
+    """Identify with every model. Effects to add go to the last one; to a single model, which then stands beside itself.
+
+    :raises InputError: a model or effect is wrong, or a model is named twice.
+    """
+    named = list(models) or ["usual", *([] if add else ["load-velocity"])]
+    if len(set(named)) < len(named):
+        raise InputError(f"--model {named[0]}: named twice; compare different models")
+    found = {}
+    if add and len(named) == 1:
+        found[named[0]] = identify(experiment, named[0])
+    for name in named:
+        added = list(add) if name == named[-1] else []
+        found[" + ".join([name, *added])] = identify(experiment, name, added)
+    return found
+
+
+def comparison_document(found: dict[str, Identification]) -> dict[str, Any]:
+    """Errors of every model in all, by joint, session, payload and speed (Tables III and IV)."""
+    models = []
+    for name, result in found.items():
+        document = result.to_json()
+        kept = (
+            "relative_error", "relative_error_validation", "joints", "sessions", "payloads", "speeds", "form",
+        )  # fmt: skip
+        models.append({"model": name, **{key: document[key] for key in kept}})
+    first = next(iter(found.values()))
+    return {"experiment": first.experiment.name, "models": models}
+
+
+def write_figures(found: dict[str, Identification], out: Path) -> list[str]:
+    """Write the figures into a folder, all of them or none; returns their names.
+
+    :raises InputError: the folder cannot be written.
+    """
+    if out.exists() and not out.is_dir():
+        raise InputError(f"--out {out}: is a file; give a folder")
+    scratch = out.parent / f".{out.name}-{os.getpid()}"
+    try:
+        scratch.mkdir(parents=True)
+        files = _draw_all(found, scratch)
+        out.mkdir(exist_ok=True)
+        for file in files:
+            (scratch / file).replace(out / file)
+    except OSError as error:
+        raise InputError(f"--out {out}: cannot be written: {error.strerror or error}") from None
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+    return files
+
+
+def _draw_all(found: dict[str, Identification], folder: Path) -> list[str]:
+    from identify.validation.figures import draw_course, draw_where, save
+
+    first = next(iter(found.values()))
+    record = first.fitted.record
+    revolute = [summary.revolute for summary in record.summaries]
+    files: list[str] = []
+    for name, result in found.items():
+        for entry in result.experiment.sessions:
+            predictions = [result.predictions[entry.file, joint] for joint in record.joint_names]
+            title = f"{name}, {entry.file}, payload {entry.payload.name}"
+            figure = draw_course(predictions, title, revolute)
+            files += save(figure, folder, f"course-{_file_name(name)}-{_file_name(entry.file)}")
+    everywhere = {
+        name: [
+            [result.predictions[entry.file, joint] for entry in result.experiment.sessions]
+            for joint in record.joint_names
+        ]
+        for name, result in found.items()
+    }
+    return files + save(draw_where(everywhere, revolute), folder, "where")
+
+
+def _file_name(text: str) -> str:
+    """The text with what file systems dislike replaced; a session without its endings."""
+    stem = re.sub(r"(\.csv)?(\.gz)?$|\.h(df)?5$", "", text)
+    return re.sub(r"[^A-Za-z0-9._@-]+", "-", stem).strip("-")
