@@ -126,7 +126,8 @@ class RecordingFile:
         self.rows = end
 
     def flush(self, to_disk: bool = False) -> None:
-        """Hand all rows to the operating system (safe from a kill), with `to_disk` to the disk (from a power cut).
+        """Hand all rows to the operating system (safe from a kill), with `to_disk` to the disk (from a
+        power cut).
 
         Raises OSError when the disk does not take them.
         """
@@ -149,7 +150,9 @@ class RecordingFile:
 
 def set_status(path: Path, status: str, reason: str, counters: dict[str, Any]) -> None:
     """Write the final attributes of a closed recording, and have them on disk."""
-    with h5py.File(path, "r+", libver="latest") as file:
+    # Without HDF5's lock: whoever reads the file at this moment would otherwise keep us from saying how it
+    # ended.
+    with h5py.File(path, "r+", libver="latest", locking=False) as file:
         file.attrs["status"] = status
         file.attrs["status_reason"] = reason
         file.attrs["counters"] = json.dumps(counters)

@@ -268,5 +268,5 @@ def _recorded_payload(file: Path) -> tuple[dict[str, Any], str]:
 
 def _attributes(file: Path) -> dict[str, str]:
     """Texts among a recording's attributes; the file may be being written."""
-    with h5py.File(file, "r", swmr=True) as recording:
+    with h5py.File(file, "r", swmr=True, locking=False) as recording:
         return {name: str(value) for name, value in recording.attrs.items()}

@@ -9,6 +9,7 @@ import numpy as np
 from identify.effects.effect import Constants, Effect
 from identify.effects.motion import Array, JointMotion, JointSummary
 
+POSITION_KNOTS = 16
 SPEED_KNOTS = (0.0, 0.02, 0.05, 0.1, 0.2, 0.35, 0.55, 0.8, 1.0)
 """parts of the top speed, either direction; denser where friction curves bend"""
 LOAD_KNOTS = 9
@@ -39,11 +40,10 @@ class FreePosition(_FreeFunction):
     variable = "q"
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
-        knots = np.unique(summary.position_quantiles)
-        return [{f"knot_{index:02d}": float(knot) for index, knot in enumerate(knots)}]
+        return [{"from": summary.position_range[0], "to": summary.position_range[1]}]
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
-        return hats(motion.q, np.array([constants[name] for name in sorted(constants)]))
+        return hats(motion.q, np.linspace(constants["from"], constants["to"], POSITION_KNOTS))
 
 
 class FreeSpeed(_FreeFunction):

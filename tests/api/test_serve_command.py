@@ -6,9 +6,17 @@ import re
 import signal
 import subprocess
 import sys
+import threading
+import time
 
 import httpx
 import pytest
+from websockets.sync.client import connect
+
+from api.client import Client
+from daq.recovery import recording_state
+
+RIG = "rx130l-joint3-simulated"
 
 PASSWORD = "correct horse battery\n"
 
@@ -146,3 +154,41 @@ def test_the_last_admin_cannot_be_removed_and_every_change_is_logged(data_folder
     with open_data(data_folder, None) as opened:
         actions = [(row.action, row.target) for row in reversed(opened.audit.rows())]
     assert actions == [("users add", "ada"), ("users add", "root"), ("users change", "ada")]
+
+
+def test_a_service_killed_during_motion_loses_no_sample_and_finds_the_session_again(serve, data_folder):
+    process, address = serve()
+    with Client(address, timeout=60) as client:
+        plan = client.wait(client.make_plan(RIG, "short", seconds=20, model="usual"))["result"]["plan"]
+        client.create_experiment("arm", RIG)
+        session = client.create_session("arm", RIG, plan, {"name": "none"})["id"]
+        client.step("arm", session, "weigh", mass=0.0)
+        for step in ("check", "confirm", "arm"):
+            client.step("arm", session, step)
+        with connect(address.replace("http", "ws") + f"/rigs/{RIG}/live") as live:
+            client.step("arm", session, "start")
+            fraction = 0.0
+            while fraction < 0.2:  # well into the plan, so that there is something to lose
+                message = live.recv(timeout=30)
+                if isinstance(message, str):
+                    fraction = json.loads(message)["session"]["fraction"]
+            process.kill()
+            process.wait()
+
+    def states():
+        folder = data_folder / "experiments" / "arm"
+        return [recording_state(path) for path in (*folder.glob("*.h5"), *folder.glob("incomplete/*.h5"))]
+
+    deadline = time.monotonic() + 60.0
+    while time.monotonic() < deadline and (not states() or states()[0].status == "recording"):
+        threading.Event().wait(0.1)  # acquisition and recorder end by themselves, without us
+    (found,) = states()
+    assert found.status in ("aborted", "faulted")
+    assert found.rows > 0
+
+    _process, address = serve()
+    with Client(address, timeout=60) as client:
+        again = client.session("arm", session)
+        assert again["state"] == found.status
+        assert again["reason"] == found.reason
+        assert client.recordings("arm")[0]["session"] == session
