@@ -7,11 +7,17 @@ diagnosis = identify.diagnose(experiment, model="usual")
 story = identify.improve(experiment, model="usual")
 """
 
-from identify.diagnosis.diagnosis import Diagnosis, diagnose
-from identify.diagnosis.improvement import Improvement, improve
-from identify.effects.catalogue import catalogue
-from identify.estimation.identification import Identification, identify
-from identify.recording import Experiment, InputError, load_experiment
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from identify.diagnosis.diagnosis import Diagnosis, diagnose
+    from identify.diagnosis.improvement import Improvement, improve
+    from identify.effects.catalogue import catalogue
+    from identify.estimation.identification import Identification, identify
+    from identify.recording import Experiment, InputError, load_experiment
 
 __all__ = [
     "Diagnosis",
@@ -25,3 +31,23 @@ __all__ = [
     "improve",
     "load_experiment",
 ]
+
+_HOMES = {
+    "Diagnosis": "identify.diagnosis.diagnosis",
+    "diagnose": "identify.diagnosis.diagnosis",
+    "Improvement": "identify.diagnosis.improvement",
+    "improve": "identify.diagnosis.improvement",
+    "catalogue": "identify.effects.catalogue",
+    "Identification": "identify.estimation.identification",
+    "identify": "identify.estimation.identification",
+    "Experiment": "identify.recording",
+    "InputError": "identify.recording",
+    "load_experiment": "identify.recording",
+}
+
+
+def __getattr__(name: str) -> object:
+    """Import what is asked for and no more: whoever needs only `identify.recording` does not wait for the rest."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'identify' has no attribute '{name}'")
+    return getattr(importlib.import_module(_HOMES[name]), name)

@@ -75,7 +75,7 @@ def nearest_feasible(base: BaseParameters, estimate: Array, information: Array) 
         start = link * PARAMETERS_PER_JOINT
         pseudo = sum(standard[start + index] * unit for index, unit in enumerate(units))
         constraints += [
-            pseudo - LEAST_EIGENVALUE * np.eye(4) >> 0,
+            cvxpy.PSD(pseudo - LEAST_EIGENVALUE * np.eye(4)),
             standard[start + PARAMETERS_PER_JOINT - 1] >= 0,
         ]
         traces.append(cvxpy.trace(pseudo))

@@ -6,13 +6,13 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from identify.effects.model import coupled_motors
 from identify.effects.motion import JointSummary
 from identify.estimation.rigid_body import RigidBody
 from identify.recording import Experiment, InputError, Session, SessionEntry
 from identify.signals import MotionBlock, SignalSettings, choose_signal_settings, motion_blocks
+from identify.signals.running_extremes import running_maximum, running_minimum
 
 Array = NDArray[np.float64]
 
@@ -345,8 +345,8 @@ def stopping_speed(block: MotionBlock) -> Array:
     """
     stay = _odd(STOP_TIME / block.sampling_period)
     reach = _odd(1.0 / (block.cutoff * block.sampling_period))
-    held_below = maximum_filter1d(np.abs(block.dq), stay, axis=0, mode="nearest")
-    return block.at_decimated(minimum_filter1d(held_below, reach, axis=0, mode="nearest"))
+    held_below = running_maximum(np.abs(block.dq), stay)
+    return block.at_decimated(running_minimum(held_below, reach))
 
 
 def _odd(length: float) -> int:
