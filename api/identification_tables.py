@@ -24,6 +24,7 @@ def print_identification(document: dict[str, Any]) -> None:
         _parameters("Parameters", document["parameters"]),
         *([] if "structured" not in document else [_structured(document)]),
         _eliminated(document),
+        None if "feasible" not in document else _feasible(document["feasible"]),
         _signals(document),
         _list("Not identifiable on this record", document["not_identifiable"]),
         _list("Remarks", document["remarks"]),
@@ -180,6 +181,21 @@ def _eliminated(document: dict[str, Any]) -> Table | None:
             "" if deviation is None else f"{deviation:.3g}",
             *(_percent(error) for error in errors),
         )
+    return table
+
+
+def _feasible(feasible: dict[str, Any]) -> RenderableType:
+    errors = (feasible["weighted_error_of_estimate"], feasible["weighted_error_of_feasible"])
+    before, after = (_percent(error) for error in errors)
+    table = _table(
+        f"Nearest physically consistent base parameters (weighted error {before} becomes {after})",
+        ("name", "left"),
+        ("estimate", "right"),
+        ("consistent", "right"),
+        ("unit", "left"),
+    )
+    for own in feasible["base"]:
+        table.add_row(own["name"], _number(own["estimate"], 5), _number(own["value"], 5), own["unit"])
     return table
 
 
