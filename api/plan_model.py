@@ -201,6 +201,7 @@ class RegressorModel:
             name=axis.joint,
             revolute=self._rig.robot.joints[j].type == "revolute",
             position_range=limits.position,
+            position_quantiles=np.linspace(*limits.position, 17),
             maximum_speed=limits.velocity,
             speed_quantiles=limits.velocity * np.array([0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.99]),
             speed_resolution=resolution * cutoff,

@@ -55,6 +55,10 @@ class StopReason:
         return self.cause.status
 
 
+_LASTING = 3
+"""rows"""
+
+
 @dataclass(frozen=True)
 class _Found:
     """A value beyond its limit in one row and axis."""
@@ -67,8 +71,9 @@ class _Found:
 class LimitMonitor:
     """Checks rows of samples against the rig's limits; keeps what derivatives need from one block to the next.
 
-    Velocity and acceleration are differences over `supervision.window`, so that one count of the encoder is not
-    taken for a jump; what one count can feign is allowed on top of the limit.
+    Velocity and acceleration are differences over `supervision.window` that must be beyond their limit in
+    `_LASTING` rows in a row: neither a count of the encoder nor one wrong sample (one that is a cycle old, after
+    a late answer, see `alignment.py`) is taken for a jump. What one count can feign is allowed on top.
     """
 
     def __init__(self, rig: Rig) -> None:
@@ -95,9 +100,10 @@ class LimitMonitor:
         self._window = max(1, round(supervision.window / rig.cycle))
         self._silent = max(1, round(supervision.silence / rig.cycle))
         self._resolution = np.abs(self._matrix).sum(axis=1)
-        self._kept = 2 * self._window
+        self._kept = 2 * self._window + _LASTING - 1
         self._past_position = np.empty((0, n))
         self._past_time = np.empty(0)
+        self._past_moving = np.empty(0, bool)
         self._silent_for = np.zeros(n, int)
         self._sync_lost_for = 0
 
@@ -154,50 +160,64 @@ class LimitMonitor:
     def _beyond_derivatives(
         self, time: NDArray[Any], position: NDArray[Any], moving: NDArray[Any]
     ) -> list[_Found | None]:
-        past, w = len(self._past_time), self._window
-        all_time = np.concatenate([self._past_time, time])
-        all_position = np.concatenate([self._past_position, position])
-        self._past_time = all_time[-self._kept :]
-        self._past_position = all_position[-self._kept :]
-        found: list[_Found | None] = []
-        if len(all_time) <= w:
-            return found
-        elapsed = (all_time[w:] - all_time[:-w])[:, None]
-        velocity = (all_position[w:] - all_position[:-w]) / elapsed
-        # Rows of `velocity` belong to rows w … of `all_position`; judge only those that are new.
-        skipped = max(0, past - w)
-        first_row = max(0, w - past)
-        speed = np.abs(velocity[skipped:])
-        allowed = self._velocity + self._resolution / elapsed[skipped:]
-        with np.errstate(invalid="ignore"):
-            at = self._first((speed > allowed) & moving[first_row:, None])
-        if at is not None:
-            unit, limit = self._units[at[1]], self.rig.axes[at[1]].limits.velocity
-            found.append(
-                _Found(
-                    first_row + at[0], at[1], f"velocity {speed[at]:.4g} {unit}/s above {limit:g} {unit}/s"
-                )
+        w = self._window
+        past = len(self._past_time)
+        times = np.concatenate([self._past_time, time])
+        positions = np.concatenate([self._past_position, position])
+        judged = np.concatenate([self._past_moving, moving])
+        self._past_time, self._past_position = times[-self._kept :], positions[-self._kept :]
+        self._past_moving = judged[-self._kept :]
+        if len(times) <= w:
+            return []
+        elapsed = (times[w:] - times[:-w])[:, None]
+        velocity = (positions[w:] - positions[:-w]) / elapsed
+        limits = [axis.limits for axis in self.rig.axes]
+        found = [
+            self._lasting(
+                np.abs(velocity), self._velocity + self._resolution / elapsed, judged[w:], past - w,
+                "velocity", "/s", [limit.velocity for limit in limits],
             )
-        if len(all_time) <= 2 * w:
-            return found
-        between = 0.5 * (elapsed[w:] + elapsed[:-w])
-        acceleration = (velocity[w:] - velocity[:-w]) / between
-        skipped = max(0, past - 2 * w)
-        first_row = max(0, 2 * w - past)
-        magnitude = np.abs(acceleration[skipped:])
-        allowed = self._acceleration + 4 * self._resolution / between[skipped:] ** 2
-        with np.errstate(invalid="ignore"):
-            at = self._first((magnitude > allowed) & moving[first_row:, None])
-        if at is not None:
-            unit, limit = self._units[at[1]], self.rig.axes[at[1]].limits.acceleration
+        ]  # fmt: skip
+        if len(times) > 2 * w:
+            between = 0.5 * (elapsed[w:] + elapsed[:-w])
+            acceleration = (velocity[w:] - velocity[:-w]) / between
+            allowed = self._acceleration + 4 * self._resolution / between**2
             found.append(
-                _Found(
-                    first_row + at[0],
-                    at[1],
-                    f"acceleration {magnitude[at]:.4g} {unit}/s² above {limit:g} {unit}/s²",
+                self._lasting(
+                    np.abs(acceleration), allowed, judged[2 * w :], past - 2 * w,
+                    "acceleration", "/s²", [limit.acceleration for limit in limits],
                 )
-            )
+            )  # fmt: skip
         return found
+
+    def _lasting(
+        self,
+        value: NDArray[Any],
+        allowed: NDArray[Any],
+        judged: NDArray[Any],
+        old: int,
+        what: str,
+        per: str,
+        limits: list[float],
+    ) -> _Found | None:
+        """The first place where a value (R, n) is beyond what is allowed in `_LASTING` rows in a row.
+
+        old : how many of the R rows were there before the present block (less than none where rows lack)
+        """
+        with np.errstate(invalid="ignore"):
+            beyond = (value > allowed) & judged[:, None]
+        if not beyond.any() or len(beyond) < _LASTING:
+            return None
+        ends = np.lib.stride_tricks.sliding_window_view(beyond, _LASTING, axis=0).all(axis=-1)
+        # Entry i of `ends` tells of row i + _LASTING - 1; those before the block were judged already.
+        skipped = max(0, old - _LASTING + 1)
+        at = self._first(ends[skipped:])
+        if at is None:
+            return None
+        row, axis = at[0] + skipped + _LASTING - 1, at[1]
+        unit = self._units[axis]
+        words = f"{what} {value[row, axis]:.4g} {unit}{per} above {limits[axis]:g} {unit}{per}"
+        return _Found(row - old, axis, words)
 
     def _beyond_following(
         self, rows: NDArray[Any], position: NDArray[Any], following: NDArray[Any]

@@ -7,11 +7,13 @@ from typing import Annotated, Any
 
 import typer
 
+import config
+
 _RIG = "rx130l-joint3-simulated"
 _PAYLOADS = ("none", "disk-3.5", "disk-7")
 """0, 3.4584 and 6.970 kg: those of section IV of the paper"""
-_SECONDS = 66.0
-"""s of plan per session, of which more than 60 s are motion"""
+PLAN = Path(config.__file__).parent / "plans" / "rx130l-joint3-load-velocity.json"
+"""made by `coulomb plan rx130l-joint3-simulated --model load-velocity --seconds 66`"""
 
 
 def register(application: typer.Typer) -> None:
@@ -31,6 +33,7 @@ def demo(
 
     from api.commands.run import identify_so_far, percent, print_errors
     from api.data_folder import default_data_folder
+    from daq.excitation.excitation_plan import ExcitationPlan
     from daq.rig import Rig
     from identify.diagnosis.improvement import improve
     from identify.estimation.identification import identify
@@ -45,7 +48,7 @@ def demo(
     rig = Rig.load(_RIG)
     data = out or default_data_folder()
     folder = _fresh_folder(data / "experiments")
-    plan = _plan(rig)
+    plan = ExcitationPlan.load(PLAN)
     moving = _seconds_of_motion(plan)
     say(f"Rig {rig.name}: {rig.description}.")
     say(
@@ -99,28 +102,6 @@ def demo(
                 ensure_ascii=False,
             )
         )
-
-
-def _plan(rig: Any) -> Any:
-    """A plan that excites every term of the load-velocity model over all payloads."""
-    import numpy as np
-
-    from api.assumed_masses import torque_limits
-    from api.plan_model import RegressorModel
-    from daq.excitation.optimal_excitation import Request
-    from daq.excitation.plan_report import make_plan
-
-    payloads = tuple(rig.payload(name) for name in _PAYLOADS)
-    request = Request(
-        rig=rig,
-        model=RegressorModel(rig, "load-velocity", payloads, [], None),
-        payloads=payloads,
-        seconds=_SECONDS,
-        noise=np.asarray(0.01 * torque_limits(rig)),
-        criterion="d-optimal",
-        seed=0,
-    )
-    return make_plan(request, lambda fraction, words: None).plan
 
 
 def _fresh_folder(experiments: Path) -> Path:

@@ -1,7 +1,7 @@
 """All figures and tables of one joint's error: one fitted model, or two beside each other."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from markupsafe import Markup
@@ -129,12 +129,23 @@ def _reach(bands: Sequence[ErrorBand]) -> float:
 
 
 def tables(
-    models: Sequence[JointSamples], payload_of: Mapping[str, str]
+    models: Sequence[JointSamples], payload_of: Mapping[str, str], fitted: Collection[str]
 ) -> dict[str, list[error_tables.ErrorRow]]:
-    """The tables of relative errors, by the name that the template knows."""
+    """The tables of relative errors, by the name that the template knows.
+
+    fitted : files of the sessions that the fit has used; the others (validation) only stand in the table by session,
+             unless nothing else is shown
+    """
+    files = [index for index, file in enumerate(models[0].files) if file in fitted]
+    used = models
+    if files and len(files) < len(models[0].files):
+        used = [samples.where(np.isin(samples.session, files)) for samples in models]
+    by_session = error_tables.by_session(models)
     return {
-        "speed": error_tables.by_speed(models),
-        "power": error_tables.by_power_sign(models),
-        "payload": error_tables.by_payload(models, payload_of),
-        "session": error_tables.by_session(models),
+        "speed": error_tables.by_speed(used),
+        "power": error_tables.by_power_sign(used),
+        "payload": error_tables.by_payload(used, payload_of),
+        "session": [
+            row if row.words in fitted else replace(row, words=f"{row.words} (check)") for row in by_session
+        ],
     }

@@ -51,8 +51,11 @@ def by_payload(models: Sequence[JointSamples], payload_of: Mapping[str, str]) ->
     """One row for each payload, in the order of the sessions."""
     payloads = list(dict.fromkeys(payload_of[file] for file in models[0].files))
     rows = []
+    present = set(models[0].session.tolist())
     for payload in payloads:
         indices = [index for index, file in enumerate(models[0].files) if payload_of[file] == payload]
+        if not present.intersection(indices):
+            continue
         rows.append(_row(payload, models, lambda samples, indices=indices: np.isin(samples.session, indices)))
     return rows
 

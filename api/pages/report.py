@@ -15,7 +15,7 @@ from api.pages.figures.torque_time import draw_torque_time
 from api.pages.missing_page import joint_diagnosis, step_chart
 from api.pages.model_page import VersionChoice, chosen_model, figures_of
 from api.pages.rendering import PREFIX, STATIC_FOLDER, render
-from api.pages.results_page import parameter_groups
+from api.pages.results_page import effects_by_name, parameter_groups
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.pages.verdict_words import verdict_of
 from api.service import access
@@ -65,7 +65,7 @@ def write_report(stored: StoredExperiment, shown: ShownModel, author: str) -> tu
         written=datetime.now(UTC),
         sections=[_joint_section(stored, shown, joint) for joint in stored.joint_names],
         groups=parameter_groups(stored, shown),
-        effects=_effects(shown),
+        effects=[{**entry_of(name), **each} for name, each in effects_by_name(stored, shown).items()],
         titles=effect_titles(),
     )
     return text, style
@@ -100,15 +100,7 @@ def _joint_section(stored: StoredExperiment, shown: ShownModel, joint: str) -> d
         "staircase": step_chart(stored, joint, floor),
         "sessions": sessions,
         "figures": figures_of(stored, [shown], first, joint, files, units),
-        "tables": tables(models, stored.payload_of),
+        "tables": tables(models, stored.payload_of, stored.identification_files),
         "models": words,
         "units": units,
     }
-
-
-def _effects(shown: ShownModel) -> list[dict[str, Any]]:
-    """The effects of the model once each, with equation and source and the joints that have them."""
-    joints: dict[str, list[str]] = {}
-    for entry in shown.document["effects"]:
-        joints.setdefault(entry["effect"], []).append(entry["joint"] or "all")
-    return [{"name": name, "joints": on, **entry_of(name)} for name, on in joints.items()]

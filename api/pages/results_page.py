@@ -51,6 +51,7 @@ def results_page(
         "versions": [stored.model(each.id) for each in stored.story.versions],
         "document": shown.document,
         "groups": parameter_groups(stored, shown),
+        "effects": effects_by_name(stored, shown).values(),
         "downloads": [
             {"name": name, "link": f"{link}/{ending}?version={shown.version.id}"} for ending, name in formats
         ],
@@ -94,6 +95,18 @@ def parameter_groups(stored: StoredExperiment, shown: ShownModel) -> list[dict[s
         if rows:
             groups.append({"joint": joint, "parameters": rows})
     return groups
+
+
+def effects_by_name(stored: StoredExperiment, shown: ShownModel) -> dict[str, dict[str, Any]]:
+    """The effects of the model once each, with the joints that have them; `all` where every joint does."""
+    joints: dict[str, list[str]] = {}
+    for entry in shown.document["effects"]:
+        joints.setdefault(entry["effect"], []).append(entry["joint"] or "all")
+    everywhere = set(stored.joint_names)
+    return {
+        name: {"name": name, "joints": ["all"] if len(on) > 1 and set(on) == everywhere else on}
+        for name, on in joints.items()
+    }
 
 
 def _as_json(shown: ShownModel) -> str:

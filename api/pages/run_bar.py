@@ -26,11 +26,12 @@ def run_state(request: Request, user: access.Viewer) -> dict[str, Any]:
         return {"running": False, "rig_state": "good", "rig_words": "Nothing moves", "onlookers": ""}
     progress = active.payload_session.progress
     armed = active.state == SessionState.ARMED
+    left = seconds_left(progress)
     return {
         "running": True,
         "title": "Armed: the next step moves the robot" if armed else "The robot moves",
         "detail": f"{active.experiment}, {active.id}, by {active.user}",
-        "left": "" if armed else f"{duration(seconds_left(progress))} left",
+        "left": "" if left is None else f"{duration(left)} left",
         "fraction": progress.fraction,
         "note": "Stops the motion at once, without a question. Everything measured is kept.",
         "rig_state": "warn",

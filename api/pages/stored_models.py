@@ -63,6 +63,11 @@ class StoredExperiment:
         """Session file -> name of its payload, in the file's order."""
         return {entry.file: entry.payload for entry in self.declared.sessions}
 
+    @property
+    def identification_files(self) -> set[str]:
+        """Files of the sessions that fits use; the others only check them."""
+        return {entry.file for entry in self.declared.sessions if entry.role == "identification"}
+
     def model(self, identifier: str) -> ShownModel:
         """A version by id. Raises the problem 404."""
         version = self.story.version(identifier)

@@ -152,7 +152,10 @@ def diagnose_record(
         open_ = [[f for f in own if f.candidate.term.key not in refused] for own in listed]
         chosen = look.selection.additions(open_) if index < MOST_LOOKS - 1 else []
         if not chosen:
-            break
+            exchanged = _exchanged(look, added, refused) if index < MOST_LOOKS - 1 else None
+            if exchanged is None:
+                break
+            added = exchanged
         for candidate, variant in chosen:
             added.append((candidate.term.chosen(candidate.constants[variant]), candidate.judged))
         present = _fit_with(record, fitted, added)
@@ -178,6 +181,21 @@ def diagnose_record(
 def _fit_with(record: Record, fitted: FittedModel, added: Sequence[tuple[Term, int]]) -> FittedModel:
     """The diagnosed model with the added terms, their constants searched around what was found."""
     return fit_model(record, fitted.model.with_terms(term for term, _ in added), refine=True)
+
+
+def _exchanged(
+    look: Look, added: Sequence[tuple[Term, int]], refused: set[tuple[str, int]]
+) -> list[tuple[Term, int]] | None:
+    """The added terms with one that imitated another effect exchanged for it; None where there is none.
+
+    What was exchanged does not come back.
+    """
+    for place, (term, _) in enumerate(added):
+        better = look.replacement(term) if len(added) > 1 else None
+        if better is not None and better[0].key not in refused:
+            refused.add(term.key)
+            return [*added[:place], better, *added[place + 1 :]]
+    return None
 
 
 def _settled(present: FittedModel, added: Sequence[tuple[Term, int]]) -> list[tuple[Term, int]]:

@@ -9,7 +9,6 @@ import numpy as np
 from identify.effects.effect import Constants, Effect
 from identify.effects.motion import Array, JointMotion, JointSummary
 
-POSITION_KNOTS = 16
 SPEED_KNOTS = (0.0, 0.02, 0.05, 0.1, 0.2, 0.35, 0.55, 0.8, 1.0)
 """parts of the top speed, either direction; denser where friction curves bend"""
 LOAD_KNOTS = 9
@@ -40,10 +39,11 @@ class FreePosition(_FreeFunction):
     variable = "q"
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
-        return [{"from": summary.position_range[0], "to": summary.position_range[1]}]
+        knots = np.unique(summary.position_quantiles)
+        return [{f"knot_{index:02d}": float(knot) for index, knot in enumerate(knots)}]
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
-        return hats(motion.q, np.linspace(constants["from"], constants["to"], POSITION_KNOTS))
+        return hats(motion.q, np.array([constants[name] for name in sorted(constants)]))
 
 
 class FreeSpeed(_FreeFunction):

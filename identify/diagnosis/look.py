@@ -92,6 +92,18 @@ class Look:
                 return self.selection.worth(joint, base, columns)
         return 0.0
 
+    def replacement(self, term: Term) -> tuple[Term, int] | None:
+        """An effect that would do clearly better in the place of a term of the model, and its joint."""
+        for slot, columns in zip(self.fitted.slots, self.selection.observation.slot_columns, strict=False):
+            if slot.term.key == term.key:
+                joint = self.judged_on(term)
+                complexity = len(columns) + len(term.constants or ())
+                found = self.selection.replacement(joint, columns, complexity)
+                if found is not None:
+                    candidate, variant = found
+                    return candidate.term.chosen(candidate.constants[variant]), joint
+        return None
+
     def judged_on(self, term: Term) -> int:
         """The joint that carries the largest part of a term's columns."""
         observation = self.selection.observation

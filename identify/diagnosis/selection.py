@@ -220,6 +220,25 @@ class Selection:
                 best = drop, [(finding.candidate, finding.variant) for finding in pair]
         return best
 
+    def replacement(self, joint: int, columns: Index, complexity: int) -> tuple[Candidate, int] | None:
+        """The candidate that would do clearly better in the place of some columns of the model, or as well and simpler."""
+        listed = [
+            c for c in self.candidates if c.judged == joint and c.name not in (*DECLARED_LOAD, *LOAD_FRICTION)
+        ]
+        base = np.setdiff1d(self.base(), columns)
+        present, *others = self.motion.evaluate(
+            joint, base, [Trial((columns,)), *(c.trial(self.observation) for c in listed)]
+        )
+        better = []
+        for candidate, other in zip(listed, others, strict=True):
+            excess = candidate.complexity(self.observation, other.variant) - complexity
+            if excess <= 0 and other.total < (1.0 if excess else 1 - 2 * LEAST_DROP) * present.total:
+                better.append((other.total, candidate, other.variant))
+        if not better:
+            return None
+        _, candidate, variant = min(better, key=lambda row: row[0])
+        return candidate, variant
+
     def _tried(self, joint: int) -> int:
         """Number of candidates of a joint, for the correction of the evidence."""
         return sum(candidate.judged == joint for candidate in self.candidates)

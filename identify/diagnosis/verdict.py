@@ -20,8 +20,9 @@ MANY = 3
 """Effects on one joint that must together do as well as one free function to be believed rather than it."""
 AS_WELL = 1.15
 """Factor within which an error is as good as another."""
-CLEARLY_BETTER = 0.6
-"""A free function with less than this part of the error of one or two effects shows that they imitate it."""
+CLEARLY_BETTER = 0.8
+"""A free function with less than this part of the error of one or two effects shows that they imitate it. Where they
+are the cause, their error is the noise, and nothing is clearly better."""
 
 
 def imitated(after: float, free: float, missing: int) -> bool:

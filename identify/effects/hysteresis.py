@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.effects.dry_friction import finer_rotor, rotor_grid
 from identify.effects.effect import Constants, Effect, finer, geometric_grid
 from identify.effects.motion import Array, JointMotion, JointSummary
 
@@ -56,16 +57,20 @@ class Backlash(Effect):
         lowest = max(4.0 * summary.position_resolution, 5e-4 * summary.span)
         play = geometric_grid("play", lowest, 0.05 * summary.span, 4)
         largest = max(abs(summary.load_range[0]), abs(summary.load_range[1]), 1e-9)
-        return play + geometric_grid("flank_load", 0.02 * largest, 0.3 * largest, 4)
+        flank = geometric_grid("flank_load", 0.02 * largest, 0.3 * largest, 4)
+        return play + [{**place, **rotor} for place in flank for rotor in rotor_grid(summary)[:3]]
 
     def refine(self, constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
-        return finer("play" if "play" in constants else "flank_load", constants, 2.0)
+        if "play" in constants:
+            return finer("play", constants, 2.0)
+        places = finer("flank_load", constants, 1.8, 2)
+        return [{**place, **rotor} for place in places for rotor in finer_rotor(place, summary)[::2]]
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         if "play" in constants:
             place = (play_position(motion, constants["play"]) - motion.q) / constants["play"]
         else:
-            place = -0.5 * np.tanh(motion.load / constants["flank_load"])
+            place = -0.5 * np.tanh(motion.gear_load(constants["rotor_inertia"]) / constants["flank_load"])
         rate = np.gradient(place, motion.period)
         return np.column_stack([motion.load_slope * place, -np.gradient(rate, motion.period)])
 

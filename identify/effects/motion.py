@@ -111,6 +111,8 @@ class JointSummary:
     name: str
     revolute: bool
     position_range: tuple[float, float]
+    position_quantiles: Array
+    """positions that part the samples into sixteen equal shares, ends included, (17,)"""
     maximum_speed: float
     speed_quantiles: Array
     """|dq| at 1, 2, 5, 10, 25, 50, 75, 90, 99 % of the moving samples, rad/s"""

@@ -297,6 +297,7 @@ class Record:
             name=description.name,
             revolute=description.type == "revolute",
             position_range=(float(q.min()), float(q.max())),
+            position_quantiles=np.quantile(q, np.linspace(0, 1, 17)),
             maximum_speed=float(self.top_speed[joint]),
             speed_quantiles=np.quantile(moving, [0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.99])
             if len(moving)

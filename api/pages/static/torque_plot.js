@@ -135,7 +135,7 @@ class TorquePlot {
             alpha: index === 0 && this.beside && which === "above" ? 0.9 : 1,
           }))],
           axes: [
-            { ...axis, size: which === "above" ? 22 : 40, label: which === "beneath" ? "time, s" : undefined, labelSize: 16, gap: 3, space: 70 },
+            { ...axis, size: 22, label: which === "beneath" ? "time, s" : undefined, labelSize: 17, gap: 3, space: 70 },
             { ...axis, size: GUTTER - 18, label: `${words}, ${this.unit}`, labelSize: 18, gap: 4, space: which === "above" ? 34 : 26,
               values: (_, ticks) => ticks.map((tick) => String(+tick.toPrecision(6)).replace("-", "−")) },
           ],

@@ -1,0 +1,142 @@
+"""Limits checked on samples: motions of known velocity and acceleration, in blocks of any size."""
+
+import itertools
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from daq.rig import Rig
+from daq.safety import LimitMonitor, StopCause, StopReason
+from daq.samples import COMMAND_CAME, POSITION_CAME, SYNC_NOT_SEEN, Phase, sample_dtype
+
+ENABLED = 0x1237
+
+
+def rows_of(rig: Rig, position: np.ndarray) -> np.ndarray:
+    """Rows of one axis that follows its setpoint exactly, moving, enabled, complete."""
+    rows = np.zeros(len(position), sample_dtype(1))
+    rows["cycle"] = np.arange(len(position))
+    rows["sync_time"] = np.rint(rows["cycle"] * rig.cycle * 1e9)
+    rows["phase"] = Phase.PLAN
+    counts = np.rint((position - rig.position_offset[0]) / rig.position_matrix[0, 0])
+    rows["position"][:, 0] = rows["setpoint"][:, 0] = counts
+    rows["status"] = ENABLED
+    rows["valid"] = POSITION_CAME | COMMAND_CAME
+    rows["temperature"] = np.nan
+    return rows
+
+
+def verdict(rig: Rig, rows: np.ndarray, cuts=()) -> StopReason | None:
+    monitor = LimitMonitor(rig)
+    edges = sorted({0, len(rows), *(cut % (len(rows) + 1) for cut in cuts)})
+    for start, end in itertools.pairwise(edges):
+        reason = monitor.check(rows[start:end])
+        if reason is not None:
+            return reason
+    return None
+
+
+def time_of(rig: Rig, seconds: float) -> np.ndarray:
+    return np.arange(0.0, seconds, rig.cycle)
+
+
+@settings(max_examples=60, deadline=None)
+@given(speed=st.floats(0.05, 3.0), cuts=st.lists(st.integers(0, 500), max_size=8))
+def test_a_constant_speed_is_stopped_exactly_when_it_is_beyond_the_limit_and_its_margin(rig, speed, cuts):
+    limit = rig.axes[0].limits.velocity * rig.supervision.velocity_margin
+    time = time_of(rig, 0.6)
+    rows = rows_of(rig, 0.1 + speed * (time - 0.3))
+    reason = verdict(rig, rows, cuts)
+    if abs(speed - limit) > 0.01:
+        assert (reason is not None) == (speed > limit)
+    if reason is not None:
+        assert reason.cause is StopCause.LIMIT
+        assert "joint j3: velocity" in reason.words
+
+
+@settings(max_examples=60, deadline=None)
+@given(acceleration=st.floats(0.5, 20.0), cuts=st.lists(st.integers(0, 500), max_size=8))
+def test_a_constant_acceleration_is_stopped_exactly_when_it_is_beyond_the_limit_and_its_margin(
+    rig, acceleration, cuts
+):
+    limit = rig.axes[0].limits.acceleration * rig.supervision.acceleration_margin
+    time = time_of(rig, 0.1)
+    reason = verdict(rig, rows_of(rig, 0.5 * acceleration * time**2), cuts)
+    if abs(acceleration - limit) > 0.2:
+        assert (reason is not None) == (acceleration > limit)
+    if reason is not None:
+        assert "acceleration" in reason.words
+
+
+def test_nothing_is_judged_at_standstill_and_nothing_filled_in_where_nothing_came(rig):
+    time = time_of(rig, 0.2)
+    rows = rows_of(rig, 5.0 * time)
+    rows["phase"] = Phase.STANDSTILL
+    assert verdict(rig, rows) is None
+    rows = rows_of(rig, 0.1 * time)
+    rows["position"][50] = 2**30
+    rows["valid"][50] = COMMAND_CAME
+    assert verdict(rig, rows) is None
+
+
+def test_a_sample_that_is_a_cycle_old_is_not_taken_for_a_jump(rig):
+    rows = rows_of(rig, 1.1 * (time_of(rig, 0.6) - 0.3))
+    rows["position"][100] = rows["position"][99]
+    assert verdict(rig, rows) is None
+
+
+def changed(rows: np.ndarray, name: str, value: float, first: int = 100) -> np.ndarray:
+    rows[name][first:] = value
+    return rows
+
+
+@pytest.mark.parametrize(
+    ("change", "cause", "words"),
+    [
+        (lambda rig, rows: changed(rows, "command", 3100), StopCause.LIMIT, r"current 18\.\d+ A above 18 A"),
+        (
+            lambda rig, rows: changed(rows, "temperature", 91.0),
+            StopCause.LIMIT,
+            "temperature 91.0 °C above 80",
+        ),
+        (
+            lambda rig, rows: changed(rows, "setpoint", 10**6),
+            StopCause.LIMIT,
+            "following error .* above 0.05",
+        ),
+        (lambda rig, rows: changed(rows, "status", 0x0218), StopCause.DRIVE_FAULT, "it is in FAULT"),
+        (lambda rig, rows: changed(rows, "valid", COMMAND_CAME), StopCause.SILENT_DRIVE, "no position from"),
+        (
+            lambda rig, rows: changed(rows, "valid", POSITION_CAME | COMMAND_CAME | SYNC_NOT_SEEN),
+            StopCause.LOST_SYNC,
+            "no SYNC was seen",
+        ),
+    ],
+    ids=["current", "temperature", "following error", "fault", "silence", "lost SYNC"],
+)
+def test_each_limit_has_its_reason_in_words_and_the_cycle(rig, change, cause, words):
+    rows = change(rig, rows_of(rig, np.zeros(300)))
+    monitor = LimitMonitor(rig)
+    assert monitor.check(rows[:100]) is None
+    reason = monitor.check(rows[100:])
+    assert reason.cause is cause
+    assert reason.status == "faulted"
+    assert re.search(words, reason.words), reason.words
+    assert re.search(r"in cycle 1\d\d$", reason.words)
+
+
+def test_a_position_outside_its_limits_by_more_than_the_following_error_is_stopped(rig):
+    highest = rig.axes[0].limits.position[1]
+    slack = rig.axes[0].limits.following_error
+    assert verdict(rig, rows_of(rig, np.full(50, highest + 0.9 * slack))) is None
+    assert "position" in verdict(rig, rows_of(rig, np.full(50, highest + 1.1 * slack))).words
+
+
+def test_every_cause_is_complete_aborted_or_faulted():
+    statuses = {cause: cause.status for cause in StopCause}
+    assert [cause for cause, status in statuses.items() if status == "complete"] == [StopCause.PLAN_DONE]
+    aborted = {cause for cause, status in statuses.items() if status == "aborted"}
+    assert aborted == {StopCause.OPERATOR, StopCause.DEAD_PARENT}
