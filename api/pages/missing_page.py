@@ -23,7 +23,7 @@ from api.service import access
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
 
-SHOWN_CANDIDATES = 5
+SHOWN_CANDIDATES = 6
 """Candidates that stand in the list by themselves; the rest are folded away."""
 SHOWN_PLACES = 6
 """Ranges of a variable that are shown where the error sits."""
@@ -90,8 +90,8 @@ def body_context(
         "current": shown.joint(joint),
         "previous_error": before.joint(joint)["relative_error"] if before else None,
         "noise_floor": floor,
-        "candidates": [each for each in candidates if each["needed"]],
-        "further": [each for each in candidates if not each["needed"]],
+        "candidates": [each for each in candidates if each["shown"]],
+        "further": [each for each in candidates if not each["shown"]],
         "superfluous": [titles.get(name, name) for name in (diagnosis or {}).get("superfluous", [])],
         "no_candidates": "No effect of the catalogue would help."
         if diagnosis
@@ -146,7 +146,7 @@ def _candidates(
             | {
                 "title": titles.get(candidate["effect"], ""),
                 "gain": _gain(candidate, floor),
-                "needed": candidate["effect"] in diagnosis["missing"] or len(rows) < SHOWN_CANDIDATES,
+                "shown": len(rows) < SHOWN_CANDIDATES,
                 "first": candidate["effect"] == next(iter(diagnosis["missing"]), None),
                 "link": f"{experiment_link(stored.id, 'missing')}?{query}",
                 "fragment_link": f"{experiment_link(stored.id, 'missing/evidence')}?{query}",

@@ -92,7 +92,7 @@ async def _http_error(request: Request, error: HTTPException) -> Response:
     return await _problem(request, Problem(error.status_code, detail, error.headers))
 
 
-async def _validation_error(request: Request, error: RequestValidationError) -> JSONResponse:
+async def _validation_error(request: Request, error: RequestValidationError) -> Response:
     errors = [
         {"where": ".".join(str(part) for part in found["loc"]), "what": found["msg"]}
         for found in error.errors()
@@ -102,7 +102,7 @@ async def _validation_error(request: Request, error: RequestValidationError) -> 
     detail = (
         "; ".join(f"{found['where']}: {found['what']}" for found in errors) or "The request is not valid."
     )
-    return problem_response(422, detail, request.url.path, errors=errors)
+    return await _problem(request, Problem(422, detail, errors=errors))
 
 
 async def _input_error(request: Request, error: InputError) -> Response:
@@ -113,13 +113,10 @@ async def _driver_error(request: Request, error: DriverError) -> Response:
     return await _problem(request, Problem(503, str(error)))
 
 
-async def _unexpected(request: Request, error: Exception) -> JSONResponse:
+async def _unexpected(request: Request, error: Exception) -> Response:
     _log.error("%s %s failed", request.method, request.url.path, exc_info=error)
-    return problem_response(
-        500,
-        "The service failed to answer; its log says why. Nothing was moved by this request.",
-        request.url.path,
-    )
+    words = "The service failed to answer; its log says why. Nothing was moved by this request."
+    return await _problem(request, Problem(500, words))
 
 
 def install_problem_handlers(application: FastAPI) -> None:

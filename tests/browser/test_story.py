@@ -48,6 +48,7 @@ def test_the_error_falls_from_sign_in_to_report(laboratory_with, visitor) -> Non
         ada.open("new-session?rig=bench")
         page.locator("select[name=payload]").select_option(payload)
         page.wait_for_url(re.compile(f"payload={payload}"))
+        ada.shot(f"new-session-{payload}")
         page.get_by_role("button", name="Prepare the session").click()
         page.wait_for_url(re.compile(rf"/sessions/session-0{index}"))
         run_a_session(page, mass)

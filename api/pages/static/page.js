@@ -35,13 +35,27 @@ document.addEventListener("htmx:configRequest", (event) => {
 
 // What went wrong is said in one place; the next thing that goes right clears it.
 document.addEventListener("htmx:beforeRequest", () => document.querySelector("#problem")?.replaceChildren());
-document.addEventListener("htmx:sendError", () => {
+function say(words) {
   const place = document.querySelector("#problem");
   if (!place) return;
   const message = document.createElement("div");
   message.className = "message warn";
-  message.textContent = "The service does not answer. Nothing was changed; try again when the connection is back.";
+  message.textContent = words;
   place.replaceChildren(message);
+}
+document.addEventListener("htmx:sendError", () =>
+  say("The service does not answer. Nothing was changed; try again when the connection is back."),
+);
+// A problem document (RFC 9457) is not markup: its sentence is shown, and what stands on the page stays.
+document.addEventListener("htmx:beforeSwap", (event) => {
+  const { xhr } = event.detail;
+  if (xhr.status < 400 || (xhr.getResponseHeader("content-type") ?? "").startsWith("text/html")) return;
+  event.detail.shouldSwap = false;
+  try {
+    say(JSON.parse(xhr.responseText).detail);
+  } catch {
+    say(`The service refused this (status ${xhr.status}).`);
+  }
 });
 
 watchTheRun();

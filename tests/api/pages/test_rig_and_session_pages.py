@@ -73,3 +73,15 @@ def test_static_files_are_only_those_of_the_pages(browser_client: httpx.Client) 
     assert "immutable" in response.headers["cache-control"]
     outside = style[1].replace("instrument.css", "..%2F..%2Frouter.py")
     assert browser_client.get(outside).status_code == 404
+
+
+def test_a_wrong_form_is_answered_in_words_where_htmx_shows_them(browser_client: httpx.Client) -> None:
+    page = browser_client.get("/pages/rig").text
+    token = re.search(r'name="csrf-token" content="([^"]+)"', page)
+    assert token is not None
+    headers = {"X-CSRF-Token": token[1], "HX-Request": "true"}
+    response = browser_client.post("/pages/plans", data={"rig": "bench", "seconds": "-1"}, headers=headers)
+    assert response.status_code == 422
+    assert response.headers["hx-retarget"] == "#problem"
+    assert "seconds" in response.text
+    assert 'role="alert"' in response.text
