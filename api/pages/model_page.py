@@ -53,7 +53,7 @@ def model_page(
     units = JointUnits.of(stored.declared.robot.joints[stored.joint_names.index(joint)].type)
     first = stored.model(stored.story.versions[0].id)
     models = [shown] if other is None else [shown, other]
-    numbers = _numbers(stored, models, joint, files)
+    numbers = counted_errors(stored, models, joint, files)
     context |= experiment_context(stored, joint, shown, "model") | {
         "sessions": _session_choices(stored, shown, joint, session, version, beside),
         "session_choice": session,
@@ -151,7 +151,7 @@ def _session_choices(
     ]
 
 
-def _numbers(
+def counted_errors(
     stored: StoredExperiment, models: list[ShownModel], joint: str, files: list[str]
 ) -> dict[str, Any]:
     """The tables of errors and the sizes of torque and error, of every sample in the fit; kept while they are seen."""

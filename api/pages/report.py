@@ -5,15 +5,16 @@ from base64 import b64encode
 from datetime import UTC, datetime
 from typing import Any
 
+import numpy as np
 from fastapi import APIRouter, Request
 from fastapi.responses import Response
 from markupsafe import Markup
 
 from api.pages.catalogue_words import effect_titles, entry_of
-from api.pages.error_figures import JointUnits, tables
+from api.pages.error_figures import JointUnits
 from api.pages.figures.torque_time import draw_torque_time
 from api.pages.missing_page import joint_diagnosis, step_chart
-from api.pages.model_page import VersionChoice, chosen_model, figures_of
+from api.pages.model_page import VersionChoice, chosen_model, counted_errors, figures_of
 from api.pages.rendering import PREFIX, STATIC_FOLDER, render
 from api.pages.results_page import effects_by_name, parameter_groups
 from api.pages.stored_models import ShownModel, StoredExperiment
@@ -76,22 +77,16 @@ def _joint_section(stored: StoredExperiment, shown: ShownModel, joint: str) -> d
     units = JointUnits.of(stored.declared.robot.joints[stored.joint_names.index(joint)].type)
     files = stored.fitted_files(shown)
     first = stored.model(stored.story.versions[0].id)
-    samples = stored.samples(shown, joint, files)
-    models = [samples.in_fit]
-    words = ["this model"]
-    if first.version.id != shown.version.id:
-        models.append(
-            stored.samples(first, joint, [file for file in files if file in stored.fitted_files(first)])
-        )
-        words.append("first model")
-    if len(models) > 1 and len(models[1].files) != len(models[0].files):
-        models, words = models[:1], words[:1]
+    models, words = [shown], ["this model"]
+    if first.version.id != shown.version.id and stored.fitted_files(first) == files:
+        models, words = [shown, first], ["this model", "first model"]
     floor = shown.joint(joint)["noise_floor"]
     sessions = []
-    for file in files:
-        one = samples.of_session(file)
-        name = "torque" if units.load == "N m" else "force"
-        drawing = draw_torque_time(one.time, one.measured, one.predicted, name, units.load)
+    for file, columns in stored.stored_samples(shown, joint, files).items():
+        time, measured, predicted = (np.asarray(columns[each]) for each in ("time", "measured", "predicted"))
+        drawing = draw_torque_time(
+            time, measured, predicted, "torque" if units.load == "N m" else "force", units.load
+        )
         sessions.append({"file": file, "payload": stored.payload_of[file], "figure": drawing})
     return {
         "name": joint,
@@ -100,7 +95,7 @@ def _joint_section(stored: StoredExperiment, shown: ShownModel, joint: str) -> d
         "staircase": step_chart(stored, joint, floor),
         "sessions": sessions,
         "figures": figures_of(stored, [shown], first, joint, files, units),
-        "tables": tables(models, stored.payload_of, stored.identification_files),
+        "tables": counted_errors(stored, models, joint, files)["tables"],
         "models": words,
         "units": units,
     }
