@@ -162,7 +162,8 @@ class JobRunner:
             query = query.where(JobRow.experiment == experiment)
         with self._database.transaction() as session:
             rows = list(session.scalars(query))
-        return [self._tasks[row.id].job if row.id in self._tasks else _job_of(row) for row in rows]
+        tasks = [self._tasks.get(row.id) for row in rows]
+        return [task.job if task else _job_of(row) for task, row in zip(tasks, rows, strict=True)]
 
     def active(self, experiment: str) -> Job | None:
         """The first job of an experiment that is not final yet."""

@@ -10,8 +10,9 @@ from threading import Lock
 
 from api.service.accounts import User
 from api.service.problems import Problem, not_found
+from daq.experiment_folder import experiment_robot
 from daq.rig import RIGS, Rig
-from identify.recording import ExperimentFile, InputError
+from identify.recording import ExperimentFile, InputError, Payload
 
 FORGOTTEN_AFTER = 15 * 60.0
 """s without a request from its operator after which others may take a rig that rests."""
@@ -67,7 +68,9 @@ class RigDesk:
         """An experiment without sessions on a rig. Raises InputError for an unknown or wrong rig."""
         if rig_id not in self.files():
             raise InputError(f"rig: {rig_id!r} is not known; known are {', '.join(self.files())}")
-        return new_experiment_file(self.rig(rig_id), name)
+        rig = self.rig(rig_id)
+        payloads = [Payload.model_validate(payload.model_dump()) for payload in rig.payloads]
+        return ExperimentFile(format=1, name=name, robot=experiment_robot(rig), payloads=tuple(payloads))
 
     # --- who has it
 
@@ -150,28 +153,3 @@ class RigDesk:
             desk = self._desk(rig)
             desk.seen = {name: seen for name, seen in desk.seen.items() if now - seen < LOOKS_ON}
             return sorted((desk.seen.keys() | desk.live.keys()) - {desk.operator})
-
-
-def new_experiment_file(rig: Rig, name: str) -> ExperimentFile:
-    """The experiment file of a rig before its first session: robot, drive gains, known payloads."""
-    gain = rig.drive_gain
-    coupled = rig.gear_matrix is not None
-    joints = []
-    for number, joint in enumerate(rig.robot.joints):
-        limits = rig.axes[number].limits
-        described = joint.model_dump() | {
-            "motor_ratio": float(rig.motor_gear[number, number]),
-            "limits": {
-                "position": limits.position,
-                "velocity": limits.velocity,
-                "acceleration": limits.acceleration,
-            },
-        }
-        if not coupled:
-            described["drive_gain"] = float(gain[number, number])
-        joints.append(described)
-    robot = {"gravity": rig.robot.gravity, "joints": joints}
-    if coupled:
-        robot["drive_gain_matrix"] = gain.tolist()
-    payloads = [payload.model_dump() for payload in rig.payloads]
-    return ExperimentFile.model_validate({"format": 1, "name": name, "robot": robot, "payloads": payloads})

@@ -235,6 +235,11 @@ class SessionDesk:
         active.payload_session.stop(f"stopped by {user.name}")
         return True
 
+    def stop_all(self, reason: str) -> None:
+        """Bring every rig to rest."""
+        for active in list(self._active.values()):
+            active.payload_session.stop(reason)
+
     def close(self) -> None:
         """Stop everything and let the processes end; the recordings are kept."""
         for active in list(self._active.values()):

@@ -156,7 +156,13 @@ def test_the_last_admin_cannot_be_removed_and_every_change_is_logged(data_folder
     assert actions == [("users add", "ada"), ("users add", "root"), ("users change", "ada")]
 
 
-def test_a_service_killed_during_motion_loses_no_sample_and_finds_the_session_again(serve, data_folder):
+@pytest.mark.parametrize(
+    ("ending", "reason"),
+    [(signal.SIGKILL, "the supervising process"), (signal.SIGTERM, "the service was told to end")],
+)
+def test_a_service_that_ends_during_motion_loses_no_sample_and_finds_the_session_again(
+    serve, data_folder, ending, reason
+):
     process, address = serve()
     with Client(address, timeout=60) as client:
         plan = client.wait(client.make_plan(RIG, "short", seconds=20, model="usual"))["result"]["plan"]
@@ -172,8 +178,8 @@ def test_a_service_killed_during_motion_loses_no_sample_and_finds_the_session_ag
                 message = live.recv(timeout=30)
                 if isinstance(message, str):
                     fraction = json.loads(message)["session"]["fraction"]
-            process.kill()
-            process.wait()
+            process.send_signal(ending)
+            process.wait(60)
 
     def states():
         folder = data_folder / "experiments" / "arm"
@@ -184,6 +190,7 @@ def test_a_service_killed_during_motion_loses_no_sample_and_finds_the_session_ag
         threading.Event().wait(0.1)  # acquisition and recorder end by themselves, without us
     (found,) = states()
     assert found.status in ("aborted", "faulted")
+    assert reason in found.reason
     assert found.rows > 0
 
     _process, address = serve()
