@@ -65,7 +65,7 @@ def predict(fitted: FittedModel, entry: SessionEntry) -> list[Prediction]:
         for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True):
             for joint, values in slot_rows(context, slot):
                 torque[:, joint] += values @ fit.chi[columns]
-        parts.append((context.block.decimate(torque), context.block.at_decimated(load)))
+        parts.append((context.block.decimate(torque), context.block.at_decimated(load).copy()))
     predicted, load = (np.concatenate(list(part)) for part in zip(*parts, strict=True))
     samples = record.samples[entry.file]
     return [

@@ -247,9 +247,9 @@ class Record:
                 ]
                 warmth = block.temperature
                 temperature = np.zeros((block.count, 0)) if warmth is None else block.at_decimated(warmth)
-                parts.append(
-                    (*kinematics, block.decimate(prepared.torque), stopping_speed(block), temperature)
-                )
+                picked = (*kinematics, block.decimate(prepared.torque), stopping_speed(block), temperature)
+                # copies: a picked sample would keep its whole block in memory
+                parts.append(tuple(values.copy() for values in picked))
             time, q, dq, ddq, measured, slowest, temperature = (
                 np.concatenate(list(part)) for part in zip(*parts, strict=True)
             )
