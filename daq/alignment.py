@@ -11,6 +11,9 @@ SYNC k and SYNC k+1, hence:
   by time alone would invent rows whenever SYNC itself stalls;
 - *surplus*: any further repetition; the newest is kept.
 
+What bus order cannot tell: a late answer whose successor is lost looks as a lost one followed by one in time. Of
+one in a hundred lost and one in a hundred late, that is one row in ten thousand, whose value is one cycle old.
+
 Hence row k is final when SYNC k+2 has come. There is no loop over frames.
 """
 
@@ -91,7 +94,9 @@ class SyncAlignment:
 
     def __post_init__(self) -> None:
         count = len(self.columns)
-        self.counters = AlignmentCounters(*(np.zeros(count, np.int64) for _ in range(3)))
+        self.counters = AlignmentCounters(
+            lost=np.zeros(count, np.int64), late=np.zeros(count, np.int64), surplus=np.zeros(count, np.int64)
+        )
         self._count = count
         # 11-bit ids: a table is the quickest dictionary. -1 is nobody's column, `count` is SYNC's.
         self._column_of_id = np.full(0x800, -1, np.int32)

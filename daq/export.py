@@ -53,7 +53,8 @@ class ScaledSession:
     @property
     def whole(self) -> NDArray[np.bool_]:
         """(N,) rows in which every axis's position and command came."""
-        return ~(np.isnan(self.position).any(axis=1) | np.isnan(self.command).any(axis=1))
+        came = np.isfinite(np.concatenate([self.position, self.command], axis=1))
+        return np.asarray(came.all(axis=1))
 
 
 def scaled_session(path: Path) -> ScaledSession:
@@ -63,23 +64,26 @@ def scaled_session(path: Path) -> ScaledSession:
     """
     try:
         with h5py.File(path, "r", libver="latest", swmr=True) as file:
-            matrix, offset = file[POSITION].attrs[MATRIX], file[POSITION].attrs[OFFSET]
-            rows = min(len(file[name]) for name in (CYCLE, SYNC_TIME, POSITION, COMMAND, SETPOINT, VALID))
-            valid = file[VALID][:rows]
-            position = file[POSITION][:rows] @ matrix.T + offset
+            column = {str(name): item for name, item in file.items() if isinstance(item, h5py.Dataset)}
+            matrix = np.asarray(column[POSITION].attrs[MATRIX], dtype=float)
+            offset = np.asarray(column[POSITION].attrs[OFFSET], dtype=float)
+            rows = min(len(column[name]) for name in (CYCLE, SYNC_TIME, POSITION, COMMAND, SETPOINT, VALID))
+            valid = np.asarray(column[VALID][:rows])
+            position = column[POSITION][:rows] @ matrix.T + offset
             missing = ((valid & POSITION_CAME) == 0).astype(int) @ (matrix != 0).T > 0
             position[missing] = np.nan
-            command = file[COMMAND][:rows] * file[COMMAND].attrs[SCALE]
+            command = column[COMMAND][:rows] * np.asarray(column[COMMAND].attrs[SCALE], dtype=float)
             command[(valid & COMMAND_CAME) == 0] = np.nan
-            stamp = file[SYNC_TIME][:rows]
+            stamp = np.asarray(column[SYNC_TIME][:rows])
+            temperature = column.get(TEMPERATURE)
             return ScaledSession(
                 time=(stamp - stamp[0]) * 1e-9 if rows else np.empty(0),
-                cycle=file[CYCLE][:rows],
+                cycle=np.asarray(column[CYCLE][:rows]),
                 position=position,
                 command=command,
-                setpoint=file[SETPOINT][:rows] @ matrix.T + offset,
+                setpoint=column[SETPOINT][:rows] @ matrix.T + offset,
                 valid=valid,
-                temperature=file[TEMPERATURE][:rows].astype(float) if TEMPERATURE in file else None,
+                temperature=None if temperature is None else np.asarray(temperature[:rows], dtype=float),
                 attributes=dict(file.attrs),
             )
     except (OSError, KeyError) as error:

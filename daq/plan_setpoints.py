@@ -15,7 +15,7 @@ def plan_counts(rig: Rig, plan: ExcitationPlan) -> NDArray[np.int32]:
     Raises InputError where a position lies beyond what the drives can count.
     """
     cycles = int(np.floor(plan.duration / rig.cycle)) + 1
-    position = plan.setpoints(np.arange(cycles) * rig.cycle).position
+    position = plan.setpoints(np.arange(cycles, dtype=np.float64) * rig.cycle).position
     return _counts(rig, position)
 
 

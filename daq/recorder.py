@@ -10,6 +10,7 @@ import shutil
 import signal
 import sys
 import time
+from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
@@ -72,6 +73,7 @@ class Recorder:
         self.file = RecordingFile(order.path, order.description)
         self.lost_rows = 0
         self.lost_frames = 0
+        self._waiting: deque[NDArray[Any]] = deque()
         self._begun = False
         self._refused = ""
         self._flushed = self._synced = time.monotonic()
@@ -97,7 +99,11 @@ class Recorder:
                 moved = True
                 recorded = self._of_the_session(rows)
                 if len(recorded):
-                    self.file.append(recorded)
+                    self._waiting.append(recorded)
+            # What a full disk refuses waits here: the motion ends within seconds, and there may be room then.
+            while self._waiting:
+                self.file.append(self._waiting[0])
+                self._waiting.popleft()
         self._rows.publish_position()
         self._frames.publish_position()
         self._flush_when_due()

@@ -42,8 +42,8 @@ def recording_state(path: Path) -> RecordingState:
     try:
         with h5py.File(path, "r", libver="latest", swmr=True) as file:
             attributes = file.attrs
-            rows = min(len(file[name]) for name in _columns(file))
-            payload = json.loads(attributes["payload"])
+            rows = min(len(column) for column in _columns(file).values())
+            payload = json.loads(str(attributes["payload"]))
             return RecordingState(
                 path,
                 str(attributes["status"]),
@@ -72,27 +72,27 @@ def recover_recording(path: Path, status: str, reason: str) -> RecordingState:
     ):
         for name, value in source.attrs.items():
             target.attrs[name] = value
-        for name in _columns(source):
-            column = source[name]
-            target.create_dataset(
+        for name, column in _columns(source).items():
+            copied = target.create_dataset(
                 name,
                 data=column[: before.rows],
                 maxshape=(None, *column.shape[1:]),
                 chunks=column.chunks,
             )
             for key, value in column.attrs.items():
-                target[name].attrs[key] = value
+                copied.attrs[key] = value
     set_status(copy, status, reason, {"recovered": True, "rows": before.rows})
     os.replace(copy, path)
     _mend_log(raw_log_of(path))
     return RecordingState(path, status, reason, before.rows, before.payload, before.role)
 
 
-def _columns(file: h5py.File) -> list[str]:
-    names = [name for name in file if isinstance(file[name], h5py.Dataset)]
-    if CYCLE not in names:
+def _columns(file: h5py.File) -> dict[str, h5py.Dataset]:
+    """The data sets of samples by name."""
+    columns = {str(name): item for name, item in file.items() if isinstance(item, h5py.Dataset)}
+    if CYCLE not in columns:
         raise KeyError(f"no data set {CYCLE!r}")
-    return names
+    return columns
 
 
 def _mend_log(log: Path) -> None:

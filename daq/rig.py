@@ -271,7 +271,7 @@ class Rig(_Settings):
     def position_matrix(self) -> NDArray[np.float64]:
         """(n, n) rad (or m) per encoder count: position = position_matrix @ counts + position_offset."""
         radians_per_count = np.array([2 * np.pi / axis.encoder_counts for axis in self.axes])
-        return np.linalg.inv(self.motor_gear) * radians_per_count
+        return np.asarray(np.linalg.inv(self.motor_gear) * radians_per_count, dtype=np.float64)
 
     @property
     def position_offset(self) -> NDArray[np.float64]:

@@ -208,7 +208,7 @@ class LimitMonitor:
             beyond = (value > allowed) & judged[:, None]
         if not beyond.any() or len(beyond) < _LASTING:
             return None
-        ends = np.lib.stride_tricks.sliding_window_view(beyond, _LASTING, axis=0).all(axis=-1)
+        ends = np.asarray(np.lib.stride_tricks.sliding_window_view(beyond, _LASTING, axis=0).all(axis=-1))
         # Entry i of `ends` tells of row i + _LASTING - 1; those before the block were judged already.
         skipped = max(0, old - _LASTING + 1)
         at = self._first(ends[skipped:])

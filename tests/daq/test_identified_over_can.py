@@ -16,8 +16,6 @@ from identify.recording import load_experiment
 pytestmark = pytest.mark.slow
 
 PAYLOADS = ("none", "disk-3.5", "disk-7")
-OWN_MODEL = "rigid+viscous,coulomb,offset,load-friction-asymmetric,load-stribeck"
-"""The effects that the mechanism has: its dry friction has no velocity-dependent part apart from the load's."""
 
 
 def apart(cycles: int, count: int, seed: int) -> tuple[list[int], list[int]]:
@@ -65,32 +63,34 @@ def lossy(rig, plan, faults, tmp_path_factory):
 
 
 def truth(rig) -> dict[str, float]:
-    """The mechanism's own parameters by the names of the identifier."""
+    """The mechanism's own parameters by their names in eq. (25) and (31)."""
     plant = rig.simulated["plant"]
     motor, friction = plant["axis"]["motor"], plant["axis"]["friction"]
     rotor = motor["gear_ratio"] ** 2 * motor["rotor_inertia"]
-    driving, backdriving = friction["dry_driving"], friction["dry_backdriving"]
     return {
         "ZZ1R": plant["link"]["inertia"] + rotor,
         "MX1": plant["link"]["first_moment"][0],
         "MY1": plant["link"]["first_moment"][1],
+        "a_m": 1.0 + friction["load_driving"],
+        "b_m": friction["load_driving_stribeck"],
+        "a_g": 1.0 - friction["load_backdriving"],
+        "b_g": friction["load_backdriving_stribeck"],
+        "c_m": friction["dry_driving"],
+        "d_m": friction.get("dry_driving_stribeck", 0.0),
+        "c_g": friction["dry_backdriving"],
+        "d_g": friction.get("dry_backdriving_stribeck", 0.0),
         "FV1": friction["viscous"],
-        "FC1": 0.5 * (driving + backdriving),
-        "beta_difference1": driving - backdriving,
         "offset1": friction["offset"],
-        "alpha_m1": friction["load_driving"],
-        "alpha_g1": friction["load_backdriving"],
-        "b_m1": friction["load_driving_stribeck"],
-        "b_g1": friction["load_backdriving_stribeck"],
     }
 
 
 def deviations(rig, experiment) -> dict[str, float]:
-    """(estimate - truth) / robust standard deviation of each parameter of sliding and of the rigid body."""
-    structured = identify(experiment, "load-velocity").to_json()["structured"]["parameters"]
+    """(estimate - truth) / robust standard deviation of every parameter of the load-velocity model, each of them
+    having one value (`structured`)."""
+    parameters = identify(experiment, "load-velocity").to_json()["structured"]["parameters"]
     known = truth(rig)
     found = {
-        p["name"]: (p["value"] - known[p["name"]]) / p["std_robust"] for p in structured if p["name"] in known
+        p["name"]: (p["value"] - known[p["name"]]) / p["std_robust"] for p in parameters if p["name"] in known
     }
     assert found.keys() == known.keys()
     return found

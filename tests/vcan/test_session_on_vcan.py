@@ -44,8 +44,8 @@ def rig_file(tmp_path_factory) -> Path:
         "cycle": 0.005,
     }
     rig["axes"][0]["node"] = NODE
-    rig["supervision"] |= {"silence": 0.3, "heartbeat_timeout": 1.0, "parent_timeout": 5.0}
-    rig["simulated"]["sync_timeout"] = 0.5
+    rig["supervision"] |= {"silence": 0.3, "heartbeat_timeout": 1.0, "parent_timeout": 10.0}
+    rig["simulated"]["sync_timeout"] = 5.0
     path = tmp_path_factory.mktemp("rig") / "rig.yaml"
     path.write_text(yaml.safe_dump(rig), encoding="utf-8")
     return path
@@ -164,7 +164,8 @@ def test_a_killed_acquisition_process_lets_the_drive_stop_by_itself(rig, mount, 
     mount("none")
     with armed(rig, tmp_path / "experiment", "none", 60.0) as session:
         session.start()
-        wait_until(lambda: session.progress.cycle > 250)
+        wait_until(lambda: session.progress.cycle > 250 or session.state.ended)
+        assert not session.state.ended, session.reason
         session._acquisition.kill()
         assert session.wait(30) is SessionState.FAULTED
         assert_at_rest(rig, bus)
@@ -199,7 +200,8 @@ def test_the_operators_stop_reaches_the_drive(rig, mount, bus, tmp_path):
     mount("disk-7")
     with armed(rig, tmp_path / "experiment", "disk-7", 60.0) as session:
         session.start()
-        wait_until(lambda: session.progress.cycle > 250)
+        wait_until(lambda: session.progress.cycle > 250 or session.state.ended)
+        assert not session.state.ended, session.reason
         session.stop("the operator pressed stop")
         assert session.wait(30) is SessionState.ABORTED
         assert_at_rest(rig, bus)
