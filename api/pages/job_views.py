@@ -3,9 +3,15 @@
 from typing import Any
 from urllib.parse import urlencode
 
+from fastapi import Request
+from fastapi.responses import HTMLResponse
+
 from api.pages.layout import experiment_link
+from api.pages.rendering import page
+from api.service import access
 from api.service.jobs import Job, JobRunner
 from api.service.model_story import Story
+from api.service.problems import Problem
 
 JOB_TITLES = {
     "identify": "Fitting the model to all sessions",
@@ -49,3 +55,19 @@ def news_context(experiment: str, seen: str, job: Job | None) -> dict[str, Any]:
 
 def _progress(job: Job) -> dict[str, Any]:
     return {"fraction": job.fraction, "words": job.words, "title": JOB_TITLES.get(job.kind, job.kind)}
+
+
+def follow(request: Request, identifier: str, title: str, link: str) -> HTMLResponse:
+    """The progress of a job in place of the button that asked for it, polled at `link`; a fresh page when it is done."""
+    job = access.service_of(request).jobs.get(identifier)
+    if job is None:
+        raise Problem(404, "That computation is not known any more; ask again.")
+    if job.state.final and job.state != "done":
+        return page(request, "problem_message.html", detail=f"Nothing was found: {job.words}.")
+    poll = f"{link}?{urlencode({'job': job.id})}"
+    shown: dict[str, Any] = _progress(job)
+    shown |= {"title": title, "poll_link": poll}
+    response = page(request, "plan_progress.html", **shown)
+    if job.state.final:
+        response.headers["HX-Refresh"] = "true"
+    return response

@@ -9,6 +9,7 @@ import yaml
 from fastapi import APIRouter, Request
 from fastapi.responses import HTMLResponse, Response
 
+from api.pages import urdf_file
 from api.pages.layout import experiment_link, frame
 from api.pages.model_page import VersionChoice, chosen_model, experiment_context
 from api.pages.rendering import PREFIX, page
@@ -44,7 +45,7 @@ def results_page(
         return page(request, "no_model.html", **context)
     link = experiment_link(experiment, "download")
     formats = [("json", "JSON"), ("csv", "CSV"), ("yaml", "YAML")]
-    if urdf_of(stored, shown) is not None:
+    if urdf_of(shown) is not None:
         formats.append(("urdf", "URDF"))
     context |= {
         "shown": shown,
@@ -55,6 +56,9 @@ def results_page(
         "downloads": [
             {"name": name, "link": f"{link}/{ending}?version={shown.version.id}"} for ending, name in formats
         ],
+        "urdf_link": f"{experiment_link(experiment, 'urdf')}?version={shown.version.id}"
+        if urdf_of(shown) is None and urdf_file.can_be_made()
+        else None,
         "report_link": f"{experiment_link(experiment, 'report')}?version={shown.version.id}",
         "results_link": f"/experiments/{experiment}/results",
     }
@@ -71,11 +75,9 @@ def download(
     if shown is None:
         raise Problem(404, "There is no model yet.")
     if ending == "urdf":
-        content, kind = urdf_of(stored, shown), "application/xml"
+        content, kind = urdf_of(shown), "application/xml"
         if content is None:
-            raise Problem(
-                404, "A URDF needs every standard inertial parameter; this model has base parameters only."
-            )
+            raise Problem(404, "There is no URDF of this model yet; make one on the results page.")
     elif ending in WRITERS:
         write, kind = WRITERS[ending]
         content = write(shown)

@@ -19,6 +19,7 @@ from api.pages import (
     session_form,
     session_steps,
     step_actions,
+    urdf_file,
     without_payload,
 )
 from api.pages.rendering import PREFIX, page, static_files
@@ -41,6 +42,7 @@ PARTS = (
     results_page,
     report,
     without_payload,
+    urdf_file,
 )
 for part in PARTS:
     router.include_router(part.router)

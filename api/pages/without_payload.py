@@ -7,14 +7,14 @@ import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
-from urllib.parse import urlencode
 
 from fastapi import APIRouter, Query, Request
-from fastapi.responses import HTMLResponse, Response
+from fastapi.responses import HTMLResponse
 
 from api.pages.error_tables import ErrorRow
+from api.pages.job_views import follow
 from api.pages.layout import experiment_link
-from api.pages.rendering import PREFIX, page
+from api.pages.rendering import PREFIX
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.service import access
 from api.service.job_process import Progress
@@ -23,6 +23,7 @@ from api.service.problems import Problem
 router = APIRouter(prefix=f"{PREFIX}/experiments/{{experiment}}", include_in_schema=False)
 
 FILE = "without-payload.json"
+TITLE = "Identifying without payload"
 
 
 def identify_without_payload(
@@ -103,34 +104,15 @@ def ask(
                 experiment=experiment,
             )
         )
-    return _progress(request, experiment, submitted[-1].id)
+    return follow(request, submitted[-1].id, TITLE, experiment_link(experiment, "without-payload/progress"))
 
 
 @router.get("/without-payload/progress")
 def progress(
     request: Request, _user: access.Viewer, experiment: str, job: Annotated[str, Query(max_length=32)]
-) -> Response:
+) -> HTMLResponse:
     """How far it is; then a fresh page."""
-    return _progress(request, experiment, job)
-
-
-def _progress(request: Request, experiment: str, identifier: str) -> HTMLResponse:
-    job = access.service_of(request).jobs.get(identifier)
-    if job is None:
-        raise Problem(404, "That computation is not known any more; ask again.")
-    if job.state.final and job.state != "done":
-        return page(request, "problem_message.html", detail=f"Not identified: {job.words}.")
-    link = f"{experiment_link(experiment, 'without-payload/progress')}?{urlencode({'job': job.id})}"
-    shown = {
-        "title": "Identifying without payload",
-        "fraction": job.fraction,
-        "words": job.words,
-        "poll_link": link,
-    }
-    response = page(request, "plan_progress.html", **shown)
-    if job.state.final:
-        response.headers["HX-Refresh"] = "true"
-    return response
+    return follow(request, job, TITLE, experiment_link(experiment, "without-payload/progress"))
 
 
 def _read(model: ShownModel) -> dict[str, Any] | None:
