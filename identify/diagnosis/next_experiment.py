@@ -36,6 +36,7 @@ from identify.recording import (
 )
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 SPEEDS = (0.03, 0.1, 0.3, 0.7, 1.0)
 """parts of the top speed"""
@@ -274,15 +275,15 @@ def _values(fit: FittedModel, term: Term) -> Array:
 
 
 def _unfollowed(
-    known: Observation, planned: Observation | None, joint: int, mine: Array, others: Array, values: Array
+    known: Observation, planned: Observation | None, joint: int, mine: Index, others: Index, values: Array
 ) -> float:
     """Norm of what the other columns leave of an effect's torque, over known and planned motion."""
     rows = [joint_rows(known, joint)]
     if planned is not None:
         rows.append(joint_rows(planned, joint))
     stacked = np.vstack(rows)
-    torque = stacked[:, mine.astype(int)] @ values
-    columns = stacked[:, others.astype(int)]
+    torque = stacked[:, mine] @ values
+    columns = stacked[:, others]
     scale = np.linalg.norm(columns, axis=0)
     columns = columns[:, scale > 0] / scale[scale > 0]
     solution = np.linalg.lstsq(columns, torque, rcond=1e-10)[0]

@@ -4,7 +4,7 @@ import numpy as np
 
 from identify.effects.effect import Constants, Effect, finer, geometric_grid
 from identify.effects.motion import Array, JointMotion, JointSummary
-from identify.effects.viscous import stribeck_range, stribeck_step
+from identify.effects.viscous import finer_stribeck, stribeck_range, stribeck_step
 
 ROTOR_SHARES = (0.0, 0.3, 0.6, 0.9)
 """Parts of a joint's own inertia that may be its rotor's."""
@@ -145,7 +145,7 @@ class LoadStribeck(Effect):
         return [{**velocity, **rotor} for velocity in velocities for rotor in rotor_grid(summary)[::2]]
 
     def refine(self, constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
-        velocities = finer("stribeck_velocity", constants, stribeck_step(summary, 7), 3)
+        velocities = finer_stribeck(constants, summary, stribeck_step(summary, 7), 3)
         return [
             {**velocity, **rotor} for velocity in velocities for rotor in finer_rotor(velocity, summary)[::2]
         ]

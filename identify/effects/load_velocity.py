@@ -3,9 +3,9 @@
 import numpy as np
 
 from identify.effects.dry_friction import quadrants
-from identify.effects.effect import Constants, Effect, finer, geometric_grid
+from identify.effects.effect import Constants, Effect, geometric_grid
 from identify.effects.motion import Array, JointMotion, JointSummary
-from identify.effects.viscous import stribeck_range, stribeck_step
+from identify.effects.viscous import finer_stribeck, stribeck_range, stribeck_step
 
 SPLIT = (("a_m", 1.0), ("b_m", 1.0), ("a_g", 1.0), ("b_g", 1.0))
 DRY = (("c_m", "N m"), ("d_m", "N m"), ("c_g", "N m"), ("d_g", "N m"))
@@ -40,7 +40,7 @@ class LoadVelocity(Effect):
         return geometric_grid("stribeck_velocity", *stribeck_range(summary), 9)
 
     def refine(self, constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
-        return finer("stribeck_velocity", constants, stribeck_step(summary, 9))
+        return finer_stribeck(constants, summary, stribeck_step(summary, 9))
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         driving, driven = quadrants(motion.load, motion.dq)

@@ -130,7 +130,7 @@ class Stribeck(Effect):
         return geometric_grid("stribeck_velocity", lowest, highest, 9)
 
     def refine(self, constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
-        return finer("stribeck_velocity", constants, stribeck_step(summary, 9))
+        return finer_stribeck(constants, summary, stribeck_step(summary, 9))
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         return (motion.direction * np.exp(-np.abs(motion.dq) / constants["stribeck_velocity"]))[:, None]
@@ -140,6 +140,18 @@ def stribeck_range(summary: JointSummary) -> tuple[float, float]:
     """Range of q̇_s worth searching: from what the encoder resolves to a fifth of the top speed, rad/s."""
     highest = 0.2 * summary.maximum_speed
     return min(max(2.0 * summary.speed_resolution, 0.003 * summary.maximum_speed), 0.5 * highest), highest
+
+
+def finer_stribeck(
+    constants: Constants, summary: JointSummary, ratio: float, steps: int = 4
+) -> list[dict[str, float]]:
+    """Values of q̇_s around a choice that stay within the range worth searching."""
+    lowest, highest = stribeck_range(summary)
+    values = {
+        min(max(choice["stribeck_velocity"], lowest), 5 * highest)
+        for choice in finer("stribeck_velocity", constants, ratio, steps)
+    }
+    return [{**constants, "stribeck_velocity": value} for value in sorted(values)]
 
 
 def stribeck_step(summary: JointSummary, count: int) -> float:
