@@ -54,11 +54,6 @@ class JointSamples:
         since = np.repeat(self.position[starts], np.diff(np.concatenate([starts, [len(self.position)]])))
         return np.abs(self.position - since)
 
-    def of_session(self, file: str) -> "JointSamples":
-        """The samples of one session. Raises ValueError if it is not among `files`."""
-        index = self.files.index(file)
-        return self.where(self.session == index)
-
     def where(self, chosen: np.ndarray) -> "JointSamples":
         """The samples that a boolean mask or indices choose."""
         columns = {

@@ -28,8 +28,3 @@ class Kept(Generic[Value]):
             while len(self._results) > self._size:
                 self._results.popitem(last=False)
         return made
-
-    def clear(self) -> None:
-        """Forget everything."""
-        with self._lock:
-            self._results.clear()
