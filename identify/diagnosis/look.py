@@ -1,27 +1,23 @@
 """A look at a fitted model: its residual, and every candidate's columns beside it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identify.diagnosis.candidates import find_candidates
 from identify.diagnosis.free_functions import FREE_FUNCTIONS
-from identify.diagnosis.position_lines import position_lines
 from identify.diagnosis.selection import Selection
 from identify.effects.model import Term
-from identify.effects.motion import JointSummary
 from identify.estimation.fitting import FittedModel
 from identify.estimation.identification import known_effects
+from identify.estimation.informed_summary import informed_summaries, joint_predictions
 from identify.estimation.observation import Slot, observe
-from identify.estimation.prediction import Prediction, predict
+from identify.estimation.prediction import Prediction
 from identify.estimation.reversal_noise import ReversalNoise
 
 Array = NDArray[np.float64]
-
-POSTURES = 50
-"""Every so many samples one posture is looked at for the smallest inertia of a joint."""
 
 
 @dataclass(frozen=True)
@@ -121,36 +117,6 @@ class Look:
             if term.joint == joint and term.effect.rows == "joint" and self.worth(term) <= 0
         ]
         return tuple(named)
-
-
-def joint_predictions(fitted: FittedModel) -> list[list[Prediction]]:
-    """For every joint its predictions in the sessions of the fit."""
-    by_session = [predict(fitted, entry) for entry in fitted.entries]
-    return [list(parts) for parts in zip(*by_session, strict=True)]
-
-
-def informed_summaries(
-    fitted: FittedModel, predictions: Sequence[Sequence[Prediction]]
-) -> list[JointSummary]:
-    """The joints' summaries with the range of the fitted torque and the lines over position."""
-    record = fitted.record
-    postures = np.vstack([record.samples[entry.file].q[::POSTURES] for entry in fitted.entries])
-    found = []
-    for summary, parts in zip(record.summaries, predictions, strict=True):
-        torque = np.concatenate([part.predicted for part in parts])
-        inertia = record.body.own_inertia(summary.joint, fitted.torque.chi, postures)
-        lines = position_lines(parts, summary, record.settings.decimation_cutoff)
-        found.append(
-            replace(
-                summary,
-                load_range=(float(torque.min()), float(torque.max())),
-                own_inertia=max(0.0, inertia),
-                position_lines=lines.torque,
-                load_lines=lines.gain,
-                lines_searched=lines.searched,
-            )
-        )
-    return found
 
 
 def reversal_noise(fitted: FittedModel, predictions: Sequence[Sequence[Prediction]]) -> ReversalNoise:

@@ -36,6 +36,8 @@ class Effect(ABC):
     """whether the columns need the load of a fitted rigid model"""
     uses_torque: bool = False
     """whether the columns need the whole torque of a fitted model; such effects are no part of that torque"""
+    from_residual: bool = False
+    """whether what to search is found in what a first fit leaves (lines over position)"""
     rows: Literal["joint", "motor", "robot"] = "joint"
     """whose rows carry the columns: the joint's own, those of every joint that its motor drives, or all"""
 

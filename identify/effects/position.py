@@ -38,6 +38,7 @@ class TorqueRipple(Effect):
     source = "Gandhi, Ghorbel, Dabney 2002 (harmonic drives); motor cogging"
     needs = ("slow motion over several cycles",)
     variable = "q"
+    from_residual = True
     confusable = ("current-ripple", "friction-position")
 
     def obstacle(self, summary: JointSummary) -> str | None:
@@ -45,6 +46,8 @@ class TorqueRipple(Effect):
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
         lines = summary.position_lines
+        if not lines:
+            return []
         return [{"wave_number": line} for line in lines] + [
             {"wave_number": lines[0], "second_wave_number": other} for other in lines[1:]
         ]
@@ -73,6 +76,7 @@ class CurrentRipple(Effect):
     source = "Armstrong, Khatib, Burdick 1986 (torque ripple of geared motors)"
     needs = ("slow motion over several cycles, at different loads",)
     variable = "q"
+    from_residual = True
     confusable = ("torque-ripple",)
     uses_load = True
     uses_torque = True

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 
 from identify.effects.catalogue import effects
 from identify.effects.model import Model, Term
+from identify.effects.motion import JointSummary
 from identify.estimation.estimate import Estimate
 from identify.estimation.least_squares import LeastSquares, least_squares
 from identify.estimation.observation import FittedTorque, Observation, Slot, observe
 from identify.estimation.record import Record
 from identify.estimation.statistics import classical_deviation, robust_deviation
-from identify.recording import SessionEntry
+from identify.recording import InputError, SessionEntry
 
 if TYPE_CHECKING:
     from identify.estimation.essential import Elimination
@@ -113,12 +114,10 @@ def fit_model(
     chosen = list(record.entries() if entries is None else entries)
     ratio = payload_ratio_term(record, model, chosen) if payload_ratio else None
     terms = [*model.terms, *([ratio] if ratio else [])]
-    loaded = any(term.effect.uses_load for term in model.terms)
-    open_constants = any(
-        len(term.effect.grid(record.summaries[term.joint])) > 1
-        for term in terms
-        if refine or term.constants is None
-    )
+    loaded = any(term.effect.uses_load or term.effect.from_residual for term in model.terms)
+    open_terms = [term for term in terms if refine or term.constants is None]
+    open_constants = any(len(t.effect.grid(record.summaries[t.joint])) > 1 for t in open_terms)
+    summaries = record.summaries
     rounds = 1 + (LOAD_ROUNDS if loaded and load_from is None else int(open_constants))
     fitted = load_from
     settled: dict[tuple[str, int], dict[str, float]] = {
@@ -130,7 +129,9 @@ def fit_model(
         if progress:
             progress(index / rounds, f"pass {index + 1} of {rounds} over the samples")
         active = [term for term in terms if fitted is not None or not loaded or _without_load(term, ratio)]
-        variants = [_variants(term, settled, fixed, record, fitted) for term in active]
+        if index == 1 and any(term.effect.uses_load or term.effect.from_residual for term in open_terms):
+            summaries = _informed(result)
+        variants = [_variants(term, settled, fixed, summaries[term.joint]) for term in active]
         slots = [
             Slot.of(t, constants) for t, found in zip(active, variants, strict=True) for constants in found
         ]
@@ -158,23 +159,37 @@ def fit_model(
 
 
 def _without_load(term: Term, ratio: Term | None) -> bool:
-    return not term.effect.uses_load or term is ratio or term.effect.name == "payload-mass"
+    late = term.effect.uses_load or term.effect.from_residual
+    return not late or term is ratio or term.effect.name == "payload-mass"
+
+
+def _informed(result: FittedModel | None) -> list[JointSummary]:
+    """The joints' summaries with what the first fit tells."""
+    from identify.estimation.informed_summary import informed_summaries, joint_predictions
+
+    assert result is not None  # asked for after the first pass only
+    return informed_summaries(result, joint_predictions(result))
 
 
 def _variants(
     term: Term,
     settled: dict[tuple[str, int], dict[str, float]],
     fixed: set[tuple[str, int]],
-    record: Record,
-    fitted: FittedTorque | None,
+    summary: JointSummary,
 ) -> list[dict[str, float]]:
-    """Constants to try for a term in this pass: coarse at first, then around the choice."""
-    summary = record.summaries[term.joint]
+    """Constants to try for a term in this pass: coarse at first, then around the choice.
+
+    :raises InputError: what a first fit leaves shows nothing that the effect could be searched in.
+    """
     if term.key in fixed:
         return [settled[term.key]]
     if term.key in settled:
         return term.effect.refine(settled[term.key], summary)
-    return term.effect.grid(summary)
+    found = term.effect.grid(summary)
+    if not found:
+        reason = term.effect.obstacle(summary) or "there is nothing to search"
+        raise InputError(f"{term.effect.name}@{summary.name}: this record cannot show it: {reason}")
+    return found
 
 
 def choose_constants(

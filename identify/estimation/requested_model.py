@@ -69,7 +69,9 @@ def requested_model(record: Record, model: str, add: Sequence[str] = ()) -> Mode
     wanted = parse_model(model, record.joint_names, known, gain)
     for text in add:
         terms = parse_addition(text, record.joint_names, known, gain)
-        able = [t for t in terms if not t.effect.obstacle(record.summaries[t.joint])]
+        able = [
+            t for t in terms if t.effect.from_residual or not t.effect.obstacle(record.summaries[t.joint])
+        ]
         if not able:
             name, _, joint = text.partition("@")
             summary = record.summaries[record.joint_names.index(joint) if joint else 0]

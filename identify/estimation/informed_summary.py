@@ -1,0 +1,44 @@
+"""What a first fit tells of each joint, so that effects can choose their constants by it."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from identify.effects.motion import JointSummary
+from identify.estimation.fitting import FittedModel
+from identify.estimation.position_lines import position_lines
+from identify.estimation.prediction import Prediction, predict
+
+POSTURES = 50
+"""Every so many samples one posture is looked at for the smallest inertia of a joint."""
+
+
+def joint_predictions(fitted: FittedModel) -> list[list[Prediction]]:
+    """For every joint its predictions in the sessions of the fit."""
+    by_session = [predict(fitted, entry) for entry in fitted.entries]
+    return [list(parts) for parts in zip(*by_session, strict=True)]
+
+
+def informed_summaries(
+    fitted: FittedModel, predictions: Sequence[Sequence[Prediction]]
+) -> list[JointSummary]:
+    """The joints' summaries with the range of the fitted torque, the own inertia, and the lines over position."""
+    record = fitted.record
+    postures = np.vstack([record.samples[entry.file].q[::POSTURES] for entry in fitted.entries])
+    found = []
+    for summary, parts in zip(record.summaries, predictions, strict=True):
+        torque = np.concatenate([part.predicted for part in parts])
+        inertia = record.body.own_inertia(summary.joint, fitted.torque.chi, postures)
+        lines = position_lines(parts, summary, record.settings.decimation_cutoff)
+        found.append(
+            replace(
+                summary,
+                load_range=(float(torque.min()), float(torque.max())),
+                own_inertia=max(0.0, inertia),
+                position_lines=lines.torque,
+                load_lines=lines.gain,
+                lines_searched=lines.searched,
+            )
+        )
+    return found
