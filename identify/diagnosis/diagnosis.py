@@ -33,6 +33,7 @@ class JointDiagnosis:
 
     verdict   : missing, adequate or unexplained
     missing   : effects that are justified, the strongest first
+    evidence  : how each of them fared when it was added, beside the model with those before it
     findings  : every candidate beside the model, the best first
     structure : what a predictor without any model still finds, after the missing effects are added
     """
@@ -40,6 +41,7 @@ class JointDiagnosis:
     joint: str
     verdict: str
     missing: tuple[Term, ...]
+    evidence: tuple[Finding, ...]
     findings: tuple[Finding, ...]
     rivals: dict[str, tuple[str, ...]]
     structure: tuple[Structure, ...]
@@ -56,6 +58,10 @@ class JointDiagnosis:
             "candidates": [
                 _candidate_json(finding, rank, self.rivals.get(finding.candidate.name, ()))
                 for rank, finding in enumerate(self.findings, start=1)
+            ],
+            "evidence": [
+                _candidate_json(finding, rank, self.rivals.get(finding.candidate.name, ()))
+                for rank, finding in enumerate(self.evidence, start=1)
             ],
             "where": self.where,
             "noise_floor": number(self.noise_floor),
@@ -137,6 +143,7 @@ def diagnose_record(
     fitted = present = fit_model(record, model)
     added: list[tuple[Term, int]] = []
     refused = set(without)
+    evidence: dict[tuple[str, int], Finding] = {}
     look = first = Look.at(present)
     found = [look.selection.findings(joint) for joint in range(record.joints)]
     for index in range(MOST_LOOKS):
@@ -158,6 +165,7 @@ def diagnose_record(
             added = exchanged
         for candidate, variant in chosen:
             added.append((candidate.term.chosen(candidate.constants[variant]), candidate.judged))
+            evidence.update({f.candidate.key: f for own in open_ for f in own if f.candidate is candidate})
         present = _fit_with(record, fitted, added)
         added = _settled(present, added)
     floors = noise_floors(record)
@@ -168,6 +176,7 @@ def diagnose_record(
             joint,
             found[joint],
             tuple(t for t, judged in added if judged == joint),
+            evidence,
             floors[joint],
         )
         for joint in range(record.joints)
@@ -220,6 +229,7 @@ def _conclude(
     joint: int,
     findings: Sequence[Finding],
     missing: tuple[Term, ...],
+    evidence: dict[tuple[str, int], Finding],
     floor: float | None,
 ) -> JointDiagnosis:
     before, after = look.predictions[joint], final.predictions[joint]
@@ -234,6 +244,9 @@ def _conclude(
         joint=look.fitted.record.joint_names[joint],
         verdict=said,
         missing=missing,
+        evidence=tuple(
+            evidence[term.effect.name, joint] for term in missing if (term.effect.name, joint) in evidence
+        ),
         findings=tuple(_missing_first(findings, [term.effect.name for term in missing])),
         rivals=_rivals(look, findings),
         structure=structure,

@@ -1,6 +1,7 @@
 """How small the error can become: the part of the measurement that does not repeat when the motion does."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,17 +11,27 @@ from identify.estimation.record import Record, Samples
 Array = NDArray[np.float64]
 
 FEWEST_REPEATS = 2
-REPEAT_TOLERANCE = 0.02
-"""Part of the range of motion by which repeats may differ (root mean square) and still count as the same
-motion.
-"""
+SHORTEST_RUN = 0.6
+"""Part of a period that must come again; trimmed edges may have cut the rest."""
+COARSE_TOLERANCE = 0.03
+"""Part of the range of motion by which repeats may differ at the instants looked at, a fraction of which they may miss."""
+REPEAT_TOLERANCE = 0.003
+"""The same (root mean square) at the refined period: what differs more is another motion, not noise."""
+LOOKED_AT = 800
+"""Instants of a session at which repetition is looked for; the period is refined afterwards on all samples."""
+SHORTEST_PERIOD = 12
+"""of these instants; a shorter one is no motion that a period could be read from"""
+MOST_TRIED = 60
+"""lags that are refined and checked, those that cover the most first"""
+ENOUGH_MOTION = 0.15
+"""Part of the range of motion that a repeated stretch must cover; standing still repeats trivially."""
 
 
 def noise_floors(record: Record) -> list[float | None]:
     """For every joint the relative norm of what does not repeat; None where no motion repeats.
 
-    Within a session whose motion is periodic, the torque at the same phase of different periods differs by
-    noise only, whatever the model. With K periods the mean over periods takes away 1/K of the noise; the
+    Where a session, or a stretch of it, repeats its motion, the torque at the same phase of different periods
+    differs by noise only, whatever the model. With K periods the mean over periods takes away 1/K of the noise; the
     estimate is corrected for it.
     """
     residual = np.zeros(record.joints)
@@ -28,10 +39,11 @@ def noise_floors(record: Record) -> list[float | None]:
     found = np.zeros(record.joints, bool)
     for entry in record.entries():
         samples = record.samples[entry.file]
-        period = repeat_period(samples)
-        if period is None:
+        stretch = repeated_stretch(samples)
+        if stretch is None:
             continue
-        scatter = phase_scatter(samples, period)
+        repeated, period = stretch
+        scatter = phase_scatter(repeated, period)
         for joint in range(record.joints):
             moving = samples.moving[:, joint]
             residual[joint] += scatter[joint] * moving.sum()
@@ -43,57 +55,69 @@ def noise_floors(record: Record) -> list[float | None]:
     ]
 
 
-def repeat_period(samples: Samples) -> float | None:
-    """s: the period with which the motion of all joints repeats within a session, None where it does not.
+def repeated_stretch(samples: Samples) -> tuple[Samples, float] | None:
+    """The longest stretch of a session in which the motion of all joints repeats, and its period in s.
 
-    The period is the shortest lag at which the mean squared difference of all positions, each in units of
-    its own range, has a minimum below the tolerance, the lag being fractional (parabola through the minimum).
+    For every lag the longest run of instants is found at which all positions, a lag later, are about the same. Of the
+    lags that cover the most, the shortest at which they are the same once the lag is refined is the period.
     """
     count = len(samples.time)
-    if count < 40:
+    if count < 4 * SHORTEST_PERIOD:
         return None
     step = float(np.median(np.diff(samples.time)))
     if np.any(np.abs(np.diff(samples.time) - step) > 0.5 * step):
         return None
+    stride = max(1, count // LOOKED_AT)
     scale = np.maximum(np.ptp(samples.q, axis=0), 1e-12)
-    position = (samples.q - samples.q.mean(0)) / scale
-    difference = _lag_difference(position)
-    longest = count // FEWEST_REPEATS
-    inner = np.arange(2, min(longest, count - 2) + 1)
-    lowest = inner[
-        (difference[inner] <= difference[inner - 1])
-        & (difference[inner] <= difference[inner + 1])
-        & (difference[inner] < (REPEAT_TOLERANCE**2))
-    ]
-    passed = np.flatnonzero(difference > 0.25 * np.var(position, axis=0).mean())
-    if not len(passed):
-        return None
-    lowest = lowest[lowest > passed[0]]
-    if not len(lowest):
-        return None
-    lag = int(lowest[0])
-    left, middle, right = difference[lag - 1], difference[lag], difference[lag + 1]
-    curvature = left - 2 * middle + right
-    shift = 0.5 * (left - right) / curvature if curvature > 0 else 0.0
-    return (lag + float(np.clip(shift, -0.5, 0.5))) * step
+    position = samples.q[::stride] / scale
+    found: list[tuple[int, int, int]] = []
+    for lag in range(SHORTEST_PERIOD, int(len(position) / (1 + SHORTEST_RUN)) + 1):
+        same = np.all(np.abs(position[lag:] - position[:-lag]) < COARSE_TOLERANCE, axis=1)
+        start, length = _longest_run(same)
+        if (
+            length >= SHORTEST_RUN * lag
+            and np.ptp(position[start : start + lag], axis=0).max() > ENOUGH_MOTION
+        ):
+            found.append((length + lag, lag, start))
+    longest = max((covered for covered, _, _ in found), default=0)
+    for covered, lag, start in sorted(found, key=lambda row: (row[0] < 0.8 * longest, row[1]))[:MOST_TRIED]:
+        rows = slice(start * stride, min((start + covered) * stride, count))
+        cut = _cut(samples, rows)
+        period, difference = _nearest_lag(cut.q / scale, lag * stride, stride)
+        if difference < REPEAT_TOLERANCE:
+            return cut, period * step
+    return None
 
 
-def _lag_difference(position: Array) -> Array:
-    """Mean squared difference of (samples, joints) positions at every lag, worst joint, by FFT
-    correlation.
+def _cut(samples: Samples, rows: slice) -> Samples:
+    """Some rows of a session."""
+    names = ("time", "q", "dq", "ddq", "measured", "moving")
+    return replace(samples, **{name: getattr(samples, name)[rows] for name in names})
+
+
+def _longest_run(same: NDArray[np.bool_]) -> tuple[int, int]:
+    """Start and length of the longest run of true values."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], same, [False]]).astype(np.int8)))
+    if not len(edges):
+        return 0, 0
+    starts, stops = edges[::2], edges[1::2]
+    longest = int(np.argmax(stops - starts))
+    return int(starts[longest]), int(stops[longest] - starts[longest])
+
+
+def _nearest_lag(position: Array, lag: int, around: int) -> tuple[float, float]:
+    """The lag in samples, a fraction included, near a given one at which the positions differ least, and by how much.
+
+    The difference (root mean square of the worst joint) is that at the vertex of the parabola through the minimum.
     """
-    count = len(position)
-    size = 2 ** int(np.ceil(np.log2(2 * count)))
-    worst = np.zeros(count)
-    overlap = count - np.arange(count)
-    for column in position.T:
-        spectrum = np.fft.rfft(column, size)
-        correlation = np.fft.irfft(spectrum * spectrum.conj(), size)[:count]
-        squares = np.concatenate([[0.0], np.cumsum(column**2)])
-        lead = squares[count - np.arange(count)]
-        trail = squares[count] - squares[np.arange(count)]
-        worst = np.maximum(worst, (lead + trail - 2 * correlation) / overlap)
-    return np.maximum(worst, 0.0)
+    lags = np.arange(max(2, lag - around - 1), min(lag + around + 2, len(position) - 1))
+    difference = np.array([np.mean((position[one:] - position[:-one]) ** 2, axis=0).max() for one in lags])
+    place = int(np.clip(np.argmin(difference), 1, max(1, len(lags) - 2)))
+    left, middle, right = difference[place - 1 : place + 2]
+    curvature = left - 2 * middle + right
+    shift = float(np.clip(0.5 * (left - right) / curvature, -0.5, 0.5)) if curvature > 0 else 0.0
+    vertex = middle - 0.25 * (left - right) * shift
+    return float(lags[place] + shift), float(np.sqrt(max(vertex, 0.0)))
 
 
 def phase_scatter(samples: Samples, period: float) -> Array:
