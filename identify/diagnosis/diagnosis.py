@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.diagnosis.caution import caution, load_siblings
 from identify.diagnosis.look import Look
 from identify.diagnosis.selection import SUPERFLUOUS, Finding
 from identify.diagnosis.structure import Structure, leftover_structure
@@ -14,7 +15,7 @@ from identify.diagnosis.verdict import imitated, verdict
 from identify.diagnosis.where import where_it_fails
 from identify.effects.model import Model, Term
 from identify.estimation.fitting import FittedModel, Progress, fit_model
-from identify.estimation.identification import number, open_record, requested_model
+from identify.estimation.identification import known_effects, number, open_record, requested_model
 from identify.estimation.prediction import Prediction, relative_error
 from identify.estimation.record import Record
 from identify.estimation.small_algebra import single_threaded
@@ -25,6 +26,9 @@ Array = NDArray[np.float64]
 
 MOST_LOOKS = 7
 """Looks at a record; a joint that asks for more effects is not understood."""
+SIBLING_GAIN = 0.5
+"""Part of an effect's gain with which its twin that depends on the load (or does not) stays a rival where no load changes:
+the folds see the same few loads again and cannot decide between the two."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +39,8 @@ class JointDiagnosis:
     missing   : effects that are justified, the strongest first
     evidence  : how each of them fared when it was added, beside the model with those before it
     findings  : every candidate beside the model, the best first
+    rivals    : for an effect those that explain the data alike, judged in the look that found it
+    cautions  : for a candidate what these data cannot tell of it
     structure : what a predictor without any model still finds, after the missing effects are added
     """
 
@@ -48,6 +54,7 @@ class JointDiagnosis:
     where: list[dict[str, object]]
     noise_floor: float | None
     superfluous: tuple[str, ...]
+    cautions: dict[str, str] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
         """The contract's form."""
@@ -56,12 +63,10 @@ class JointDiagnosis:
             "verdict": self.verdict,
             "missing": [term.effect.name for term in self.missing],
             "candidates": [
-                _candidate_json(finding, rank, self.rivals.get(finding.candidate.name, ()))
-                for rank, finding in enumerate(self.findings, start=1)
+                self._candidate_json(finding, rank) for rank, finding in enumerate(self.findings, start=1)
             ],
             "evidence": [
-                _candidate_json(finding, rank, self.rivals.get(finding.candidate.name, ()))
-                for rank, finding in enumerate(self.evidence, start=1)
+                self._candidate_json(finding, rank) for rank, finding in enumerate(self.evidence, start=1)
             ],
             "where": self.where,
             "noise_floor": number(self.noise_floor),
@@ -71,6 +76,10 @@ class JointDiagnosis:
             ],
             "superfluous": list(self.superfluous),
         }
+
+    def _candidate_json(self, finding: Finding, rank: int) -> dict[str, Any]:
+        name = finding.candidate.name
+        return _candidate_json(finding, rank, self.rivals.get(name, ()), self.cautions.get(name))
 
 
 @dataclass(frozen=True)
@@ -144,6 +153,7 @@ def diagnose_record(
     added: list[tuple[Term, int]] = []
     refused = set(without)
     evidence: dict[tuple[str, int], Finding] = {}
+    doubts: dict[tuple[str, int], tuple[str, ...]] = {}
     look = first = Look.at(present)
     found = [look.selection.findings(joint) for joint in range(record.joints)]
     for index in range(MOST_LOOKS):
@@ -164,6 +174,8 @@ def diagnose_record(
                 break
             added = exchanged
         for candidate, variant in chosen:
+            own = listed[candidate.judged]
+            doubts[candidate.key] = _rivals(look, _finding(own, candidate.name), own)
             added.append((candidate.term.chosen(candidate.constants[variant]), candidate.judged))
             evidence.update({f.candidate.key: f for own in open_ for f in own if f.candidate is candidate})
         present = _fit_with(record, fitted, added)
@@ -178,6 +190,7 @@ def diagnose_record(
             tuple(t for t, judged in added if judged == joint),
             evidence,
             floors[joint],
+            {name: named for (name, judged), named in doubts.items() if judged == joint},
         )
         for joint in range(record.joints)
     )
@@ -213,14 +226,40 @@ def _settled(present: FittedModel, added: Sequence[tuple[Term, int]]) -> list[tu
     return [(constants[term.key], judged) for term, judged in added]
 
 
-def _rivals(look: Look, found: Sequence[Finding]) -> dict[str, tuple[str, ...]]:
-    named: dict[str, tuple[str, ...]] = {}
-    if found and found[0].justified:
-        rivals = look.selection.rivals(found[0], found)
-        named[found[0].candidate.name] = rivals
-        for rival in rivals:
-            named[rival] = (found[0].candidate.name,)
-    return named
+def _finding(found: Sequence[Finding], name: str) -> Finding:
+    return next(finding for finding in found if finding.candidate.name == name)
+
+
+def _rivals(look: Look, finding: Finding, found: Sequence[Finding]) -> tuple[str, ...]:
+    """Effects that explain the data as well as one that was found, or that only a change of load would tell from it."""
+    candidate = finding.candidate
+    record = look.fitted.record
+    known = known_effects(record.experiment)
+    siblings = load_siblings(candidate.term.effect, known, record.summaries[candidate.judged])
+    named = list(look.selection.rivals(finding, found)) if finding.justified else []
+    for other in found:
+        name = other.candidate.name
+        if name in siblings and name not in named and other.gain >= SIBLING_GAIN * finding.gain > 0:
+            named.append(name)
+    return tuple(named)
+
+
+def _both_ways(
+    found: Sequence[Finding],
+    missing: Sequence[str],
+    strongest: tuple[str, ...],
+    doubts: dict[str, tuple[str, ...]],
+) -> dict[str, tuple[str, ...]]:
+    """Rivals by effect, each named at the other: those of what is missing, and of the strongest candidate."""
+    pairs = {(name, rival) for name in missing for rival in doubts.get(name, ()) if rival not in missing}
+    if found:
+        pairs |= {(found[0].candidate.name, rival) for rival in strongest}
+    order = [finding.candidate.name for finding in found]
+    return {
+        name: tuple(rival for rival in order if (name, rival) in pairs or (rival, name) in pairs)
+        for name in order
+        if any(name in pair for pair in pairs)
+    }
 
 
 def _conclude(
@@ -231,6 +270,7 @@ def _conclude(
     missing: tuple[Term, ...],
     evidence: dict[tuple[str, int], Finding],
     floor: float | None,
+    doubts: dict[str, tuple[str, ...]],
 ) -> JointDiagnosis:
     before, after = look.predictions[joint], final.predictions[joint]
     structure = tuple(leftover_structure(after))
@@ -240,15 +280,22 @@ def _conclude(
     if imitated(final.selection.held_out_error(joint), free, len(missing)):
         said, missing = "unexplained", ()
         where.sort(key=lambda row: row["variable"] != variable)
+    names = [term.effect.name for term in missing]
+    strongest = _rivals(look, findings[0], findings) if findings and findings[0].justified else ()
+    record = look.fitted.record
+    known, summary = known_effects(record.experiment), record.summaries[joint]
+    effects = [finding.candidate.term.effect for finding in findings]
+    cautions = {effect.name: caution(effect, known, summary) for effect in effects}
     return JointDiagnosis(
-        joint=look.fitted.record.joint_names[joint],
+        joint=record.joint_names[joint],
         verdict=said,
         missing=missing,
         evidence=tuple(
             evidence[term.effect.name, joint] for term in missing if (term.effect.name, joint) in evidence
         ),
-        findings=tuple(_missing_first(findings, [term.effect.name for term in missing])),
-        rivals=_rivals(look, findings),
+        findings=tuple(_missing_first(findings, names)),
+        rivals=_both_ways(findings, names, strongest, doubts),
+        cautions={name: words for name, words in cautions.items() if words},
         structure=structure,
         where=where,
         noise_floor=floor,
@@ -270,7 +317,9 @@ def _missing_first(findings: Sequence[Finding], missing: Sequence[str]) -> list[
     return front + [finding for finding in findings if finding.candidate.name != missing[0]]
 
 
-def _candidate_json(finding: Finding, rank: int, rivals: Sequence[str]) -> dict[str, Any]:
+def _candidate_json(
+    finding: Finding, rank: int, rivals: Sequence[str], cautious: str | None
+) -> dict[str, Any]:
     effect = finding.candidate.term.effect
     measured = max(finding.measured, 1e-300)
 
@@ -287,6 +336,7 @@ def _candidate_json(finding: Finding, rank: int, rivals: Sequence[str]) -> dict[
         "p_value": finding.p_value,
         "justified": finding.justified,
         "indistinguishable_from": list(rivals),
+        "caution": cautious,
         "explanation": effect.explanation,
         "equation": effect.equation,
         "variable": effect.variable,
