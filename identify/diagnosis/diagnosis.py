@@ -24,6 +24,9 @@ from identify.validation.noise_floor import noise_floors
 
 Array = NDArray[np.float64]
 
+WORTH_OF_ALL = 0.002
+"""Part of the joint's first squared error (held out) that an effect must take away. After a large effect is added, small
+remains of its approximation stand out of the noise; they are significant and no operator's business."""
 MOST_LOOKS = 7
 """Looks at a record; a joint that asks for more effects is not understood."""
 SIBLING_GAIN = 0.5
@@ -156,6 +159,7 @@ def diagnose_record(
     doubts: dict[tuple[str, int], tuple[str, ...]] = {}
     look = first = Look.at(present)
     found = [look.selection.findings(joint) for joint in range(record.joints)]
+    least = [WORTH_OF_ALL * max((finding.before.total for finding in own), default=0.0) for own in found]
     for index in range(MOST_LOOKS):
         told(0.1 + 0.8 * index / MOST_LOOKS, "judging every candidate on motion that the fit did not see")
         look = Look.at(present) if index else first
@@ -167,7 +171,7 @@ def diagnose_record(
             look = Look.at(present)
         listed = [look.selection.findings(joint) for joint in range(record.joints)] if index else found
         open_ = [[f for f in own if f.candidate.term.key not in refused] for own in listed]
-        chosen = look.selection.additions(open_) if index < MOST_LOOKS - 1 else []
+        chosen = look.selection.additions(open_, least) if index < MOST_LOOKS - 1 else []
         if not chosen:
             exchanged = _exchanged(look, added, refused) if index < MOST_LOOKS - 1 else None
             if exchanged is None:
