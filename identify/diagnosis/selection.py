@@ -192,7 +192,7 @@ class Selection:
         for joint, findings in enumerate(found):
             worth = [finding for finding in findings if finding.gain >= least[joint]]
             single = next((finding for finding in worth if finding.justified), None)
-            pair = None if single is not None else self._pair(joint, findings)
+            pair = None if single is not None else self._pair(joint, findings, least[joint])
             if single is not None:
                 choices.append((single.drop, [(single.candidate, single.variant)]))
             elif pair is not None:
@@ -201,8 +201,10 @@ class Selection:
         strongest = choices[0][0] if choices else 0.0
         return [addition for drop, added in choices if drop >= WAITING * strongest for addition in added]
 
-    def _pair(self, joint: int, found: Sequence[Finding]) -> tuple[float, list[tuple[Candidate, int]]] | None:
-        """Two effects that only help together."""
+    def _pair(
+        self, joint: int, found: Sequence[Finding], least: float
+    ) -> tuple[float, list[tuple[Candidate, int]]] | None:
+        """Two effects that only help together, and by at least the gain `least`."""
         listed = [f for f in found if f.candidate.name not in (*DECLARED_LOAD, *LOAD_FRICTION)][:PAIRED]
         if len(listed) < 2:
             return None
@@ -216,7 +218,11 @@ class Selection:
         best: tuple[float, list[tuple[Candidate, int]]] | None = None
         for pair, trial, fared in zip(pairs, trials, after, strict=True):
             drop = 1 - float(np.sqrt(max(fared.total, 0) / max(before.total, 1e-300)))
-            if drop < 2 * LEAST_DROP or drop < 1.5 * max(finding.drop for finding in pair):
+            if (
+                before.total - fared.total < least
+                or drop < 2 * LEAST_DROP
+                or drop < 1.5 * max(finding.drop for finding in pair)
+            ):
                 continue
             if np.mean(fared.fold < before.fold) < 0.7 or (best is not None and drop <= best[0]):
                 continue
