@@ -101,6 +101,8 @@ class Diagnosis:
     added: tuple[Term, ...] = ()
     """the missing effects of all joints, in the order in which they were found, the strongest first"""
     left_out: tuple[dict[str, str], ...] = field(default=())
+    least: tuple[float, ...] = ()
+    """for every joint the drop of the squared held-out error that an effect had to bring"""
 
     def to_json(self) -> dict[str, Any]:
         """The contract's `diagnose --json`, section 3."""
@@ -142,10 +144,13 @@ def diagnose_record(
     model: Model,
     progress: Progress | None = None,
     without: frozenset[tuple[str, int]] = frozenset(),
+    least: Sequence[float] | None = None,
 ) -> Diagnosis:
     """`diagnose` on an open record.
 
     without : effects (name, joint) that are not to be added
+    least   : for every joint the drop of the squared held-out error that an effect must bring; found from this
+              model's own error if not given
 
     Look at every candidate beside the model, add the strongest, fit again, take out what became superfluous, and
     look again: the load that candidates depend on, and what others hide, are then seen better.
@@ -159,7 +164,8 @@ def diagnose_record(
     doubts: dict[tuple[str, int], tuple[str, ...]] = {}
     look = first = Look.at(present)
     found = [look.selection.findings(joint) for joint in range(record.joints)]
-    least = [WORTH_OF_ALL * max((finding.before.total for finding in own), default=0.0) for own in found]
+    if least is None:
+        least = [WORTH_OF_ALL * max((one.before.total for one in own), default=0.0) for own in found]
     for index in range(MOST_LOOKS):
         told(0.1 + 0.8 * index / MOST_LOOKS, "judging every candidate on motion that the fit did not see")
         look = Look.at(present) if index else first
@@ -201,7 +207,9 @@ def diagnose_record(
     told(1.0, "done")
     named = {(term.effect.name, joint.joint) for joint in joints for term in joint.missing}
     told_missing = tuple(t for t, judged in added if (t.effect.name, record.joint_names[judged]) in named)
-    return Diagnosis(record.experiment, name, fitted, present, joints, told_missing, tuple(first.left_out))
+    return Diagnosis(
+        record.experiment, name, fitted, present, joints, told_missing, tuple(first.left_out), tuple(least)
+    )
 
 
 def _fit_with(record: Record, fitted: FittedModel, added: Sequence[tuple[Term, int]]) -> FittedModel:

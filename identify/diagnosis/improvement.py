@@ -76,10 +76,12 @@ def improve(
     told = progress or (lambda fraction, words: None)
     steps = [_step(None, fit_model(record, present))]
     refused: set[tuple[str, int]] = set()
+    least: tuple[float, ...] | None = None  # what counts as an effect stays what it was at the start
     while True:
         told(min(0.9, (len(steps) - 1) / MOST_STEPS), f"diagnosis after {len(steps) - 1} additions")
         last = steps[-1].fitted.model
-        diagnosis = diagnose_record(record, model, last, without=frozenset(refused))
+        diagnosis = diagnose_record(record, model, last, without=frozenset(refused), least=least)
+        least = diagnosis.least
         for term in diagnosis.added:
             grown = fit_model(record, steps[-1].fitted.model.with_terms([term]), refine=True)
             step = _step(term, grown)
