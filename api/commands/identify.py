@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from api.command_arguments import Additions, AsJson, Experiment, ModelName
+
 
 def register(application: typer.Typer) -> None:
     """Add the commands."""
@@ -13,13 +15,9 @@ def register(application: typer.Typer) -> None:
 
 
 def identify_command(
-    experiment: Annotated[
-        str, typer.Argument(help="folder, experiment.yaml, or name of a stored experiment")
-    ],
-    model: Annotated[
-        str, typer.Option(help="rigid, usual, load-velocity, or rigid+effect,effect…")
-    ] = "usual",
-    add: Annotated[list[str] | None, typer.Option(help="EFFECT or EFFECT@JOINT; may be repeated")] = None,
+    experiment: Experiment,
+    model: ModelName = "usual",
+    add: Additions = None,
     estimator: Annotated[
         str | None,
         typer.Option(
@@ -37,7 +35,7 @@ def identify_command(
         bool,
         typer.Option("--feasible", help="also the nearest physically consistent inertias (extra 'feasible')"),
     ] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="one JSON document on stdout")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Fit a model to all identification sessions at once and check it on the validation sessions."""
     from api.stored_experiments import resolve
@@ -66,13 +64,18 @@ def identify_command(
 
 
 def effects_command(
-    as_json: Annotated[bool, typer.Option("--json", help="one JSON document on stdout")] = False,
+    as_json: AsJson = False,
+    as_markdown: Annotated[bool, typer.Option("--markdown", help="the document docs/effects.md")] = False,
 ) -> None:
     """The catalogue of effects: equation, explanation, what data each needs."""
     from identify.effects.catalogue import catalogue
 
     if as_json:
         print(json.dumps(catalogue(), ensure_ascii=False))
+    elif as_markdown:
+        from identify.effects.document import effects_document
+
+        print(effects_document(), end="")
     else:
         from api.identification_tables import print_effects
 

@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from api.command_arguments import Additions, AsJson, Experiment, ModelName
+
 
 def register(application: typer.Typer) -> None:
     """Add the command."""
@@ -12,17 +14,13 @@ def register(application: typer.Typer) -> None:
 
 
 def next_command(
-    experiment: Annotated[
-        str, typer.Argument(help="folder, experiment.yaml, or name of a stored experiment")
-    ],
-    model: Annotated[
-        str, typer.Option(help="rigid, usual, load-velocity, or rigid+effect,effect…")
-    ] = "usual",
-    add: Annotated[list[str] | None, typer.Option(help="EFFECT or EFFECT@JOINT; may be repeated")] = None,
+    experiment: Experiment,
+    model: ModelName = "usual",
+    add: Additions = None,
     between: Annotated[
         list[str] | None, typer.Option(help="an effect to separate from another; give it twice")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="one JSON document on stdout")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Plan the experiment (payload, speed, range, repeats) that would separate what the diagnosis cannot tell apart."""
     from api.stored_experiments import resolve
