@@ -33,8 +33,8 @@ _NAP = 0.005
 share of a core goes with the inverse of this: 28 % at 1 ms, 12 % at 5 ms on a full bus. A limit is seen 5 ms and
 two cycles after it was broken; the kernel's buffer holds 1.2 s."""
 
-_ANSWER_TIMEOUT, _ANSWER_NAP = 0.25, 0.0001
-"""s to wait for the answers of simulated drives in another process, and between two looks for them"""
+_ANSWER_TIMEOUT = 0.25
+"""s to wait for the answers of simulated drives in another process"""
 
 _CYCLES_PER_TURN = 16
 """SYNCs between two looks at the samples in simulated time"""
@@ -82,6 +82,7 @@ class SamplingLoop:
         self._simulated = rig.pacing == "as-fast-as-answered"
         self._silence = rig.supervision.silence
         self._received: list[NDArray[Any]] = []
+        self._answers = 0
         self._jitter = _Jitter(rig.cycle)
         self._last_row = time.monotonic()
 
@@ -96,20 +97,26 @@ class SamplingLoop:
         return AsAnswered(answered=self._answered, timeout=_ANSWER_TIMEOUT)
 
     def _answered(self, cycle: int, timeout: float) -> bool:
-        """Wait until as many answers have come as drives in another process owe for one SYNC; False when not."""
+        """Wait until as many answers have come as drives in another process owe for one SYNC; False when not.
+
+        They are counted from one SYNC to the next, whoever read them: an answer that comes just as the turn
+        drains the bus is not waited for again.
+        """
         expected = len(self.alignment.columns)
         end = time.monotonic() + timeout
-        answers = 0
-        while True:
-            frames = self._receiver.read()
-            if len(frames):
-                self._received.append(frames)
-                answers += int(np.count_nonzero(frames["can_id"] != SYNC_ID))
-            if answers >= expected:
-                return True
-            if time.monotonic() >= end:
-                return False
-            time.sleep(_ANSWER_NAP)
+        self._read()
+        while self._answers < expected and (left := end - time.monotonic()) > 0:
+            self._receiver.wait(left)
+            self._read()
+        answered = self._answers >= expected
+        self._answers = 0
+        return answered
+
+    def _read(self) -> None:
+        """Take what has come; it waits for the turn's end."""
+        frames = self._receiver.read()
+        self._received.append(frames)
+        self._answers += int(np.count_nonzero(frames["can_id"] != SYNC_ID))
 
     def start(self) -> None:
         """Let SYNC begin."""
@@ -135,7 +142,8 @@ class SamplingLoop:
 
     def _receive(self) -> NDArray[Any]:
         """All frames since the last turn; they go into the ring of frames."""
-        frames = np.concatenate([*self._received, self._receiver.read()])
+        self._read()
+        frames = np.concatenate(self._received)
         self._received.clear()
         if len(frames):
             self._frame_ring.write(frames)

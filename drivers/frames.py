@@ -82,6 +82,10 @@ class FrameReceiver(Protocol):
         """
         ...
 
+    def wait(self, timeout: float) -> None:
+        """Return when there may be frames to read, after `timeout` s at the latest."""
+        ...
+
     def send(self, can_id: int, data: bytes) -> None:
         """Send one data frame with an 11-bit id.
 

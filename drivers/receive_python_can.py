@@ -6,6 +6,7 @@ and the alignment on SYNC marks the gaps.
 """
 
 import struct
+import time
 
 import can
 import numpy as np
@@ -17,6 +18,8 @@ from drivers.virtual_bus import InProcessBus
 
 _CLASSIC_ROW = struct.Struct("<qIBBxx8s")
 _FD_ROW = struct.Struct("<qIBBxx64s")
+_NAP = 0.0001
+"""s between two looks for frames"""
 
 
 class PythonCanReceiver:
@@ -77,6 +80,10 @@ class PythonCanReceiver:
             raise BusError(f"bus {self.settings}: {reason_in_words(error)}") from error
         rows = [pack(stamp, can_id, len(data), flags, data) for stamp, can_id, data, flags in waiting]
         return np.frombuffer(b"".join(rows), self.dtype)
+
+    def wait(self, timeout: float) -> None:
+        """Return after a nap: not every adapter of python-can has something to wait on."""
+        time.sleep(min(timeout, _NAP))
 
     def send(self, can_id: int, data: bytes) -> None:
         """Send one data frame with an 11-bit id.

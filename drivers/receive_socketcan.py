@@ -12,6 +12,7 @@ full bus, and then loses silently), SO_RXQ_OVFL (how many were lost), SO_TIMESTA
 import ctypes
 import errno
 import os
+import select
 import socket
 import struct
 
@@ -234,6 +235,10 @@ class SocketCanReceiver:
             + frames.ERROR_STATE * (is_fd & ((kernel_flags & _CANFD_ESI) != 0))
         ).astype(np.uint8)
         self._rows["data"][:count][~is_fd, 8:] = 0
+
+    def wait(self, timeout: float) -> None:
+        """Return when frames have come, after `timeout` s at the latest."""
+        select.select([self._open_socket()], [], [], timeout)
 
     def send(self, can_id: int, data: bytes) -> None:
         """Send one classic data frame with an 11-bit id.

@@ -7,6 +7,9 @@ will after: sampling adds no delay of its own to what is identified.
 
 Without SYNC the mechanism stands still, unless a drive has to bring it to rest by itself (lost SYNC, lost
 master, fault, quick stop) or homes: then the wall clock drives it.
+
+How long SYNC or master have been silent is told by a clock that stands while this whole process is held up: a
+real drive has a processor of its own, and one that did not run has not been listening either.
 """
 
 import logging
@@ -31,6 +34,7 @@ _SYNC_LOST = 0x8700
 _MASTER_LOST = 0x8130
 _HOUSEKEEPING = 0.005  # s between two looks at heartbeats and time-outs
 _FREE_RUN_LIMIT = 0.02  # s of mechanism per look, when the wall clock has run away
+_LONGEST_LOOK = 0.1  # s that one look adds to the drives' own clock
 
 
 class _Wire(canopen.Network):
@@ -67,7 +71,8 @@ class SimulatedRig:
         self._lock = threading.RLock()
         self._closing = threading.Event()
         self._thread: threading.Thread | None = None
-        self._last_sync: float | None = None  # s, wall clock
+        self._awake = 0.0  # s, the drives' own clock
+        self._last_sync: float | None = None  # s, likewise
         self._heartbeat_due: dict[int, float] = {}
         self._masters_heard: dict[int, float] = {}
         self._current = np.zeros(mechanism.axes)
@@ -130,7 +135,7 @@ class SimulatedRig:
                 for each in self.nodes:
                     each.take_nmt(data[0], data[1])
         elif can_id >> 7 == 0xE:  # 0x700 + node: somebody's heartbeat
-            self._masters_heard[can_id & 0x7F] = time.monotonic()
+            self._masters_heard[can_id & 0x7F] = self._awake
 
     def _sample(self) -> None:
         angles = self.mechanism.motor_angle
@@ -139,7 +144,7 @@ class SimulatedRig:
             node.drive.sample(float(angles[position]), float(temperatures[position]))
 
     def _on_sync(self) -> None:
-        self._last_sync = time.monotonic()
+        self._last_sync = self._awake
         nodes = self.nodes
         angles = self.mechanism.motor_angle.tolist()
         temperatures = self.mechanism.temperature.tolist()
@@ -178,9 +183,10 @@ class SimulatedRig:
             now = time.monotonic()
             with self._lock:
                 try:
+                    self._awake += min(now - last, _LONGEST_LOOK)
                     self._heartbeats(now)
-                    self._watch_master(now)
-                    self._watch_sync(now, min(now - last, _FREE_RUN_LIMIT))
+                    self._watch_master()
+                    self._watch_sync(min(now - last, _FREE_RUN_LIMIT))
                 except Exception:
                     logger.exception("the simulated rig stumbled")
                     raise
@@ -196,19 +202,19 @@ class SimulatedRig:
                 node.send_heartbeat()
                 self._heartbeat_due[node.node] = max(now, due or now) + node.heartbeat_period
 
-    def _watch_master(self, now: float) -> None:
+    def _watch_master(self) -> None:
         for node in self.nodes:
             if node.master_heartbeat is None or not node.drive.machine.powered:
                 continue
             master, timeout = node.master_heartbeat
             heard = self._masters_heard.get(master)
-            if heard is not None and now - heard > timeout:
+            if heard is not None and self._awake - heard > timeout:
                 node.drive.fail(_MASTER_LOST)
                 node.send_events()
 
-    def _watch_sync(self, now: float, passed: float) -> None:
+    def _watch_sync(self, passed: float) -> None:
         """Free run on the wall clock where drives have to act without SYNC."""
-        if self._last_sync is not None and now - self._last_sync <= self.settings.sync_timeout:
+        if self._last_sync is not None and self._awake - self._last_sync <= self.settings.sync_timeout:
             return
         for node in self.nodes:
             drive = node.drive

@@ -1,7 +1,10 @@
 """The simulated drive moves a flywheel: compared with closed forms, mode by mode."""
 
 import math
+import threading
+import time
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,6 +12,7 @@ import pytest
 from drivers.cia402 import INTERNAL_LIMIT_ACTIVE, Mode, State, state_of
 from drivers.errors import DriveError
 from drivers.simulated.settings import ServoSettings
+from drivers.sync_producer import SimulatedClock
 
 INERTIA, TORQUE_CONSTANT, PERIOD = 1e-3, 0.2, 1e-3
 COUNTS = 65536
@@ -149,6 +153,36 @@ def test_a_lost_sync_is_a_fault_and_the_axis_comes_to_rest(open_bench):
     with pytest.raises(DriveError, match="SYNC was lost"):
         bench.drive.enable()
     assert abs(bench.flywheels.motor_velocity[0]) < 0.1
+
+
+def test_a_process_that_was_held_up_does_not_take_its_own_stall_for_a_lost_sync(open_bench, monkeypatch):
+    bench = open_bench(sync_timeout=1.0)
+    bench.bring_up(Mode.CYCLIC_SYNCHRONOUS_VELOCITY)
+    bench.run(100, lambda k: 2 * COUNTS)
+    clock = SimulatedClock(time.monotonic_ns())
+    monkeypatch.setattr("drivers.simulated.rig.time", SimpleNamespace(monotonic=lambda: clock.now * 1e-9))
+    codes, pause = [], threading.Event()
+    bench.drive.watch.on_emergency = lambda emergency: codes.append(emergency.code)
+
+    def look_after(seconds):
+        """The drives look around once, `seconds` after their last look."""
+        before = bench.rig._awake
+        clock.advance(round(seconds * 1e9))
+        while True:
+            with bench.rig._lock:
+                if bench.rig._awake > before:
+                    return
+            pause.wait(0.001)
+
+    look_after(60.0)
+    assert bench.drive.state() is State.OPERATION_ENABLED
+    bench.run(100, lambda k: 2 * COUNTS)
+    looks = 0
+    while not codes and looks < 50:
+        look_after(0.1)
+        looks += 1
+    assert codes[0] == 0x8700
+    assert 10 <= looks <= 12
 
 
 def test_a_master_that_falls_silent_stops_the_axis(open_bench):

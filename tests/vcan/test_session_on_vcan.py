@@ -100,17 +100,16 @@ def wait_until(condition, timeout: float = 90.0) -> None:
 
 
 def assert_at_rest(rig: Rig, bus) -> None:
-    """The drive has no power and stands still, says the drive itself."""
+    """The drive has braked, has no power and stands still, says the drive itself."""
     with CanopenNetwork(bus) as network:
         drive = Drive(network, NODE, rig.profiles[0])
-        wait_until(lambda: drive.state() is not State.OPERATION_ENABLED, 30.0)
+        wait_until(lambda: drive.state() in (State.FAULT, State.SWITCH_ON_DISABLED), 30.0)
         positions = []
         wait_until(lambda: positions.append(drive.position()) or len(positions) == 20)
         travelled = np.ptp(positions) * abs(rig.position_matrix[0, 0])
         assert travelled < 1e-4
 
 
-@pytest.mark.timeout(900)
 def test_three_payload_sessions_are_recorded_and_the_load_velocity_model_beats_the_usual_one(
     rig, mount, tmp_path
 ):
@@ -119,7 +118,7 @@ def test_three_payload_sessions_are_recorded_and_the_load_velocity_model_beats_t
         mount(payload)
         with armed(rig, folder, payload) as session:
             session.start()
-            assert session.wait(280) is SessionState.DONE, session.reason
+            assert session.wait(60) is SessionState.DONE, session.reason
         with h5py.File(session.file) as file:
             attributes = dict(file.attrs)
             valid, stamps = file["valid"][:], file["sync_time"][:]
@@ -128,6 +127,8 @@ def test_three_payload_sessions_are_recorded_and_the_load_velocity_model_beats_t
         assert np.mean(valid & 3 == 3) > 0.97
         assert (np.diff(stamps) > 0).all()
         assert counters["frames_dropped"] == 0
+        # A drive that has answered is not waited for.
+        assert counters["sync"]["missed_deadlines"] < 0.005 * counters["sync"]["sent"]
     experiment = load_experiment(folder)
     assert [entry.payload.mass for entry in experiment.sessions] == [0.0, 3.4584, 6.970]
     usual, paper = (identify(experiment, model).to_json() for model in ("usual", "load-velocity"))
@@ -139,7 +140,7 @@ def test_a_session_in_real_time_keeps_the_period_on_average_and_stores_its_jitte
     plan = ExcitationPlan(
         joints=("j3",),
         start=(0.35,),
-        phases=(Move(to=(0.65,), duration=3.0, ramp=1.0), Move(to=(0.35,), duration=3.0, ramp=1.0)),
+        phases=(Move(to=(0.5,), duration=1.5, ramp=0.5), Move(to=(0.35,), duration=1.5, ramp=0.5)),
     )
     in_time = rig.model_copy(update={"pacing": "real-time", "cycle": 0.02})
     mount("none")
@@ -148,7 +149,7 @@ def test_a_session_in_real_time_keeps_the_period_on_average_and_stores_its_jitte
         session.confirm_payload(0.0)
         session.arm()
         session.start()
-        assert session.wait(280) is SessionState.DONE, session.reason
+        assert session.wait(60) is SessionState.DONE, session.reason
     with h5py.File(session.file) as file:
         stamps = file["sync_time"][:] * 1e-9
         counters = json.loads(file.attrs["counters"])
