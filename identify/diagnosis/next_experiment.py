@@ -48,6 +48,10 @@ RATE = 250.0
 """Hz; the motion is smooth, and only its filtered columns count"""
 SEPARATED = 5.0
 """standard deviations by which rivals must part for the experiment to decide between them"""
+HELPS = 1.0
+"""standard deviations below which no motion that was looked at is worth running for this question"""
+CONTAINED = 1e-6
+"""Part of an effect's torque that another leaves of it, below which it is a special case of the other."""
 SHOWN = 5
 """proposals in the answer"""
 
@@ -131,8 +135,11 @@ def separate(record: Record, diagnosis: Diagnosis, wanted: Sequence[str] = ()) -
         return NextExperiment(name, None, (), None, (), _advice_without_rivals(diagnosis))
     joint, pair = chosen
     terms = [f.candidate.term.chosen(f.candidate.constants[f.variant]) for f in pair]
-    fits = [fit_model(record, diagnosis.fitted.model.with_terms([term])) for term in terms]
-    now = _separation(fits, terms, joint, None, diagnosis.fitted)
+    keys = {term.key for term in terms}
+    beside = [term for term in diagnosis.added if term.key not in keys]
+    base = fit_model(record, diagnosis.fitted.model.with_terms(beside)) if beside else diagnosis.fitted
+    fits = [fit_model(record, base.model.with_terms([term])) for term in terms]
+    now = _separation(fits, terms, joint, None, base)
     proposals = [
         Proposal(
             payload,
@@ -141,15 +148,15 @@ def separate(record: Record, diagnosis: Diagnosis, wanted: Sequence[str] = ()) -
             high,
             shape,
             repeats,
-            _expected(record, fits, terms, joint, diagnosis, motion, payload),
+            _expected(record, fits, terms, joint, base, motion, payload),
         )
         for payload, speed, low, high, shape, repeats, motion in _options(record, joint)
     ]
     proposals.sort(key=lambda proposal: proposal.separation, reverse=True)
     names = tuple(term.effect.name for term in terms)
-    return NextExperiment(
-        name, record.joint_names[joint], names, now, tuple(proposals[:SHOWN]), _advice(names, now, proposals)
-    )
+    cautions = diagnosis.joints[joint].cautions
+    advice = _advice(terms, now, proposals, next((cautions[name] for name in names if name in cautions), ""))
+    return NextExperiment(name, record.joint_names[joint], names, now, tuple(proposals[:SHOWN]), advice)
 
 
 def _rivals(diagnosis: Diagnosis, wanted: Sequence[str]) -> tuple[int, tuple[Finding, Finding]] | None:
@@ -158,11 +165,12 @@ def _rivals(diagnosis: Diagnosis, wanted: Sequence[str]) -> tuple[int, tuple[Fin
         by_name = {finding.candidate.name: finding for finding in said.findings}
         if len(wanted) == 2 and all(name in by_name for name in wanted):
             return joint, (by_name[wanted[0]], by_name[wanted[1]])
-        if not wanted and said.findings:
-            first = said.findings[0]
-            rivals = said.rivals.get(first.candidate.name, ())
-            if first.justified and rivals:
-                return joint, (first, by_name[rivals[0]])
+        doubtful = [term.effect.name for term in said.missing]
+        doubtful += [finding.candidate.name for finding in said.findings[:1] if finding.justified]
+        for name in doubtful:
+            rivals = [rival for rival in said.rivals.get(name, ()) if rival in by_name]
+            if not wanted and name in by_name and rivals:
+                return joint, (by_name[name], by_name[rivals[0]])
     return None
 
 
@@ -216,7 +224,7 @@ def _expected(
     fits: Sequence[FittedModel],
     terms: Sequence[Term],
     joint: int,
-    diagnosis: Diagnosis,
+    base: FittedModel,
     motion: Array,
     payload: str,
 ) -> float:
@@ -224,7 +232,7 @@ def _expected(
     with tempfile.TemporaryDirectory() as scratch:
         planned = _planned_experiment(record.experiment, Path(scratch), motion, payload)
         imagined = Record(planned, record.settings, record.body)
-        return _separation(fits, terms, joint, imagined, diagnosis.fitted)
+        return _separation(fits, terms, joint, imagined, base)
 
 
 def _planned_experiment(experiment: Experiment, folder: Path, motion: Array, payload: str) -> Experiment:
@@ -251,7 +259,10 @@ def _separation(
     imagined: Record | None,
     fitted: FittedModel,
 ) -> float:
-    """What neither model can follow of the other's effect, in standard deviations of the noise; the smaller counts."""
+    """What neither model can follow of the other's effect, in standard deviations of the noise.
+
+    The smaller counts, unless one effect is a special case of the other: then what the special case cannot follow.
+    """
     record = fitted.record
     slots = [*fitted.slots, *(Slot.of(term) for term in terms)]
     known = observe(record, fitted.entries, slots, fits[0].torque)
@@ -264,7 +275,8 @@ def _separation(
         values = _values(fits[own], terms[own])
         base = np.setdiff1d(np.arange(known.width), np.concatenate([mine, theirs]))
         found.append(_unfollowed(known, planned, joint, mine, np.concatenate([base, theirs]), values))
-    return float(min(found)) / max(noise, 1e-300)
+    apart = [left for left, whole in found if left > CONTAINED * whole]
+    return float(min(apart, default=0.0)) / max(noise, 1e-300)
 
 
 def _values(fit: FittedModel, term: Term) -> Array:
@@ -276,8 +288,8 @@ def _values(fit: FittedModel, term: Term) -> Array:
 
 def _unfollowed(
     known: Observation, planned: Observation | None, joint: int, mine: Index, others: Index, values: Array
-) -> float:
-    """Norm of what the other columns leave of an effect's torque, over known and planned motion."""
+) -> tuple[float, float]:
+    """Norm of what the other columns leave of an effect's torque over known and planned motion, and of that torque."""
     rows = [joint_rows(known, joint)]
     if planned is not None:
         rows.append(joint_rows(planned, joint))
@@ -287,7 +299,7 @@ def _unfollowed(
     scale = np.linalg.norm(columns, axis=0)
     columns = columns[:, scale > 0] / scale[scale > 0]
     solution = np.linalg.lstsq(columns, torque, rcond=1e-10)[0]
-    return float(np.linalg.norm(torque - columns @ solution))
+    return float(np.linalg.norm(torque - columns @ solution)), float(np.linalg.norm(torque))
 
 
 def _advice_without_rivals(diagnosis: Diagnosis) -> str:
@@ -297,10 +309,11 @@ def _advice_without_rivals(diagnosis: Diagnosis) -> str:
     return "No rivals are left: the diagnosis is not in doubt."
 
 
-def _advice(names: tuple[str, ...], now: float, proposals: Sequence[Proposal]) -> str:
-    pair = " and ".join(names)
-    if not proposals:
-        return f"Within the limits no motion separates {pair}."
+def _advice(terms: Sequence[Term], now: float, proposals: Sequence[Proposal], cautious: str) -> str:
+    pair = " and ".join(term.effect.name for term in terms)
+    if not proposals or proposals[0].separation < HELPS:
+        words = f"With these payloads and within the limits no motion separates {pair}."
+        return " ".join([words, cautious or _checks(terms)]).strip()
     best = proposals[0]
     word = "decides" if best.separation >= SEPARATED else "helps most, but does not decide,"
     return (
@@ -308,3 +321,13 @@ def _advice(names: tuple[str, ...], now: float, proposals: Sequence[Proposal]) -
         f"{best.payload}, {best.repeats} repeats, {word} between {pair}: {best.separation:.1f} standard deviations "
         f"(the data so far: {now:.1f})."
     )
+
+
+def _checks(terms: Sequence[Term]) -> str:
+    """What to look at on the machine, from the effects' own explanations."""
+    found = []
+    for term in terms:
+        _, mark, check = term.effect.explanation.partition("Check: ")
+        if mark:
+            found.append(f"{term.effect.name}: {check}")
+    return "What the machine itself can tell: " + " ".join(found) if found else ""

@@ -159,14 +159,17 @@ def simulate(
     duration: float = 60.0,
     rate: float = 1000.0,
     step: float = STEP,
+    reference: Array | None = None,
 ) -> SessionRecord:
     """One session with a payload of `mass` kg, from rest.
 
     duration, rate : s and Hz; 1 / rate is a whole number of steps
     step           : s, of mechanism and controller
+    reference      : (N,) positions to follow, one a step, from rest, instead of the planned trajectory
     """
     random = np.random.default_rng(seed)
-    reference = planned_trajectory(random, duration, step)
+    if reference is None:
+        reference = planned_trajectory(random, duration, step)
     velocity_reference = np.gradient(reference, step)
     acceleration_reference = np.gradient(velocity_reference, step)
     q, dq, tau = _run(plant, mass, reference, velocity_reference, acceleration_reference, step)
