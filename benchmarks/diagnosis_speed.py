@@ -1,0 +1,133 @@
+"""The whole diagnosis beside what one would do today on the same record, in the same run.
+
+    python benchmarks/diagnosis_speed.py [--six EXPERIMENT_FOLDER] [--pysindy-python PATH] [--seconds 60] [--rate 1000]
+
+One joint: three payload sessions of the test joint of `tests/plants` with two effects hidden in it, 60 s at 1 kHz each,
+as files. Compared, each a process of its own that starts from the files:
+
+- `coulomb diagnose`, the full catalogue;
+- a refit per candidate by hand (`refit_per_candidate.py`): SciPy's zero-phase filter and decimation, `numpy.linalg.lstsq`
+  for every candidate column and every value of its constants, each refitted without one tenth of every session in turn;
+- PySINDy 2 (`pysindy_on_a_record.py`) with a library of comparable columns and a sparse optimiser, with its threshold chosen
+  by the same folds. Name an interpreter that has it with --pysindy-python; without one this row is left out.
+
+The last two look once: they neither add what they found nor look again, do not search for combinations, give no evidence
+that holds for coloured residuals and no check of what is left. So the work is not the same, and theirs is the smaller one.
+
+Six joints: `--six`, by default the measured TX40 record where it is at hand; `coulomb diagnose` alone.
+Measured are wall and CPU time (user and system, with children) and peak memory, as the kernel counts them (wait4).
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+REPOSITORY = Path(__file__).resolve().parent.parent
+TX40 = REPOSITORY.parent / "shared" / "data" / "tx40"
+HIDDEN = {"load-friction-asymmetric": 0.5, "friction-position": 0.5}
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What one process cost: s, s, bytes; and the last line it printed."""
+
+    wall: float
+    cpu: float
+    peak_memory: int
+    answer: dict
+
+
+def measure(command: list[str]) -> Cost:
+    """Run a command to its end; stop with its words if it fails."""
+    environment = {**os.environ, "PYTHONPATH": str(REPOSITORY)}
+    with tempfile.TemporaryFile("w+") as output, tempfile.TemporaryFile("w+") as errors:
+        started = time.perf_counter()
+        process = subprocess.Popen(command, stdout=output, stderr=errors, env=environment)
+        _, status, usage = os.wait4(process.pid, 0)
+        wall = time.perf_counter() - started
+        process.returncode = os.waitstatus_to_exitcode(status)
+        output.seek(0)
+        errors.seek(0)
+        if process.returncode != 0:
+            raise SystemExit(f"{' '.join(command)} failed:\n{errors.read()}")
+        answer = json.loads(output.read().strip().splitlines()[-1])
+    return Cost(wall, usage.ru_utime + usage.ru_stime, usage.ru_maxrss * 1024, answer)
+
+
+def write_one_joint(folder: Path, seconds: float, rate: float) -> None:
+    """Three payload sessions of the test joint."""
+    sys.path.insert(0, str(REPOSITORY))
+    from tests.plants.single_joint import record, write_experiment
+
+    write_experiment(folder, record(HIDDEN, seed=4, duration=seconds, rate=rate))
+
+
+def named(answer: dict) -> str:
+    """What a diagnosis names, joint by joint."""
+    return "; ".join(
+        f"{joint['joint']}: {', '.join(joint['missing']) or joint['verdict']}" for joint in answer["joints"]
+    )
+
+
+def row(words: str, cost: Cost, reference: Cost, said: str) -> None:
+    """One line of the table."""
+    print(
+        f"{words:26}{cost.wall:9.2f}{cost.cpu:9.2f}{cost.peak_memory / 1e6:9.0f}"
+        f"{cost.wall / reference.wall:8.2f}  {said}"
+    )
+
+
+def main() -> None:
+    """Measure and print the tables."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--six", type=Path, default=TX40)
+    parser.add_argument("--pysindy-python", help="interpreter that has pysindy 2")
+    parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--rate", type=float, default=1000.0)
+    parser.add_argument("--runs", type=int, default=2)
+    chosen = parser.parse_args()
+    beside = Path(__file__).parent
+    heading = f"{'':26}{'wall, s':>9}{'CPU, s':>9}{'MB':>9}{'ratio':>8}  names"
+
+    def best(command: list[str]) -> Cost:
+        return min((measure(command) for _ in range(chosen.runs)), key=lambda cost: cost.wall)
+
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch) / "one-joint"
+        write_one_joint(folder, chosen.seconds, chosen.rate)
+        print(
+            f"one joint, three sessions of {chosen.seconds:g} s at {chosen.rate:g} Hz; hidden: {', '.join(HIDDEN)}"
+        )
+        print(heading)
+        ours = best([sys.executable, "-m", "api", "diagnose", str(folder), "--json"])
+        row("coulomb diagnose", ours, ours, named(ours.answer))
+        refit = best([sys.executable, str(beside / "refit_per_candidate.py"), str(folder)])
+        said = f"{refit.answer['first']} (one look; {refit.answer['fits']} fits)"
+        row("a refit per candidate", refit, ours, said)
+        if chosen.pysindy_python:
+            command = [chosen.pysindy_python, str(beside / "pysindy_on_a_record.py"), str(folder)]
+            sparse = best(command)
+            row("PySINDy", sparse, ours, ", ".join(sparse.answer["terms"]))
+        else:
+            print("PySINDy: left out, name an interpreter that has it with --pysindy-python")
+    if (chosen.six / "experiment.yaml").is_file():
+        print(f"\nsix joints: {chosen.six.name}")
+        print(heading)
+        cost = measure([sys.executable, "-m", "api", "diagnose", str(chosen.six), "--json"])
+        row("coulomb diagnose", cost, cost, named(cost.answer))
+    else:
+        print(f"six joints: left out, no experiment.yaml in {chosen.six}")
+
+
+if __name__ == "__main__":
+    main()
