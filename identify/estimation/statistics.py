@@ -133,7 +133,7 @@ def effective_blocks(slopes: Array, squares: Array) -> Array:
     A parameter that shows in a few blocks only (an inertia in a few accelerations) has a deviation that is
     known from a few blocks only (Carter, Schnepel, Steigerwald 2017, Rev. Econ. Stat. 99(4)).
     """
-    inverse = np.linalg.pinv(slopes.sum(0))
+    inverse = np.linalg.pinv(slopes.sum(0), hermitian=True)
     shares = np.einsum("ij,gjk,ik->gi", inverse, squares, inverse, optimize=True)
     return shares.sum(0) ** 2 / np.maximum((shares**2).sum(0), 1e-300)
 
