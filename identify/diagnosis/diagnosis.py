@@ -289,7 +289,8 @@ def _conclude(
     said = verdict(mean_error(before), mean_error(after), floor, structure, bool(missing))
     variable, free = look.best_free_function(joint)
     where = where_it_fails(before)
-    if imitated(final.selection.held_out_error(joint), free, len(missing)):
+    of_one_variable = all(term.effect.variable == variable for term in missing)
+    if imitated(final.selection.held_out_error(joint), free, len(missing), of_one_variable):
         said, missing = "unexplained", ()
         where.sort(key=lambda row: row["variable"] != variable)
     names = [term.effect.name for term in missing]

@@ -25,13 +25,16 @@ CLEARLY_BETTER = 0.8
 are the cause, their error is the noise, and nothing is clearly better."""
 
 
-def imitated(after: float, free: float, missing: int) -> bool:
+def imitated(after: float, free: float, missing: int, of_one_variable: bool) -> bool:
     """Whether effects of the catalogue only imitate a dependence on one variable that it does not know.
 
-    after : relative held-out error with the missing effects
-    free  : the same with the best free function of one variable instead
+    after           : relative held-out error with the missing effects
+    free            : the same with the best free function of one variable instead
+    of_one_variable : whether all the missing effects are functions of that same variable; then two of them are many
     """
-    return missing > 0 and (free < CLEARLY_BETTER * after or (missing >= MANY and free < AS_WELL * after))
+    several = missing >= MANY and free < AS_WELL * after
+    together = missing > 1 and of_one_variable and free < after
+    return missing > 0 and (free < CLEARLY_BETTER * after or several or together)
 
 
 def verdict(
