@@ -50,8 +50,8 @@ lock:
 blind: setup-test
 	$(BIN)/python -m tests.blind --write docs/blind.md
 
-# Scripts that only run beside another one, which starts them in a process of their own:
-COMPANIONS := benchmarks/figaroh_on_a_record.py benchmarks/refit_per_candidate.py benchmarks/pysindy_on_a_record.py
+# What other scripts import, or start in a process of their own:
+COMPANIONS := benchmarks/process_cost.py benchmarks/figaroh_on_a_record.py benchmarks/refit_per_candidate.py benchmarks/pysindy_on_a_record.py
 
 benchmark: setup-test
 	for script in $(filter-out $(COMPANIONS),$(wildcard benchmarks/*.py)); do \

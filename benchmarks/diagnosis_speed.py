@@ -21,45 +21,15 @@ Measured are wall and CPU time (user and system, with children) and peak memory,
 from __future__ import annotations
 
 import argparse
-import json
-import os
-import subprocess
 import sys
 import tempfile
-import time
-from dataclasses import dataclass
 from pathlib import Path
+
+from process_cost import Cost, measure
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 TX40 = REPOSITORY.parent / "shared" / "data" / "tx40"
 HIDDEN = {"load-friction-asymmetric": 0.5, "friction-position": 0.5}
-
-
-@dataclass(frozen=True)
-class Cost:
-    """What one process cost: s, s, bytes; and the last line it printed."""
-
-    wall: float
-    cpu: float
-    peak_memory: int
-    answer: dict
-
-
-def measure(command: list[str]) -> Cost:
-    """Run a command to its end; stop with its words if it fails."""
-    environment = {**os.environ, "PYTHONPATH": str(REPOSITORY)}
-    with tempfile.TemporaryFile("w+") as output, tempfile.TemporaryFile("w+") as errors:
-        started = time.perf_counter()
-        process = subprocess.Popen(command, stdout=output, stderr=errors, env=environment)
-        _, status, usage = os.wait4(process.pid, 0)
-        wall = time.perf_counter() - started
-        process.returncode = os.waitstatus_to_exitcode(status)
-        output.seek(0)
-        errors.seek(0)
-        if process.returncode != 0:
-            raise SystemExit(f"{' '.join(command)} failed:\n{errors.read()}")
-        answer = json.loads(output.read().strip().splitlines()[-1])
-    return Cost(wall, usage.ru_utime + usage.ru_stime, usage.ru_maxrss * 1024, answer)
 
 
 def write_one_joint(folder: Path, seconds: float, rate: float) -> None:
