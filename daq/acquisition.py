@@ -38,6 +38,8 @@ _TELL_EVERY = 0.2
 """s between two words about progress"""
 _HANDSHAKE = 30.0
 """s for the recorder to say that its files are there"""
+_EMERGENCY_WAIT = 1.0
+"""s for the EMCY that says why a drive has failed; the axes are at rest by then"""
 _WAIT_ENDING = 30.0
 """s for our last word to reach the recorder"""
 
@@ -208,6 +210,8 @@ class Acquisition:
                     self._tell(Told("moving"))
                     sequence.begin()
                 if reason is not None:
+                    if reason.cause is StopCause.EMERGENCY:
+                        sequence.explain(reason)
                     sequence.stop(reason)
                 sequence.take(rows)
                 now = time.monotonic()
@@ -223,6 +227,10 @@ class Acquisition:
         finally:
             loop.end()
         assert sequence.reason is not None
+        if sequence.reason.cause is StopCause.DRIVE_FAULT:
+            emergency = drives.emergency(_EMERGENCY_WAIT)
+            if emergency is not None:
+                sequence.explain(emergency)
         if not sequence.came_to_rest:
             words = (
                 f"{sequence.reason.words}; and the axes did not come to rest within "

@@ -93,6 +93,14 @@ class MotionSequence:
             self._recent[:] = np.nan
             self._enter(Step.STOPPING)
 
+    def explain(self, emergency: StopReason) -> None:
+        """A drive's EMCY, which says why it left OPERATION ENABLED where the statusword only says that it did.
+
+        The two come by different ways (EMCY by canopen, statuswords by the receive path), so either may be first.
+        """
+        if self.reason is not None and self.reason.cause is StopCause.DRIVE_FAULT:
+            self.reason = StopReason(StopCause.EMERGENCY, f"{emergency.words}; {self.reason.words}")
+
     def give_up(self) -> None:
         """No sample comes any more, so nothing can be confirmed: end with the power commanded off."""
         self.came_to_rest = self.came_to_rest and self.step in (Step.STANDBY, Step.POWERING_OFF)

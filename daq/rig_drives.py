@@ -1,9 +1,10 @@
 """The rig's drives over canopen: checked, configured, watched. Nothing here moves anything.
 
-Process data go another way (`daq/cycle.py`); canopen never sees a TPDO.
+Process data go another way (`daq/sampling_loop.py`); canopen never sees a TPDO.
 """
 
 import contextlib
+import time
 from collections import deque
 from dataclasses import asdict, dataclass
 
@@ -26,6 +27,8 @@ _MODES = {
     "cyclic-synchronous-position": Mode.CYCLIC_SYNCHRONOUS_POSITION,
     "interpolated-position": Mode.INTERPOLATED_POSITION,
 }
+_EMERGENCY_POLL = 0.01
+"""s"""
 _RATED_TOLERANCE = 0.01
 """relative; the drive holds its rated value as a whole number of mN m or mA"""
 
@@ -181,13 +184,24 @@ class RigDrives:
         """Send our own heartbeat once; BusError when the bus refuses."""
         self.network.send(0x700 + MASTER_NODE, b"\x05")
 
+    def emergency(self, timeout: float = 0.0) -> StopReason | None:
+        """The oldest EMCY not told yet, waited for up to `timeout` (s); None where there is none."""
+        deadline = time.monotonic() + timeout
+        while True:
+            while self._emergencies:
+                emergency = self._emergencies.popleft()
+                if not emergency.is_reset:
+                    words = f"{self._joint(emergency.node)}: EMCY {code_in_words(emergency.code)}"
+                    return StopReason(StopCause.EMERGENCY, words)
+            if time.monotonic() >= deadline:
+                return None
+            time.sleep(_EMERGENCY_POLL)
+
     def trouble(self) -> StopReason | None:
         """What the drives complain of: an EMCY, or a heartbeat that has stopped."""
-        while self._emergencies:
-            emergency = self._emergencies.popleft()
-            if not emergency.is_reset:
-                words = f"{self._joint(emergency.node)}: EMCY {code_in_words(emergency.code)}"
-                return StopReason(StopCause.EMERGENCY, words)
+        emergency = self.emergency()
+        if emergency is not None:
+            return emergency
         for drive in self.drives:
             silence = drive.watch.silence
             if silence is not None and silence > self._silence:

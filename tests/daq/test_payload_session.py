@@ -144,7 +144,7 @@ def test_a_session_that_was_closed_without_a_start_leaves_no_recording(rig, arme
 @pytest.mark.parametrize(
     ("faults", "words"),
     [
-        ({"emergency_at": 2000, "emergency_code": 0x4310}, r"EMCY|left OPERATION ENABLED"),
+        ({"emergency_at": 2000, "emergency_code": 0x4310}, r"EMCY 0x4310 motor or transmission too hot"),
         ({"freeze_at": 2000}, "no position from the drive"),
         ({"glitch_cycles": [2000], "glitch_counts": 1_000_000}, "following error|velocity|position"),
         ({"saturate_from": 2000, "saturate_factor": 0.1}, "following error|left OPERATION ENABLED|EMCY"),
