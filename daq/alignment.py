@@ -45,6 +45,8 @@ class AlignedRows:
     """(M, K)"""
     late: NDArray[np.bool_]
     """(M, K) came, but only after the next SYNC"""
+    surplus: NDArray[np.bool_]
+    """(M, K) came more than once; the newest is here"""
 
     def __len__(self) -> int:
         return len(self.cycle)
@@ -174,6 +176,7 @@ class SyncAlignment:
         came = source >= 0
         data = self._pending["data"][source]
         data[~came] = 0
+        own = counts[:rows] - first_is_late[:rows]
         result = AlignedRows(
             cycle=np.arange(self._next_cycle, self._next_cycle + rows),
             sync_time=self._pending["stamp"][sync[:rows]],
@@ -181,10 +184,10 @@ class SyncAlignment:
             data=data,
             came=came,
             late=late[:rows],
+            surplus=own > 1,
         )
         self.counters.lost += np.count_nonzero(~came, axis=0)
         self.counters.late += np.count_nonzero(result.late, axis=0)
-        own = counts[:rows] - first_is_late[:rows]
         self.counters.surplus += np.maximum(own - 1, 0).sum(axis=0)
         self.counters.lost_sync += int(np.count_nonzero(~result.sync_seen))
         self._next_cycle += rows
@@ -237,6 +240,7 @@ class SyncAlignment:
             np.empty(0, np.int64),
             np.empty(0, bool),
             np.empty((*shape, 8), np.uint8),
+            np.empty(shape, bool),
             np.empty(shape, bool),
             np.empty(shape, bool),
         )

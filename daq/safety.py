@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from daq.derivative_limits import DerivativeLimits, Excess
 from daq.rig import Rig
-from daq.samples import COMMAND_CAME, POSITION_CAME, SYNC_NOT_SEEN, Phase
+from daq.samples import CAME_AGAIN, CAME_LATE, COMMAND_CAME, POSITION_CAME, SYNC_NOT_SEEN, Phase
 from drivers.cia402 import State, state_of
 
 
@@ -55,25 +56,10 @@ class StopReason:
         return self.cause.status
 
 
-_LASTING = 3
-"""rows"""
-
-
-@dataclass(frozen=True)
-class _Found:
-    """A value beyond its limit in one row and axis."""
-
-    row: int
-    axis: int
-    words: str
-
-
 class LimitMonitor:
     """Checks rows of samples against the rig's limits; keeps what derivatives need from one block to the next.
 
-    Velocity and acceleration are differences over `supervision.window` that must be beyond their limit in
-    `_LASTING` rows in a row: neither a count of the encoder nor one wrong sample (one that is a cycle old, after
-    a late answer, see `alignment.py`) is taken for a jump. What one count can feign is allowed on top.
+    Velocity and acceleration, being differences, are judged with what they magnify in mind: `derivative_limits.py`.
     """
 
     def __init__(self, rig: Rig) -> None:
@@ -91,19 +77,10 @@ class LimitMonitor:
         # The setpoints are within the limits; the axis may deviate from them by the following error.
         self._lowest, self._highest = position[:, 0] - following, position[:, 1] + following
         self._following = following
-        self._velocity = np.array([limit.velocity for limit in limits]) * supervision.velocity_margin
-        self._acceleration = (
-            np.array([limit.acceleration for limit in limits]) * supervision.acceleration_margin
-        )
+        self._derivatives = DerivativeLimits(rig)
         self._current = np.array([limit.current for limit in limits])
         self._temperature = np.array([limit.temperature or np.inf for limit in limits])
-        self._window = max(1, round(supervision.window / rig.cycle))
         self._silent = max(1, round(supervision.silence / rig.cycle))
-        self._resolution = np.abs(self._matrix).sum(axis=1)
-        self._kept = 2 * self._window + _LASTING - 1
-        self._past_position = np.empty((0, n))
-        self._past_time = np.empty(0)
-        self._past_moving = np.empty(0, bool)
         self._silent_for = np.zeros(n, int)
         self._sync_lost_for = 0
 
@@ -114,19 +91,23 @@ class LimitMonitor:
         """
         if not len(rows):
             return None
+        counted = rows["cycle"] * self.rig.cycle
         # Behind simulated drives time passes with SYNC, in whatever rhythm it comes.
-        simulated = self.rig.simulated is not None
-        time = rows["cycle"] * self.rig.cycle if simulated else rows["sync_time"] * 1e-9
+        stamped = counted if self.rig.simulated is not None else rows["sync_time"] * 1e-9
         came = (rows["valid"] & POSITION_CAME) != 0
         counts = np.where(came, rows["position"], 0)
         position = counts @ self._matrix.T + self.rig.position_offset
         position[(~came).astype(int) @ self._needs.T > 0] = np.nan
+        again = (rows["valid"] & CAME_AGAIN) != 0
+        late = (rows["valid"] & CAME_LATE) != 0
         moving = rows["phase"] != Phase.STANDSTILL
         following = (rows["phase"] == Phase.PLAN) | (rows["phase"] == Phase.APPROACH)
 
         found = [
             self._beyond_position(position, moving),
-            *self._beyond_derivatives(time, position, moving),
+            *self._derivatives.check(
+                np.column_stack([counted, stamped]), position, ~came | late, again, moving
+            ),
             self._beyond_following(rows, position, following),
             self._beyond_current(rows, moving),
             self._beyond_temperature(rows, moving),
@@ -149,79 +130,17 @@ class LimitMonitor:
         places = np.flatnonzero(bad.ravel())
         return divmod(int(places[0]), bad.shape[1]) if len(places) else None
 
-    def _beyond_position(self, position: NDArray[Any], moving: NDArray[Any]) -> _Found | None:
+    def _beyond_position(self, position: NDArray[Any], moving: NDArray[Any]) -> Excess | None:
         at = self._first(((position < self._lowest) | (position > self._highest)) & moving[:, None])
         if at is None:
             return None
         axis, unit = at[1], self._units[at[1]]
         lowest, highest = self.rig.axes[axis].limits.position
-        return _Found(*at, f"position {position[at]:.4g} {unit} outside {lowest:g} to {highest:g} {unit}")
-
-    def _beyond_derivatives(
-        self, time: NDArray[Any], position: NDArray[Any], moving: NDArray[Any]
-    ) -> list[_Found | None]:
-        w = self._window
-        past = len(self._past_time)
-        times = np.concatenate([self._past_time, time])
-        positions = np.concatenate([self._past_position, position])
-        judged = np.concatenate([self._past_moving, moving])
-        self._past_time, self._past_position = times[-self._kept :], positions[-self._kept :]
-        self._past_moving = judged[-self._kept :]
-        if len(times) <= w:
-            return []
-        elapsed = (times[w:] - times[:-w])[:, None]
-        velocity = (positions[w:] - positions[:-w]) / elapsed
-        limits = [axis.limits for axis in self.rig.axes]
-        found = [
-            self._lasting(
-                np.abs(velocity), self._velocity + self._resolution / elapsed, judged[w:], past - w,
-                "velocity", "/s", [limit.velocity for limit in limits],
-            )
-        ]  # fmt: skip
-        if len(times) > 2 * w:
-            between = 0.5 * (elapsed[w:] + elapsed[:-w])
-            acceleration = (velocity[w:] - velocity[:-w]) / between
-            allowed = self._acceleration + 4 * self._resolution / between**2
-            found.append(
-                self._lasting(
-                    np.abs(acceleration), allowed, judged[2 * w :], past - 2 * w,
-                    "acceleration", "/s²", [limit.acceleration for limit in limits],
-                )
-            )  # fmt: skip
-        return found
-
-    def _lasting(
-        self,
-        value: NDArray[Any],
-        allowed: NDArray[Any],
-        judged: NDArray[Any],
-        old: int,
-        what: str,
-        per: str,
-        limits: list[float],
-    ) -> _Found | None:
-        """The first place where a value (R, n) is beyond what is allowed in `_LASTING` rows in a row.
-
-        old : how many of the R rows were there before the present block (less than none where rows lack)
-        """
-        with np.errstate(invalid="ignore"):
-            beyond = (value > allowed) & judged[:, None]
-        if not beyond.any() or len(beyond) < _LASTING:
-            return None
-        ends = np.asarray(np.lib.stride_tricks.sliding_window_view(beyond, _LASTING, axis=0).all(axis=-1))
-        # Entry i of `ends` tells of row i + _LASTING - 1; those before the block were judged already.
-        skipped = max(0, old - _LASTING + 1)
-        at = self._first(ends[skipped:])
-        if at is None:
-            return None
-        row, axis = at[0] + skipped + _LASTING - 1, at[1]
-        unit = self._units[axis]
-        words = f"{what} {value[row, axis]:.4g} {unit}{per} above {limits[axis]:g} {unit}{per}"
-        return _Found(row - old, axis, words)
+        return Excess(*at, f"position {position[at]:.4g} {unit} outside {lowest:g} to {highest:g} {unit}")
 
     def _beyond_following(
         self, rows: NDArray[Any], position: NDArray[Any], following: NDArray[Any]
-    ) -> _Found | None:
+    ) -> Excess | None:
         wanted = rows["setpoint"] @ self._matrix.T + self.rig.position_offset
         error = np.abs(wanted - position)
         with np.errstate(invalid="ignore"):
@@ -229,23 +148,23 @@ class LimitMonitor:
         if at is None:
             return None
         unit = self._units[at[1]]
-        return _Found(*at, f"following error {error[at]:.4g} {unit} above {self._following[at[1]]:g} {unit}")
+        return Excess(*at, f"following error {error[at]:.4g} {unit} above {self._following[at[1]]:g} {unit}")
 
-    def _beyond_current(self, rows: NDArray[Any], moving: NDArray[Any]) -> _Found | None:
+    def _beyond_current(self, rows: NDArray[Any], moving: NDArray[Any]) -> Excess | None:
         current = np.abs(rows["command"] * self._ampere)
         came = (rows["valid"] & COMMAND_CAME) != 0
         at = self._first((current > self._current) & came & moving[:, None])
         if at is None:
             return None
-        return _Found(*at, f"current {current[at]:.4g} A above {self._current[at[1]]:g} A")
+        return Excess(*at, f"current {current[at]:.4g} A above {self._current[at[1]]:g} A")
 
-    def _beyond_temperature(self, rows: NDArray[Any], moving: NDArray[Any]) -> _Found | None:
+    def _beyond_temperature(self, rows: NDArray[Any], moving: NDArray[Any]) -> Excess | None:
         with np.errstate(invalid="ignore"):
             at = self._first((rows["temperature"] > self._temperature) & moving[:, None])
         if at is None:
             return None
         hot = float(rows["temperature"][at])
-        return _Found(*at, f"temperature {hot:.1f} °C above {self._temperature[at[1]]:g} °C")
+        return Excess(*at, f"temperature {hot:.1f} °C above {self._temperature[at[1]]:g} °C")
 
     def _not_enabled(
         self, rows: NDArray[Any], came: NDArray[Any], following: NDArray[Any]

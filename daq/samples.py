@@ -18,6 +18,7 @@ POSITION_CAME = 0x01
 COMMAND_CAME = 0x02
 CAME_LATE = 0x04
 SYNC_NOT_SEEN = 0x08
+CAME_AGAIN = 0x10
 
 
 class Phase(IntEnum):
@@ -114,7 +115,8 @@ class RowDecoder:
             valid = aligned.came[:, position.column] * POSITION_CAME
             valid |= aligned.came[:, command.column] * COMMAND_CAME
             valid |= (aligned.late[:, position.column] | aligned.late[:, command.column]) * CAME_LATE
-            rows["valid"][:, axis] = valid | not_seen
+            again = aligned.surplus[:, position.column] | aligned.surplus[:, command.column]
+            rows["valid"][:, axis] = valid | again * CAME_AGAIN | not_seen
             temperature = self._temperature[axis]
             if temperature is not None:
                 value, scale = temperature

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from daq.rig import Rig
 from daq.safety import LimitMonitor, StopCause, StopReason
-from daq.samples import COMMAND_CAME, POSITION_CAME, SYNC_NOT_SEEN, Phase, sample_dtype
+from daq.samples import CAME_AGAIN, COMMAND_CAME, POSITION_CAME, SYNC_NOT_SEEN, Phase, sample_dtype
 
 ENABLED = 0x1237
 
@@ -86,6 +86,71 @@ def test_a_sample_that_is_a_cycle_old_is_not_taken_for_a_jump(rig):
     rows = rows_of(rig, 1.1 * (time_of(rig, 0.6) - 0.3))
     rows["position"][100] = rows["position"][99]
     assert verdict(rig, rows) is None
+
+
+def late_stamps(seed: int, rows: np.ndarray, lateness: float) -> None:
+    """Stamps as of a process that is often late: most by little, some by several milliseconds."""
+    late = np.random.default_rng(seed).exponential(lateness, len(rows))
+    rows["sync_time"] += np.rint(late * 1e9).astype(np.int64)
+
+
+def swing(rig: Rig, velocity: float, acceleration: float, seconds: float = 2.0) -> np.ndarray:
+    """A sinusoid with these shares of the velocity and acceleration limits at its peaks."""
+    limits = rig.axes[0].limits
+    rate = acceleration * limits.acceleration / (velocity * limits.velocity)
+    return 0.1 + velocity * limits.velocity / rate * np.sin(rate * time_of(rig, seconds))
+
+
+def on_the_machine(rig: Rig, cycle: float) -> Rig:
+    """The rig as a real one, whose rows have the stamps of a clock."""
+    return rig.model_copy(update={"simulated": None, "cycle": cycle})
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=st.integers(0, 1000), cycle=st.sampled_from([0.001, 0.002, 0.005]))
+def test_stamps_that_are_milliseconds_late_are_not_taken_for_accelerations(rig, seed, cycle):
+    real = on_the_machine(rig, cycle)
+    rows = rows_of(real, swing(real, 1.0, 1.0))
+    late_stamps(seed, rows, 0.002)
+    assert verdict(real, rows) is None
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 1000), cycle=st.sampled_from([0.001, 0.002, 0.005]))
+def test_a_motion_that_is_too_fast_is_found_however_late_the_stamps(rig, seed, cycle):
+    real = on_the_machine(rig, cycle)
+    too_fast = rows_of(real, swing(real, 1.25, 1.0))
+    too_hard = rows_of(real, swing(real, 0.8, 3.0))
+    for rows in (too_fast, too_hard):
+        late_stamps(seed, rows, 0.0005)
+    assert "velocity" in verdict(real, too_fast).words
+    assert "acceleration" in verdict(real, too_hard).words
+
+
+def test_a_clock_that_is_set_back_during_the_motion_is_no_reason(rig):
+    real = on_the_machine(rig, 0.002)
+    rows = rows_of(real, swing(real, 1.0, 1.0))
+    rows["sync_time"][400:] -= 3_600_000_000_000
+    assert verdict(real, rows) is None
+    rows = rows_of(real, swing(real, 1.3, 1.0))
+    rows["sync_time"][400:] -= 3_600_000_000_000
+    assert "velocity" in verdict(real, rows).words
+
+
+@pytest.mark.parametrize("cycle", [0.001, 0.002, 0.005])
+@pytest.mark.parametrize("behind", [1, 3])
+def test_answers_that_fall_behind_by_cycles_and_catch_up_are_not_taken_for_accelerations(rig, cycle, behind):
+    """At full speed. Rows lack while answers fall behind, and hold several when they catch up."""
+    slow = rig.model_copy(update={"cycle": cycle})
+    rows = rows_of(slow, 1.2 * (time_of(slow, 1.2) - 0.3))
+    told = rows["position"].copy()
+    rows["position"][100 + behind : 150] = told[100 : 150 - behind]
+    rows["valid"][100 : 100 + behind] = COMMAND_CAME
+    rows["valid"][150] |= CAME_AGAIN
+    assert verdict(slow, rows) is None
+    rows["valid"][:] = POSITION_CAME | COMMAND_CAME
+    if behind == 3:
+        assert verdict(slow, rows) is not None, "without the marks it is a jump"
 
 
 def changed(rows: np.ndarray, name: str, value: float, first: int = 100) -> np.ndarray:
