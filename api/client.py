@@ -23,7 +23,7 @@ import httpx
 import numpy as np
 from numpy.typing import NDArray
 
-from api.contract import Diagnosis, Effect, Identification
+from api.contract import Diagnosis, Effect, Identification, NextExperiment
 
 Json = dict[str, Any]
 Signals = dict[str, NDArray[np.float32]]
@@ -207,6 +207,22 @@ class Client:
     def diagnosis(self, experiment: str, model: str) -> Diagnosis:
         """What was found to be missing in a model version."""
         return Diagnosis.model_validate(self._get(f"/experiments/{experiment}/models/{model}/diagnosis"))
+
+    def find_next_experiment(self, experiment: str, model: str, joint: str) -> Json:
+        """Find the experiment that tells apart what the diagnosis left open on a joint (a job)."""
+        return self._post(f"/experiments/{experiment}/models/{model}/next-experiment", {"joint": joint})
+
+    def next_experiment(self, experiment: str, model: str, joint: str) -> NextExperiment:
+        """The experiment that would tell the rivals of a joint apart."""
+        found = self._get(f"/experiments/{experiment}/models/{model}/next-experiment", joint=joint)
+        return NextExperiment.model_validate(found)
+
+    def plan_next_experiment(
+        self, experiment: str, model: str, joint: str, proposal: int = 1, rig: str | None = None
+    ) -> Json:
+        """Plan a proposed experiment; `plan`, `rig` and `payload` are what a session takes."""
+        wanted = {"joint": joint, "proposal": proposal, "rig": rig}
+        return self._post(f"/experiments/{experiment}/models/{model}/next-experiment/plan", wanted)
 
     def improve(self, experiment: str) -> Json:
         """Diagnose and add until nothing more is justified (a job)."""

@@ -110,6 +110,34 @@ class Diagnosis(_Document):
     joints: list[JointDiagnosis]
 
 
+class Proposal(_Document):
+    """An experiment that would tell two rival effects apart, and by how much."""
+
+    payload: str = Field(examples=["disk-7"])
+    shape: Literal["sinusoid", "trapezoid"] = Field(examples=["trapezoid"])
+    speed: float = Field(description="rad/s or m/s at most", examples=[0.36])
+    position_from: float = Field(description="rad or m", examples=[-1.2])
+    position_to: float = Field(examples=[1.6])
+    repeats: int = Field(examples=[2])
+    separation: float | None = Field(
+        description="standard deviations of the noise by which the predictions part", examples=[14.2]
+    )
+    decides: bool = Field(examples=[True])
+
+
+class NextExperiment(_Document):
+    """The document of `coulomb next --json`."""
+
+    joint: str | None = Field(examples=["j3"])
+    rivals: list[str] = Field(examples=[["load-friction-asymmetric", "load-friction"]])
+    separation_so_far: float | None = Field(default=None, examples=[1.9])
+    proposals: list[Proposal]
+    posture: list[float] = Field(
+        default=[], description="rad or m: where the other joints stand", examples=[[0.2]]
+    )
+    advice: str = Field(examples=["A trapezoid between -1.2 and 1.6 with payload disk-7 decides."])
+
+
 class Step(_Document):
     """One step of an improvement; the first is the start."""
 

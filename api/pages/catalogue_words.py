@@ -39,7 +39,7 @@ _TITLES = {
     "friction-temperature": "friction that varies with the temperature",
     "friction-warmup": "friction that falls while the joint warms up",
     "presliding": "elastic give before the joint slides (presliding)",
-    "backlash": "backlash",
+    "backlash": "play between motor and joint (backlash)",
     "torque-ripple": "torque ripple that repeats with the motor's turn",
     "current-ripple": "torque ripple that grows with the current",
     "joint-spring": "a spring at the joint",

@@ -16,14 +16,20 @@ from api.service.problems import Problem
 JOB_TITLES = {
     "identify": "Fitting the model to all sessions",
     "diagnose": "Looking for what is missing",
+    "separate": "Looking for the experiment that tells them apart",
     "improve": "Adding effects step by step",
     "plan": "Planning the motion",
 }
 
 
 def job_state(jobs: JobRunner, experiment: str, joint: str, ended: Job | None = None) -> dict[str, Any]:
-    """What "what is missing" says of jobs: the one under way, or why the one that has just ended found nothing."""
+    """What "what is missing" says of jobs: the one under way, or why the one that has just ended found nothing.
+
+    The search for the next experiment runs beside a verdict that stands, and is shown in its own place.
+    """
     running = jobs.active(experiment)
+    if running is not None and running.kind == "separate":
+        running = None
     return {
         "running": job_context(running, experiment, joint) if running else None,
         "failed": ended.words if ended is not None and ended.state in ("failed", "lost") else None,
@@ -34,7 +40,7 @@ def job_context(job: Job, experiment: str, joint: str | None) -> dict[str, Any]:
     """Context of the progress of a job on "what is missing"."""
     steps = experiment_link(experiment, "steps")
     query = {"joint": joint or ""}
-    return _progress(job) | {
+    return job_progress(job) | {
         "poll_link": f"{steps}/progress?{urlencode({'job': job.id} | query)}",
         "cancel_link": f"{steps}/cancel?{urlencode(query)}",
     }
@@ -49,11 +55,12 @@ def news_context(experiment: str, seen: str, job: Job | None) -> dict[str, Any]:
     """Context of the strip that follows an experiment: it asks for news of the fit `seen`, and shows a job's progress."""
     return {
         "news_link": f"{experiment_link(experiment, 'news')}?{urlencode({'seen': seen})}",
-        "news_job": _progress(job) if job is not None else None,
+        "news_job": job_progress(job) if job is not None else None,
     }
 
 
-def _progress(job: Job) -> dict[str, Any]:
+def job_progress(job: Job) -> dict[str, Any]:
+    """Title, fraction and words of a job."""
     return {"fraction": job.fraction, "words": job.words, "title": JOB_TITLES.get(job.kind, job.kind)}
 
 
@@ -65,7 +72,7 @@ def follow(request: Request, identifier: str, title: str, link: str) -> HTMLResp
     if job.state.final and job.state != "done":
         return page(request, "problem_message.html", detail=f"Nothing was found: {job.words}.")
     poll = f"{link}?{urlencode({'job': job.id})}"
-    shown: dict[str, Any] = _progress(job)
+    shown: dict[str, Any] = job_progress(job)
     shown |= {"title": title, "poll_link": poll}
     response = page(request, "plan_progress.html", **shown)
     if job.state.final:

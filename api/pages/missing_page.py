@@ -1,6 +1,6 @@
 """What is missing: the verdict, the ranked effects with their evidence, and the error falling from version to version."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Annotated, Any
 from urllib.parse import urlencode
 
@@ -8,17 +8,18 @@ from fastapi import APIRouter, Query, Request
 from fastapi.responses import HTMLResponse
 from markupsafe import Markup
 
-from api.pages.catalogue_words import effect_titles, entry_of
-from api.pages.error_figures import JointUnits, effect_picture
+from api.pages.apart_page import apart_context
+from api.pages.catalogue_words import effect_titles
+from api.pages.error_figures import JointUnits
+from api.pages.evidence_view import joint_diagnosis, selected_evidence
 from api.pages.figures.group_bars import draw_shares
 from api.pages.figures.step_chart import ModelStep, draw_step_chart
 from api.pages.job_views import job_state
 from api.pages.layout import experiment_link, frame
-from api.pages.model_page import FIGURE_SAMPLES, JointChoice, experiment_context
-from api.pages.number_format import listing
+from api.pages.model_page import JointChoice, experiment_context
 from api.pages.rendering import PREFIX, page
 from api.pages.stored_models import ShownModel, StoredExperiment
-from api.pages.verdict_words import rival_words, verdict_of, where_words
+from api.pages.verdict_words import structure_words, verdict_of, where_words
 from api.service import access
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
@@ -67,7 +68,7 @@ def evidence(
     if shown is None:
         return page(request, "evidence.html", selected={"effect": None})
     diagnosis = joint_diagnosis(stored, shown, joint)
-    return page(request, "evidence.html", selected=_selected(stored, shown, diagnosis, joint, effect))
+    return page(request, "evidence.html", selected=selected_evidence(stored, shown, diagnosis, joint, effect))
 
 
 def body_context(
@@ -85,18 +86,20 @@ def body_context(
     return {
         "verdict": verdict_of(diagnosis, floor, titles),
         "diagnosed": diagnosis is not None,
-        "model_effects": _model_effects(stored, shown, joint),
+        "model_effects": _model_effects(stored, shown, joint, _superfluous(diagnosis)),
         "step_chart": step_chart(stored, joint, floor),
         "current": shown.joint(joint),
         "previous_error": before.joint(joint)["relative_error"] if before else None,
         "noise_floor": floor,
         "candidates": [each for each in candidates if each["shown"]],
         "further": [each for each in candidates if not each["shown"]],
-        "superfluous": [titles.get(name, name) for name in (diagnosis or {}).get("superfluous", [])],
+        "superfluous": [titles.get(name, name) for name in _superfluous(diagnosis)],
+        "missing_steps": _missing_steps(diagnosis, titles),
+        "structure": structure_words(diagnosis),
         "no_candidates": "No effect of the catalogue would help."
         if diagnosis
         else "Nobody has asked yet what this model misses.",
-        "selected": _selected(stored, shown, diagnosis, joint, effect),
+        "selected": selected_evidence(stored, shown, diagnosis, joint, effect),
         "where_figure": draw_shares(
             [
                 (where_words(place, units), place["share_of_error"] or 0.0, place.get("share_of_samples"))
@@ -105,8 +108,7 @@ def body_context(
         )
         if where
         else None,
-        "rivals": rival_words(diagnosis["candidates"], titles, diagnosis["missing"]) if diagnosis else [],
-        "next_experiment": _next_words(diagnosis),
+        "apart": apart_context(stored, shown, diagnosis, joint),
         "not_tried": _not_tried(stored, shown, joint),
         "can_undo": len(stored.story.line) > 1,
         "can_redo": bool(stored.story.undone),
@@ -116,17 +118,24 @@ def body_context(
     }
 
 
+def _superfluous(diagnosis: Mapping[str, Any] | None) -> list[str]:
+    """Effects of the model that do not lower the error on motion that the fit did not see."""
+    return list((diagnosis or {}).get("superfluous", []))
+
+
+def _missing_steps(diagnosis: Mapping[str, Any] | None, titles: Mapping[str, str]) -> list[dict[str, Any]]:
+    """What each missing effect brought when it was added beside those before it; empty for a single one."""
+    steps = (diagnosis or {}).get("evidence") or []
+    return (
+        [each | {"title": titles.get(each["effect"], each["effect"])} for each in steps]
+        if len(steps) > 1
+        else []
+    )
+
+
 def _excess(place: Mapping[str, Any]) -> float:
     """How much more of the error than of the samples a range holds."""
     return (place["share_of_error"] or 0.0) - (place.get("share_of_samples") or 0.0)
-
-
-def joint_diagnosis(stored: StoredExperiment, shown: ShownModel, joint: str) -> dict[str, Any] | None:
-    """What the diagnosis of a version says of one joint, or None if nobody asked yet."""
-    document = stored.models.diagnosis(shown.version.id)
-    if document is None:
-        return None
-    return next((entry for entry in document["joints"] if entry["joint"] == joint), None)
 
 
 def _step_link(stored: StoredExperiment, step: str, joint: str, **further: str) -> str:
@@ -165,20 +174,28 @@ def _gain(candidate: Mapping[str, Any], floor: float | None) -> float:
     return min(max((before**2 - after**2) / rest, 0.0), 1.0) if rest > 0 else 0.0
 
 
-def _model_effects(stored: StoredExperiment, shown: ShownModel, joint: str) -> list[dict[str, Any]]:
-    """The effects of the joint in the model; those that were added to the start can be removed."""
+def _model_effects(
+    stored: StoredExperiment, shown: ShownModel, joint: str, superfluous: Collection[str]
+) -> list[dict[str, Any]]:
+    """The effects of the joint in the model; those that were added, and those that do not help, can be removed."""
     added = {text: text.split("@")[0] for text in shown.version.add if text.split("@")[-1] in (joint, text)}
     rows = []
     for entry in shown.document["effects"]:
         if entry["joint"] not in (joint, None):
             continue
         text = next((full for full, name in added.items() if name == entry["effect"]), None)
+        useless = entry["effect"] in superfluous
+        # The offset is a part of every model; it is said that it does not help, and it stays.
+        removable = text is not None or (useless and entry["effect"] != "offset")
         rows.append(
             {
                 "effect": entry["effect"],
                 "added": text is not None,
-                "removable": text is not None,
-                "remove_link": _step_link(stored, "remove", joint, effect=text or ""),
+                "superfluous": useless,
+                "removable": removable,
+                "remove_link": _step_link(
+                    stored, "remove", joint, effect=text or f"{entry['effect']}@{joint}"
+                ),
             }
         )
     return rows
@@ -200,92 +217,6 @@ def step_chart(stored: StoredExperiment, joint: str, floor: float | None) -> Mar
             )
         )
     return draw_step_chart(steps, floor)
-
-
-def _selected(
-    stored: StoredExperiment,
-    shown: ShownModel,
-    diagnosis: Mapping[str, Any] | None,
-    joint: str,
-    effect: str | None,
-) -> dict[str, Any]:
-    """The evidence of the chosen candidate, else of the first; after the last step that of the effect added last."""
-    candidates = {each["effect"]: each for each in (diagnosis or {"candidates": []})["candidates"]}
-    units = JointUnits.of(stored.declared.robot.joints[stored.joint_names.index(joint)].type)
-    added = (shown.version.change or "").split("@")[0] if shown.version.cause == "effect added" else None
-    if effect is None:
-        missing = diagnosis["missing"] if diagnosis else []
-        effect = missing[0] if missing else added or next(iter(candidates), None)
-    if effect is None:
-        return {"effect": None}
-    files = stored.fitted_files(shown)
-    here = stored.samples(shown, joint, files).thinned(FIGURE_SAMPLES).in_fit
-    if effect == added and effect not in candidates and shown.version.parent:
-        parent = stored.model(shown.version.parent)
-        before = stored.samples(parent, joint, stored.fitted_files(parent)).thinned(FIGURE_SAMPLES).in_fit
-        picture, own = effect_picture(effect, before, here, units)
-        evidence = _step_evidence(stored, parent, shown, joint, effect)
-    else:
-        evidence = candidates.get(effect) or {}
-        picture, own = effect_picture(effect, here, None, units, evidence.get("variable"))
-    entry = entry_of(effect)
-    errors = {
-        key: evidence.get(key)
-        for key in (
-            "relative_error_before",
-            "relative_error_after",
-            "heldout_error_before",
-            "heldout_error_after",
-            "p_value",
-        )
-    }
-    return {
-        "effect": effect,
-        "title": effect_titles().get(effect, effect),
-        "group": entry.get("group", ""),
-        "equation": entry.get("equation", ""),
-        "source": entry.get("source", ""),
-        "explanation": evidence.get("explanation") or entry.get("explanation", ""),
-        "picture": picture,
-        "picture_words": f"Residual over {own.words}",
-        "with_fit": effect == added and effect not in candidates,
-        "change": _change(errors["relative_error_before"], errors["relative_error_after"]),
-        "heldout_change": _change(errors["heldout_error_before"], errors["heldout_error_after"]),
-        **errors,
-    }
-
-
-def _step_evidence(
-    stored: StoredExperiment, parent: ShownModel, shown: ShownModel, joint: str, effect: str
-) -> dict[str, Any]:
-    """What was known of an effect when it was added: the diagnosis of the version before, with the fit's own errors."""
-    earlier = joint_diagnosis(stored, parent, joint)
-    known = next((each for each in earlier["candidates"] if each["effect"] == effect), {}) if earlier else {}
-    return dict(known) | {
-        "relative_error_before": parent.joint(joint)["relative_error"],
-        "relative_error_after": shown.joint(joint)["relative_error"],
-    }
-
-
-def _change(before: float | None, after: float | None) -> float | None:
-    return (after - before) / before if before and after is not None else None
-
-
-def _next_words(diagnosis: Mapping[str, Any] | None) -> str | None:
-    """The experiment that would separate what cannot be told apart: the one that the diagnosis plans, else what the
-    rivals need to be seen."""
-    if diagnosis is None:
-        return None
-    proposal = diagnosis.get("next_experiment")
-    if proposal:
-        return proposal["words"] if isinstance(proposal, Mapping) else str(proposal)
-    needs: dict[str, None] = {}
-    for candidate in diagnosis["candidates"]:
-        if candidate["effect"] in diagnosis["missing"]:
-            for effect in [candidate["effect"], *candidate["indistinguishable_from"]]:
-                if candidate["indistinguishable_from"]:
-                    needs |= dict.fromkeys(entry_of(effect).get("needs") or [])
-    return f"A session with {listing(needs)}, measured once more and longer." if needs else None
 
 
 def _not_tried(stored: StoredExperiment, shown: ShownModel, joint: str) -> list[dict[str, str]]:

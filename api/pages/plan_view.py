@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from api.pages.catalogue_words import effect_titles
 from api.pages.error_figures import JointUnits
 from api.pages.figures.plan_preview import draw_plan_signal
 from api.pages.number_format import THIN, listing, number, percent, significant
@@ -96,6 +97,21 @@ def plan_view(
         if torque is not None
         else "The torque cannot be predicted before a first model; the current is watched on every sample.",
     )
+
+
+def purpose_words(report: dict[str, Any] | None) -> str | None:
+    """What a plan was made for, where it was made to tell two effects apart; with what the rig's limits made of it."""
+    purpose = (report or {}).get("purpose")
+    if report is None or purpose is None:
+        return None
+    titles = effect_titles()
+    names = [titles.get(name, name) for name in purpose["rivals"]]
+    words = (
+        f"Made to tell {' from '.join(names)} on joint {purpose['joint']}, with the payload {purpose['payload']}: "
+        f"{significant(purpose['separation'], 2)} standard deviations are expected."
+    )
+    remarks = [f"{remark[0].upper()}{remark[1:]}." for remark in report.get("remarks", [])]
+    return " ".join([words, *remarks])
 
 
 def predicted_torque(

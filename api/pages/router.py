@@ -7,6 +7,7 @@ from fastapi.responses import FileResponse, RedirectResponse, Response
 
 from api.pages import (
     account_pages,
+    apart_page,
     experiments_page,
     live_page,
     missing_page,
@@ -38,6 +39,7 @@ PARTS = (
     model_page,
     sample_range,
     missing_page,
+    apart_page,
     step_actions,
     results_page,
     report,

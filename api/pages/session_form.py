@@ -1,5 +1,6 @@
 """New session, first half: rig, experiment, payload and plan, with a preview of the motion."""
 
+from contextlib import suppress
 from typing import Annotated, Any, Literal
 from urllib.parse import urlencode
 
@@ -10,7 +11,7 @@ from pydantic import ValidationError
 from api.pages.account_pages import said_in_words
 from api.pages.job_views import JOB_TITLES
 from api.pages.layout import experiment_link, frame
-from api.pages.plan_view import plan_view
+from api.pages.plan_view import plan_view, purpose_words
 from api.pages.rendering import PREFIX, page
 from api.pages.rig_page import RigChoice, chosen_rig
 from api.service import access
@@ -76,7 +77,8 @@ def prepare(
     service = access.service_of(request)
     with said_in_words():
         settings = service.rigs.rig(rig)
-        known = _payload(settings, payload, payload_name, mass, (com_x, com_y, com_z))
+        given = _payload(payload_name, mass, (com_x, com_y, com_z)) if payload == NEW else None
+        known = given or _known_payload(service, settings, experiment, payload)
         service.plans.plan(plan)
         if experiment == NEW:
             if not experiment_name.strip():
@@ -141,17 +143,30 @@ def session_link(experiment: str, session: str) -> str:
     return experiment_link(experiment, f"sessions/{session}")
 
 
-def _payload(
-    settings: Rig, payload: str, name: str, mass: float, com: tuple[float, float, float]
-) -> KnownPayload:
-    if payload != NEW:
-        return settings.payload(payload)
+def _payload(name: str, mass: float, com: tuple[float, float, float]) -> KnownPayload:
+    """A payload that was typed."""
     try:
         return KnownPayload(name=name.strip(), mass=mass, com=com)
     except ValidationError:
         raise InputError(
             f"payload name {name.strip()!r}: use letters, digits, '_', '.' and '-', a letter or digit first"
         ) from None
+
+
+def _known_payload(service: Service, settings: Rig, experiment: str, payload: str) -> KnownPayload:
+    """A payload by name: the experiment's own, else the rig's."""
+    own = {} if experiment == NEW else _payloads_of(service, experiment)
+    return own.get(payload) or settings.payload(payload)
+
+
+def _payloads_of(service: Service, experiment: str) -> dict[str, KnownPayload]:
+    """The payloads that the experiment's file declares, as a session takes them; those with other names than a rig may
+    give are left out."""
+    found = {}
+    for each in service.experiments.declared(experiment).payloads:
+        with suppress(ValidationError):
+            found[each.name] = KnownPayload.model_validate(each.model_dump())
+    return found
 
 
 def _chosen(
@@ -171,6 +186,7 @@ def _chosen(
     plans = [(each, made) for each, made in plans if made.joints == tuple(joints)]
     made = next(((each, one) for each, one in plans if each == plan), plans[0] if plans else None)
     known = {each.name: each for each in settings.payloads}
+    known |= _payloads_of(service, chosen.id) if chosen is not None else {}
     known_payload = known.get(payload or "") or next(iter(known.values()))
     sessions = service.experiments.sessions(chosen.id) if chosen else []
     measured = [row.payload["mass"] for row in sessions if row.file is not None]
@@ -189,6 +205,7 @@ def _chosen(
         "plans": [(each, one.name or each, one.duration) for each, one in plans],
         "plan_id": made[0] if made else None,
         "view": view,
+        "purpose": purpose_words(service.plans.report(made[0])) if made else None,
         "measured": [row for row in sessions if row.file is not None],
     }
 

@@ -37,7 +37,7 @@ def add(
     request: Request, user: access.Operator, experiment: str, joint: JointChoice, effect: EffectChoice
 ) -> HTMLResponse:
     """Add an effect to the joint's model."""
-    _set_diagnosis_aside(access.service_of(request).jobs, experiment)
+    _set_searches_aside(access.service_of(request).jobs, experiment)
     access.service_of(request).models.add_effect(experiment, user.name, effect or "", joint)
     return body(request, user, experiment, joint)
 
@@ -48,7 +48,7 @@ def remove(
 ) -> HTMLResponse:
     """Remove an effect from the joint's model."""
     name, _, of_joint = (effect or "").partition("@")
-    _set_diagnosis_aside(access.service_of(request).jobs, experiment)
+    _set_searches_aside(access.service_of(request).jobs, experiment)
     access.service_of(request).models.remove_effect(experiment, user.name, name, of_joint or None)
     return body(request, user, experiment, joint)
 
@@ -56,7 +56,7 @@ def remove(
 @router.post("/steps/undo")
 def undo(request: Request, user: access.Operator, experiment: str, joint: JointChoice = None) -> HTMLResponse:
     """Back to the model before."""
-    _set_diagnosis_aside(access.service_of(request).jobs, experiment)
+    _set_searches_aside(access.service_of(request).jobs, experiment)
     access.service_of(request).models.undo(experiment, user.name)
     return body(request, user, experiment, joint)
 
@@ -64,7 +64,7 @@ def undo(request: Request, user: access.Operator, experiment: str, joint: JointC
 @router.post("/steps/redo")
 def redo(request: Request, user: access.Operator, experiment: str, joint: JointChoice = None) -> HTMLResponse:
     """Forward again."""
-    _set_diagnosis_aside(access.service_of(request).jobs, experiment)
+    _set_searches_aside(access.service_of(request).jobs, experiment)
     access.service_of(request).models.redo(experiment, user.name)
     return body(request, user, experiment, joint)
 
@@ -129,11 +129,11 @@ def body(
     return page(request, "missing_body.html", **context)
 
 
-def _set_diagnosis_aside(jobs: JobRunner, experiment: str) -> None:
-    """A step of the model does not wait for the search for what is missing: that is cancelled, and begun again for the
-    model that stands then."""
+def _set_searches_aside(jobs: JobRunner, experiment: str) -> None:
+    """A step of the model does not wait for the search for what is missing, nor for that of the next experiment: they are
+    cancelled, and begun again for the model that stands then."""
     active = jobs.active(experiment)
-    if active is None or active.kind != "diagnose":
+    if active is None or active.kind not in ("diagnose", "separate"):
         return
     over = threading.Event()
 

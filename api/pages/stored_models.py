@@ -11,7 +11,7 @@ from api.pages.joint_samples import JointSamples
 from api.pages.kept import Kept
 from api.service.experiment_store import ExperimentStore
 from api.service.model_story import ModelStory, ModelVersion, Story
-from api.service.prediction_files import COLUMNS, read_prediction
+from api.service.prediction_files import COLUMNS, read_candidate, read_prediction
 from api.service.problems import Problem
 
 _samples: Kept[JointSamples] = Kept(12)
@@ -98,6 +98,14 @@ class StoredExperiment:
         number = self.joint_names.index(joint)
         key = (model.folder, tuple(files), number)
         return _samples.get(key, lambda: _gathered(self._stored(model, files, number)))
+
+    def candidate(
+        self, model: ShownModel, joint: str, files: Sequence[str], rank: int
+    ) -> list[np.ndarray] | None:
+        """The torque of each file as the diagnosis predicts it with the candidate of that rank; None if it was not kept."""
+        number, places = self.joint_names.index(joint), list(self.payload_of)
+        parts = [read_candidate(model.folder, places.index(file), number, rank) for file in files]
+        return None if any(part is None for part in parts) else [part for part in parts if part is not None]
 
     def stored_samples(
         self, model: ShownModel, joint: str, files: Sequence[str]

@@ -21,6 +21,14 @@ VARIABLE_WORDS = {
 }
 """Variable of `where` in the contract's JSON -> words, and the dimension that its unit follows from."""
 
+STRUCTURE_WORDS = {
+    "direction": "direction",
+    "history": "the motion of the last second",
+    "frequency": "a frequency that does not follow the motion",
+    "travel since reversal": "travel since the last reversal",
+}
+"""What structure is found in -> words, where they are not those of the variable."""
+
 
 @dataclass(frozen=True)
 class Verdict:
@@ -41,9 +49,7 @@ def verdict_of(joint: Mapping[str, Any] | None, floor: float | None, titles: Map
         )
     if joint["verdict"] == "missing":
         names = [titles.get(name, name) for name in joint["missing"]]
-        more = f" After it, look again: {listing(names[1:])} may be missing too." if len(names) > 2 else ""
-        shown = names if len(names) <= 2 else names[:1]
-        return Verdict("missing", f"The model misses {listing(shown)}.", _gain_words(joint) + more)
+        return Verdict("missing", f"The model misses {_listed(names)}.", _gain_words(joint))
     if joint["verdict"] == "adequate":
         rest = "No effect of the catalogue lowers the error on motion that the fit did not see."
         if floor is not None:
@@ -56,7 +62,18 @@ def verdict_of(joint: Mapping[str, Any] | None, floor: float | None, titles: Map
     )
 
 
+def _listed(names: Sequence[str]) -> str:
+    """Up to three names; more make no sentence, and stand one by one below it."""
+    return listing(names) if len(names) <= 3 else f"{', '.join(names[:2])} and {len(names) - 2} effects more"
+
+
 def _gain_words(joint: Mapping[str, Any]) -> str:
+    steps = joint.get("evidence") or []
+    if len(steps) > 1:
+        return (
+            f"With all of them the error on motion that the fit did not see falls from "
+            f"{percent(steps[0]['heldout_error_before'])} to {percent(steps[-1]['heldout_error_after'])}."
+        )
     first = next((each for each in joint["candidates"] if each["effect"] in joint["missing"]), None)
     if first is None:
         return ""
@@ -64,6 +81,50 @@ def _gain_words(joint: Mapping[str, Any]) -> str:
         f"With it the error on motion that the fit did not see falls from {percent(first['heldout_error_before'])} "
         f"to {percent(first['heldout_error_after'])}."
     )
+
+
+def structure_words(joint: Mapping[str, Any] | None) -> str | None:
+    """What a predictor without any model still finds in what is left, in one sentence; None where that is noise."""
+    telling = (joint or {}).get("structure") or []
+    found = next((each for each in telling if each.get("found")), None)
+    if found is None:
+        return None
+    names = [
+        STRUCTURE_WORDS.get(name, VARIABLE_WORDS.get(name, (name, ""))[0]) for name in found["variables"]
+    ]
+    beyond = " with the missing effects added" if joint and joint["missing"] else ""
+    return (
+        f"{percent(found['share'], 2)} of the power that is left{beyond} can be foretold from {listing(names)}, "
+        "without any model: it is not noise."
+    )
+
+
+CONSTANT_WORDS = {
+    "stribeck_velocity": ("Stribeck velocity", "speed"),
+    "rotor_inertia": ("rotor inertia within the load", ""),
+    "exponent": ("exponent", ""),
+    "power": ("exponent", ""),
+    "wave_number": ("waves per rad", ""),
+    "second_wave_number": ("second wave, per rad", ""),
+    "presliding_distance": ("distance of the give", "position"),
+    "play": ("play", "position"),
+    "threshold": ("from a load of", "load"),
+    "flank_load": ("load on the flank", "load"),
+    "time_constant": ("time constant", "time"),
+}
+"""Nonlinear constant of an effect -> words, and the dimension that its unit follows from."""
+
+
+def constant_words(constants: Mapping[str, float], units: Any) -> list[tuple[str, str]]:
+    """(words, value with unit) of the constants that the search chose; those of the grid itself are left out."""
+    rows = []
+    for name, value in constants.items():
+        if name not in CONSTANT_WORDS or not value:
+            continue
+        words, dimension = CONSTANT_WORDS[name]
+        unit = f"{THIN}{units.of_dimension(dimension)}" if dimension else ""
+        rows.append((words, f"{significant(value, 3)}{unit}"))
+    return rows
 
 
 def where_words(place: Mapping[str, Any], units: Any) -> str:

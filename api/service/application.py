@@ -39,6 +39,7 @@ from api.service.routes import plans as plan_routes
 from api.service.routes import recordings as recording_routes
 from api.service.routes import rigs as rig_routes
 from api.service.routes import sessions as session_routes
+from api.service.separating_plans import SeparatingPlanner
 from api.service.session_cache import SessionCache
 from api.service.session_desk import SessionDesk
 from api.service.settings import ServiceSettings
@@ -67,6 +68,7 @@ class Service:
     rigs: RigDesk
     plans: PlanStore
     planner: Planner
+    separating: SeparatingPlanner
     sessions: SessionDesk
     samples: SessionCache
     live: LiveFeed
@@ -165,6 +167,7 @@ def _create_service(settings: ServiceSettings) -> Service:
         rigs=rigs,
         plans=plans,
         planner=Planner(rigs, plans, jobs),
+        separating=SeparatingPlanner(experiments, models, rigs, plans),
         sessions=sessions,
         samples=SessionCache(),
         live=LiveFeed(rigs, sessions, settings.live_rate),

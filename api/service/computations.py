@@ -14,8 +14,11 @@ import numpy as np
 import identify
 from api.service.job_process import Progress
 from api.service.model_story import data_fingerprint
-from api.service.prediction_files import write_prediction
+from api.service.prediction_files import write_candidate, write_prediction
 from identify.recording import load_experiment
+
+PICTURED = 6
+"""Best candidates of each joint whose effect on the residual is shown before anybody adds them."""
 
 
 def fit(progress: Progress, experiment: str, model: str, add: list[str], output: str) -> dict[str, Any]:
@@ -44,10 +47,43 @@ def fit(progress: Progress, experiment: str, model: str, add: list[str], output:
     return {"identification": document, "data": data}
 
 
-def diagnose(progress: Progress, experiment: str, model: str, add: list[str]) -> dict[str, Any]:
-    """Where that model fails and which effect is missing: the JSON of `coulomb diagnose`."""
+def diagnose(progress: Progress, experiment: str, model: str, add: list[str], output: str) -> dict[str, Any]:
+    """Where that model fails and which effect is missing: the JSON of `coulomb diagnose`.
+
+    output : folder of the fit, where the torque is kept that the model would predict with each of the best candidates
+    """
+    from identify.diagnosis.with_candidate import predictions_with, worth_a_look
+
     loaded = load_experiment(Path(experiment))
-    return _finite(identify.diagnose(loaded, model=model, add=add, progress=progress).to_json())
+    found = identify.diagnose(loaded, model=model, add=add, progress=_part(progress, 0.0, 0.85))
+    looks = [
+        (joint, finding)
+        for joint in range(len(found.joints))
+        for finding in worth_a_look(found, joint, PICTURED)
+    ]
+    for done, (joint, finding) in enumerate(looks):
+        progress(0.85 + 0.15 * done / len(looks), "looking at what each effect would leave")
+        rank = 1 + found.joints[joint].findings.index(finding)
+        for session, prediction in enumerate(predictions_with(found, finding, loaded.sessions)):
+            write_candidate(Path(output), session, joint, rank, prediction.predicted)
+    return _finite(found.to_json())
+
+
+def separate(
+    progress: Progress, experiment: str, model: str, add: list[str], joint: str, diagnosis: dict[str, Any]
+) -> dict[str, Any] | None:
+    """The experiment that tells apart what a diagnosis left open on one joint: the JSON of `coulomb next`.
+
+    None where nothing is left open there.
+    """
+    from identify.diagnosis.next_experiment import separate_said
+    from identify.estimation.identification import open_record, requested_model
+
+    progress(0.05, "reading the sessions")
+    record = open_record(load_experiment(Path(experiment)))
+    progress(0.2, "trying payloads, speeds and ranges on both models")
+    found = separate_said(record, requested_model(record, model, add), diagnosis, joint)
+    return None if found is None else _finite(found.to_json())
 
 
 def improve(

@@ -18,6 +18,7 @@ NAMED_MODELS = ("rigid", "usual", "load-velocity")
 FIRST_MODEL = "usual"
 """What is fitted by itself after the first session: the model that the diagnosis starts from."""
 COMPUTATIONS = "api.service.computations"
+NO_RIVALS = "Only weak candidates explain the data alike here; no experiment is worth running for them."
 
 
 @cache
@@ -163,10 +164,51 @@ class ModelDesk:
             return {"model": version.id, "diagnosis": version.id}
 
         def arguments() -> dict[str, Any]:
-            return {"experiment": str(story.folder.parent), "model": version.model, "add": version.add}
+            return {
+                "experiment": str(story.folder.parent),
+                "model": version.model,
+                "add": version.add,
+                "output": str(story.fit_folder(version.id)),
+            }
 
         return self._jobs.submit(
             "diagnose", f"{COMPUTATIONS}:diagnose", arguments, store, user=user, experiment=experiment
+        )
+
+    def separate(self, experiment: str, user: str, joint: str, identifier: str | None = None) -> Job:
+        """Plan the experiment that tells apart what the diagnosis of a version left open on one joint.
+
+        Raises the problem 404 (no such joint), 409 (not diagnosed yet, or nothing is left open).
+        """
+        self._refuse_overlap(experiment)
+        joints = self._experiments.row(experiment).joints
+        if joint not in joints:
+            raise Problem(404, f"The robot has no joint {joint}; it has {', '.join(joints)}.")
+        story = self.story(experiment)
+        version = story.read().version(identifier) if identifier else self._standing(experiment)
+        diagnosis = story.diagnosis(version.id)
+        if diagnosis is None:
+            raise Problem(409, f"The model {version.id} was not diagnosed yet: ask first what it misses.")
+        said = next((each for each in diagnosis["joints"] if each["joint"] == joint), None)
+        if said is None or not any(each["indistinguishable_from"] for each in said["candidates"]):
+            raise Problem(409, f"On joint {joint} nothing is left that these sessions cannot tell apart.")
+
+        def arguments() -> dict[str, Any]:
+            return {
+                "experiment": str(story.folder.parent),
+                "model": version.model,
+                "add": version.add,
+                "joint": joint,
+                "diagnosis": diagnosis,
+            }
+
+        def store(document: dict[str, Any] | None) -> dict[str, Any]:
+            nothing = {"joint": joint, "rivals": [], "proposals": [], "advice": NO_RIVALS}
+            story.store_next_experiment(version.id, joints.index(joint), document or nothing)
+            return {"model": version.id, "joint": joint}
+
+        return self._jobs.submit(
+            "separate", f"{COMPUTATIONS}:separate", arguments, store, user=user, experiment=experiment
         )
 
     def improve(self, experiment: str, user: str) -> Job:

@@ -2,9 +2,11 @@
 
     models/story.json               the versions and where the story stands
     models/m2/f1/identification.json, prediction-0-0.npy …     one fit of version m2
-    models/m2/diagnosis.json        what was found to be missing in it
+    models/m2/f1/diagnosis.json     what that fit was found to miss; with-0-0-1.npy … what it would predict with one effect more
+    models/m2/f1/next-0.json        the experiment that tells rival effects of a joint apart
 
-A version is a list of effects. It is fitted anew whenever sessions were added; every fit is kept.
+A version is a list of effects. It is fitted anew whenever sessions were added; every fit is kept. What was said of a fit
+is not said of the next one: more sessions may show more.
 """
 
 import hashlib
@@ -183,23 +185,37 @@ class ModelStory:
         return self.folder / identifier / self.read().version(identifier).fit.id
 
     def diagnosis(self, identifier: str) -> dict[str, Any] | None:
-        """What was found to be missing in that version, or None if nobody asked yet."""
-        self.read().version(identifier)
-        try:
-            return json.loads((self.folder / identifier / "diagnosis.json").read_bytes())
-        except FileNotFoundError:
-            return None
+        """What the version's newest fit was found to miss, or None if nobody asked yet."""
+        return _read_json(self.fit_folder(identifier) / "diagnosis.json")
 
     def store_diagnosis(self, identifier: str, document: dict[str, Any]) -> None:
-        """Keep a diagnosis with its version, instead of an older one."""
-        folder = self.folder / identifier
-        folder.mkdir(parents=True, exist_ok=True)
+        """Keep a diagnosis with the version's newest fit, instead of an older one."""
+        folder = self.fit_folder(identifier)
+        for old in folder.glob("next-*.json"):
+            old.unlink()
         write_atomically(folder / "diagnosis.json", json.dumps(document, indent=1).encode())
+
+    def next_experiment(self, identifier: str, joint: int) -> dict[str, Any] | None:
+        """The experiment that tells the rivals of a joint (counted from 0) apart, or None if nobody asked yet."""
+        return _read_json(self.fit_folder(identifier) / f"next-{joint}.json")
+
+    def store_next_experiment(self, identifier: str, joint: int, document: dict[str, Any]) -> None:
+        """Keep it with the version's newest fit."""
+        write_atomically(
+            self.fit_folder(identifier) / f"next-{joint}.json", json.dumps(document, indent=1).encode()
+        )
 
     def _write(self, story: Story, **changes: Any) -> None:
         self.folder.mkdir(parents=True, exist_ok=True)
         changed = story.model_copy(update=changes)
         write_atomically(self._file, changed.model_dump_json(indent=1).encode())
+
+
+def _read_json(file: Path) -> dict[str, Any] | None:
+    try:
+        return json.loads(file.read_bytes())
+    except FileNotFoundError:
+        return None
 
 
 def now_text() -> str:

@@ -51,3 +51,21 @@ def read_prediction(folder: Path, session: int, joint: int) -> dict[str, np.ndar
     except FileNotFoundError:
         return None
     return dict(zip(COLUMNS, stored, strict=True))
+
+
+def candidate_file(folder: Path, session: int, joint: int, rank: int) -> Path:
+    """The file of the torque predicted with one candidate more: the candidate of that rank in the diagnosis."""
+    return folder / f"with-{session}-{joint}-{rank}.npy"
+
+
+def write_candidate(folder: Path, session: int, joint: int, rank: int, predicted: np.ndarray) -> None:
+    """Write the torque (M,) that the model would predict with that candidate; single precision is enough to draw it."""
+    np.save(candidate_file(folder, session, joint, rank), np.asarray(predicted, dtype=np.float32))
+
+
+def read_candidate(folder: Path, session: int, joint: int, rank: int) -> np.ndarray | None:
+    """(M,) as written; None if there is none."""
+    try:
+        return np.load(candidate_file(folder, session, joint, rank), mmap_mode="r")
+    except FileNotFoundError:
+        return None

@@ -74,7 +74,12 @@ class JointDiagnosis:
             "where": self.where,
             "noise_floor": number(self.noise_floor),
             "structure": [
-                {"variables": list(s.variables), "share": number(s.share), "deviation": number(s.deviation)}
+                {
+                    "variables": list(s.variables),
+                    "share": number(s.share),
+                    "deviation": number(s.deviation),
+                    "found": s.found,
+                }
                 for s in self.structure
             ],
             "superfluous": list(self.superfluous),
@@ -262,10 +267,14 @@ def _both_ways(
     strongest: tuple[str, ...],
     doubts: dict[str, tuple[str, ...]],
 ) -> dict[str, tuple[str, ...]]:
-    """Rivals by effect, each named at the other: those of what is missing, and of the strongest candidate."""
-    pairs = {(name, rival) for name in missing for rival in doubts.get(name, ()) if rival not in missing}
+    """Rivals by effect, each named at the other: those of what is missing, and of the strongest candidate.
+
+    Two effects that are both missing are no rivals: each helps beside the other.
+    """
+    pairs = {(name, rival) for name in missing for rival in doubts.get(name, ())}
     if found:
         pairs |= {(found[0].candidate.name, rival) for rival in strongest}
+    pairs = {pair for pair in pairs if not set(pair) <= set(missing)}
     order = [finding.candidate.name for finding in found]
     return {
         name: tuple(rival for rival in order if (name, rival) in pairs or (rival, name) in pairs)

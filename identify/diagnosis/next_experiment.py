@@ -9,7 +9,7 @@ separation to expect.
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from identify.diagnosis.diagnosis import Diagnosis, diagnose_record
 from identify.diagnosis.selection import Finding
-from identify.effects.model import Term
+from identify.effects.model import Model, Term, terms_of
 from identify.estimation.fitting import FittedModel, fit_model
-from identify.estimation.identification import number, open_record, requested_model
+from identify.estimation.identification import known_effects, number, open_record, requested_model
 from identify.estimation.least_squares import joint_rows
 from identify.estimation.observation import Observation, Slot, observe
 from identify.estimation.record import Record
@@ -93,6 +93,7 @@ class NextExperiment:
     rivals    : the two effects to separate; empty where the diagnosis is not in doubt
     so_far    : separation on the data so far
     proposals : the best first
+    posture   : (n,) rad or m: where the other joints stand meanwhile
     """
 
     experiment: str
@@ -101,6 +102,7 @@ class NextExperiment:
     so_far: float | None
     proposals: tuple[Proposal, ...]
     advice: str
+    posture: tuple[float, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """One document."""
@@ -110,6 +112,7 @@ class NextExperiment:
             "rivals": list(self.rivals),
             "separation_so_far": number(self.so_far),
             "proposals": [proposal.to_json() for proposal in self.proposals],
+            "posture": list(self.posture),
             "advice": self.advice,
         }
 
@@ -126,18 +129,73 @@ def next_experiment(
     return separate(record, diagnosis, rivals)
 
 
-@single_threaded
 def separate(record: Record, diagnosis: Diagnosis, wanted: Sequence[str] = ()) -> NextExperiment:
     """`next_experiment` from a diagnosis that was made already."""
-    name = record.experiment.name
     chosen = _rivals(diagnosis, wanted)
     if chosen is None:
-        return NextExperiment(name, None, (), None, (), _advice_without_rivals(diagnosis))
+        advice = _advice_without_rivals(diagnosis)
+        return NextExperiment(record.experiment.name, None, (), None, (), advice)
     joint, pair = chosen
-    terms = [f.candidate.term.chosen(f.candidate.constants[f.variant]) for f in pair]
+    constants = {finding.candidate.term.key: finding.candidate.constants[finding.variant] for finding in pair}
+    terms = [finding.candidate.term.chosen(constants[finding.candidate.term.key]) for finding in pair]
+    cautions = diagnosis.joints[joint].cautions
+    cautious = next((cautions[term.effect.name] for term in terms if term.effect.name in cautions), "")
+    return separate_terms(record, diagnosis.fitted.model, joint, terms, diagnosis.added, cautious)
+
+
+def separate_said(record: Record, model: Model, said: Mapping[str, Any], name: str) -> NextExperiment | None:
+    """`separate` for one joint from the document of a diagnosis that was kept; None where it left no rivals there.
+
+    model : the model that was diagnosed
+    said  : the document of `coulomb diagnose --json`
+    name  : the joint
+    """
+    joints = {row["joint"]: row for row in said["joints"]}
+    candidates = {row["effect"]: row for row in joints[name]["candidates"]}
+    strongest = [row["effect"] for row in joints[name]["candidates"][:1] if row["justified"]]
+    pairs = [
+        (effect, rival)
+        for effect in [*joints[name]["missing"], *strongest]
+        for rival in candidates.get(effect, {}).get("indistinguishable_from", ())
+        if rival in candidates
+    ]
+    if not pairs:
+        return None
+    known = known_effects(record.experiment)
+
+    def term_of(row: Mapping[str, Any], joint: int) -> Term:
+        own = terms_of(known[row["effect"]], [joint], record.experiment.drive_gain)
+        return own[0].chosen(dict(row["constants"]))
+
+    joint = record.joint_names.index(name)
+    terms = [term_of(candidates[effect], joint) for effect in pairs[0]]
+    beside = [
+        term_of(row, record.joint_names.index(other["joint"]))
+        for other in said["joints"]
+        for row in other["evidence"]
+    ]
+    cautious = next((words for effect in pairs[0] if (words := candidates[effect]["caution"])), "")
+    return separate_terms(record, model, joint, terms, beside, cautious)
+
+
+@single_threaded
+def separate_terms(
+    record: Record,
+    model: Model,
+    joint: int,
+    terms: Sequence[Term],
+    missing: Sequence[Term],
+    cautious: str = "",
+) -> NextExperiment:
+    """The experiment that separates two effects of a joint, their constants chosen.
+
+    model    : the model that was diagnosed
+    missing  : everything that was found missing beside it, on all joints
+    cautious : what to say of the two where no motion separates them
+    """
     keys = {term.key for term in terms}
-    beside = [term for term in diagnosis.added if term.key not in keys]
-    base = fit_model(record, diagnosis.fitted.model.with_terms(beside)) if beside else diagnosis.fitted
+    beside = [term for term in missing if term.key not in keys]
+    base = fit_model(record, model.with_terms(beside))
     fits = [fit_model(record, base.model.with_terms([term])) for term in terms]
     now = _separation(fits, terms, joint, None, base)
     proposals = [
@@ -153,10 +211,15 @@ def separate(record: Record, diagnosis: Diagnosis, wanted: Sequence[str] = ()) -
         for payload, speed, low, high, shape, repeats, motion in _options(record, joint)
     ]
     proposals.sort(key=lambda proposal: proposal.separation, reverse=True)
-    names = tuple(term.effect.name for term in terms)
-    cautions = diagnosis.joints[joint].cautions
-    advice = _advice(terms, now, proposals, next((cautions[name] for name in names if name in cautions), ""))
-    return NextExperiment(name, record.joint_names[joint], names, now, tuple(proposals[:SHOWN]), advice)
+    return NextExperiment(
+        record.experiment.name,
+        record.joint_names[joint],
+        tuple(term.effect.name for term in terms),
+        now,
+        tuple(proposals[:SHOWN]),
+        _advice(terms, now, proposals, cautious),
+        tuple(_posture(record).tolist()),
+    )
 
 
 def _rivals(diagnosis: Diagnosis, wanted: Sequence[str]) -> tuple[int, tuple[Finding, Finding]] | None:
@@ -174,6 +237,11 @@ def _rivals(diagnosis: Diagnosis, wanted: Sequence[str]) -> tuple[int, tuple[Fin
     return None
 
 
+def _posture(record: Record) -> Array:
+    """(n,) where the joints were on average."""
+    return np.mean(np.vstack([part.q for part in record.samples.values()]), axis=0)
+
+
 def _options(record: Record, joint: int) -> Iterator[tuple[str, float, float, float, str, int, Array]]:
     """Experiments within the limits: payload, speed, from, to, shape, repeats and the positions (samples, n)."""
     description: Joint = record.experiment.robot.joints[joint]
@@ -184,7 +252,7 @@ def _options(record: Record, joint: int) -> Iterator[tuple[str, float, float, fl
     if limits is not None:
         low, high = limits.position or (low, high)
         top = limits.velocity or top
-    others = np.mean(np.vstack([part.q for part in record.samples.values()]), axis=0)
+    others = _posture(record)
     for payload in record.experiment.payloads:
         for part in SPEEDS:
             for span in RANGES:

@@ -8,6 +8,9 @@ from markupsafe import Markup
 from api.pages.figures.drawing import Scale, element, line, path_data, picture, round_ticks, text
 from api.pages.number_format import number, percent
 
+LABEL_HEIGHT = 22.0
+"""Units above a node that its figure takes."""
+
 
 @dataclass(frozen=True)
 class ModelStep:
@@ -76,20 +79,29 @@ def _staircase(steps: Sequence[ModelStep], left: float, slot: float, y: Scale) -
         centre = left + (index + 0.5) * slot
         state = " now" if step.current else " undone" if step.undone else ""
         content.append(element("circle", cx=centre, cy=y(step.relative_error), r=4.0, class_=f"node{state}"))
-        above = max(step.relative_error, step.relative_error_validation or 0.0)
         content.append(
             text(
                 centre,
-                y(above) - 7,
+                y(step.relative_error) + _label_offset(step, y),
                 number(100 * step.relative_error, 2),
                 "middle strong" if step.current else "middle",
             )
         )
+        if step.current and step.relative_error_validation is not None:
+            checked = step.relative_error_validation
+            content.append(text(centre + 0.5 * slot + 5, y(checked) + 3.8, number(100 * checked, 2), "faint"))
         content += [
             text(centre, y.start + 14 + 12 * row, words, "middle title" if step.current else "middle")
             for row, words in enumerate(_two_lines(step.label, slot))
         ]
     return content
+
+
+def _label_offset(step: ModelStep, y: Scale) -> float:
+    """Where a figure stands beside its node: above, unless the error on other sessions is drawn just there."""
+    other = step.relative_error_validation
+    crowded = other is not None and 0 < y(step.relative_error) - y(other) < LABEL_HEIGHT
+    return 17.0 if crowded else -8.0
 
 
 def _two_lines(label: str, slot: float) -> list[str]:

@@ -1,17 +1,49 @@
 """What a model misses, and the catalogue of effects."""
 
-from fastapi import APIRouter, Request, Response
+from typing import Annotated
 
-from api.contract import Diagnosis, Effect
+from fastapi import APIRouter, Query, Request, Response
+from pydantic import BaseModel, Field
+
+from api.contract import Diagnosis, Effect, NextExperiment
 from api.service import access
 from api.service.access import service_of
 from api.service.openapi import ResourceRoute, problems
 from api.service.problems import Problem
 from api.service.routes.experiments import ExperimentId
 from api.service.routes.jobs import JobView
-from api.service.routes.models import ModelId
+from api.service.routes.models import JointName, ModelId
 
 router = APIRouter(tags=["diagnoses"], route_class=ResourceRoute)
+
+
+class OfJoint(BaseModel):
+    """Which joint is meant."""
+
+    joint: JointName
+
+
+class ProposalChoice(OfJoint):
+    """A proposed experiment, and the rig that is to run it."""
+
+    proposal: Annotated[int, Field(ge=1, le=20, description="its place in the list", examples=[1])] = 1
+    rig: Annotated[
+        str | None,
+        Field(
+            pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$",
+            description="the rig that measured the experiment last if not said",
+            examples=["rx130l-joint3-simulated"],
+        ),
+    ] = None
+
+
+class MadePlanView(BaseModel):
+    """A plan just made for a proposed experiment."""
+
+    plan: str = Field(examples=["load-friction-asymmetric-from-load-friction-on-j3"])
+    rig: str = Field(examples=["rx130l-joint3-simulated"])
+    payload: str = Field(description="the payload to mount", examples=["disk-7"])
+    remarks: list[str] = Field(description="what the rig's limits made of the proposal", examples=[[]])
 
 
 @router.get("/effects")
@@ -41,6 +73,61 @@ def get_diagnosis(
     if found is None:
         raise Problem(404, f"The model {model} was not diagnosed yet: POST to this address.")
     return Diagnosis.model_validate(found)
+
+
+@router.post(
+    "/experiments/{experiment}/models/{model}/next-experiment",
+    status_code=202,
+    responses=problems(409),
+)
+def find_next_experiment(
+    request: Request,
+    response: Response,
+    user: access.Operator,
+    experiment: ExperimentId,
+    model: ModelId,
+    wanted: OfJoint,
+) -> JobView:
+    """Find the experiment that tells apart what the model's diagnosis left open on one joint."""
+    job = service_of(request).models.separate(experiment, user.name, wanted.joint, model)
+    response.headers["Location"] = f"/jobs/{job.id}"
+    return JobView.of(job)
+
+
+@router.get("/experiments/{experiment}/models/{model}/next-experiment")
+def get_next_experiment(
+    request: Request,
+    _user: access.Viewer,
+    experiment: ExperimentId,
+    model: ModelId,
+    joint: Annotated[str, Query(max_length=64, min_length=1, examples=["j3"])],
+) -> NextExperiment:
+    """The experiment that would tell the rivals of a joint apart: the document of `coulomb next --json`."""
+    service = service_of(request)
+    joints = service.experiments.row(experiment).joints
+    story = service.models.story(experiment)
+    story.read().version(model)
+    found = story.next_experiment(model, joints.index(joint)) if joint in joints else None
+    if found is None:
+        raise Problem(404, f"No experiment was looked for yet on joint {joint}: POST to this address.")
+    return NextExperiment.model_validate(found)
+
+
+@router.post(
+    "/experiments/{experiment}/models/{model}/next-experiment/plan", status_code=201, responses=problems(409)
+)
+def plan_next_experiment(
+    request: Request,
+    response: Response,
+    _user: access.Operator,
+    experiment: ExperimentId,
+    model: ModelId,
+    wanted: ProposalChoice,
+) -> MadePlanView:
+    """Plan a proposed experiment within a rig's limits. A session takes the plan and the payload from here."""
+    made = service_of(request).separating.plan(experiment, wanted.joint, wanted.proposal, wanted.rig, model)
+    response.headers["Location"] = f"/plans/{made.plan}"
+    return MadePlanView(plan=made.plan, rig=made.rig, payload=made.payload, remarks=list(made.remarks))
 
 
 @router.post("/experiments/{experiment}/improvement", status_code=202, responses=problems(409))
