@@ -247,13 +247,9 @@ def identify_structured(result: Identification) -> str:
         "FV1": GAIN * p.viscous,
         "offset1": GAIN * p.offset,
         "MY1": p.first_moment_y,
-        "FC1": GAIN * 0.5 * (p.c_m + p.c_g),
-        "beta_difference1": GAIN * (p.c_m - p.c_g),
-        "FS1": GAIN * p.d_m,
-        "b_m1": GAIN * p.b_m,
-        "b_g1": GAIN * p.b_g,
-        "alpha_m1": GAIN * p.a_m - 1,
-        "alpha_g1": 1 - GAIN * p.a_g,
+        **{
+            name: GAIN * getattr(p, name) for name in ["a_m", "b_m", "c_m", "d_m", "a_g", "b_g", "c_g", "d_g"]
+        },
     }
     rows = []
     for parameter in result.to_json()["structured"]["parameters"]:
@@ -309,7 +305,7 @@ plant's true gain. The column *plant × {gain}* is what an exact identification 
 {table_2}
 
 Eliminated as not significant: {eliminated}.
-The paper eliminated eight of its twenty-two: the products with MY, b_m J, b_g J, d_m and d_g.
+The paper eliminated eight of its twenty-two: the four products with MY, b_m J, b_g J, d_m and d_g.
 
 Stribeck velocity found by search: {velocity} rad/s; the plant's is {true_velocity} (the paper settled on 0.03 by
 hand).
@@ -323,9 +319,9 @@ hand).
 
 {structured}
 
-Here alpha_m = a_m − 1, alpha_g = 1 − a_g, FC = (c_m + c_g)/2, beta_difference = c_m − c_g, FS = d. J and MX are those
-of the plant itself, not times {gain}: the payloads' declared masses set the scale of the load, and the error of the
-drive gain goes into the friction's coefficients. Payloads that are all wrong by the same factor would look the same.
+J and MX are those of the plant itself, not times {gain}: the payloads' declared masses set the scale of the load, and
+the error of the drive gain goes into the friction's coefficients. Payloads that are all wrong by the same factor would look
+the same.
 
 ## Table III: relative error by speed
 

@@ -21,6 +21,10 @@ STOP_TIME = 0.01
 the breakaway torque, of which sign(dq) says nothing (the stiction area of eq. 26). A reversal without a stop passes
 the rest speed sooner."""
 
+STEPS_AT_REST_SPEED = 10
+"""steps of the encoder that a joint passes at its rest speed within `STOP_TIME`, from where on the positions as
+recorded tell a stop from slow motion"""
+
 REST_SPEED = 2e-3
 """part of the top speed below which a joint may be at rest"""
 
@@ -59,6 +63,8 @@ class SessionFacts:
     """s, of sampling"""
     position_step: Array
     """(n,) smallest step between recorded positions, rad or m; infinite where none was seen"""
+    position_rounding: Array
+    """(n,) step that would give the scatter of the recorded positions from sample to sample, rad or m"""
     has_external: bool
     remarks: tuple[str, ...]
 
@@ -119,7 +125,7 @@ class Record:
     positions_of: Callable[[Session], Array] | None = None
     """(N, n) positions of a session, where they are not those recorded"""
     _facts: dict[str, SessionFacts] = field(default_factory=dict)
-    _gathered: dict[str, tuple[Samples, Array]] = field(default_factory=dict)
+    _gathered: dict[str, tuple[Samples, Array, Array]] = field(default_factory=dict)
     _held: dict[str, list[PreparedBlock]] = field(default_factory=dict)
     _held_bytes: int = 0
 
@@ -164,6 +170,9 @@ class Record:
                 duration=float(session.time[-1] - session.time[0]),
                 period=session.sampling_period,
                 position_step=_position_step(session.position[:RESOLUTION_SAMPLES]),
+                position_rounding=_position_rounding(
+                    session.position[session.segments[0]][:RESOLUTION_SAMPLES]
+                ),
                 has_external=session.external is not None,
                 remarks=session.remarks,
             )
@@ -231,13 +240,14 @@ class Record:
         entries = {entry.file: entry for entry in self.experiment.sessions}
 
         def gather(file: str) -> Samples:
-            samples, slowest = self._gather(entries[file])
-            return replace(samples, moving=slowest > self.rest_speed)
+            samples, filtered, recorded = self._gather(entries[file])
+            moves = (recorded > self.rest_speed) | ~self.shows_stops
+            return replace(samples, moving=moves & (filtered > self.rest_speed))
 
         return _ByFile(gather)
 
-    def _gather(self, entry: SessionEntry) -> tuple[Samples, Array]:
-        """Samples of a session, and the stopping speed around each, (samples, joints)."""
+    def _gather(self, entry: SessionEntry) -> tuple[Samples, Array, Array]:
+        """Samples of a session, and the stopping speeds around each, filtered and recorded, (samples, joints)."""
         if entry.file not in self._gathered:
             parts: list[tuple[Array, ...]] = []
             for prepared in self.blocks(entry):
@@ -247,10 +257,11 @@ class Record:
                 ]
                 warmth = block.temperature
                 temperature = np.zeros((block.count, 0)) if warmth is None else block.at_decimated(warmth)
-                picked = (*kinematics, block.decimate(prepared.torque), stopping_speed(block), temperature)
+                speeds = (stopping_speed(block), recorded_stopping_speed(block))
+                picked = (*kinematics, block.decimate(prepared.torque), *speeds, temperature)
                 # copies: a picked sample would keep its whole block in memory
                 parts.append(tuple(values.copy() for values in picked))
-            time, q, dq, ddq, measured, slowest, temperature = (
+            time, q, dq, ddq, measured, filtered, recorded, temperature = (
                 np.concatenate(list(part)) for part in zip(*parts, strict=True)
             )
             samples = Samples(
@@ -263,7 +274,7 @@ class Record:
                 np.ones(q.shape, bool),
                 temperature if temperature.shape[1] else None,
             )
-            self._gathered[entry.file] = (samples, slowest)
+            self._gathered[entry.file] = (samples, filtered, recorded)
         return self._gathered[entry.file]
 
     @cached_property
@@ -276,6 +287,12 @@ class Record:
     def rest_speed(self) -> Array:
         """(n,): speed below which a joint may be at rest, rad/s."""
         return np.maximum(REST_SPEED * self.top_speed, 3.0 * self.speed_resolution)
+
+    @cached_property
+    def shows_stops(self) -> NDArray[np.bool_]:
+        """(n,): whether the positions as recorded are fine enough to tell a stop from slow motion."""
+        rounding = np.max([self.facts(entry).position_rounding for entry in self.experiment.sessions], axis=0)
+        return STEPS_AT_REST_SPEED * rounding <= self.rest_speed * STOP_TIME
 
     @cached_property
     def summaries(self) -> list[JointSummary]:
@@ -342,12 +359,27 @@ class Record:
 def stopping_speed(block: MotionBlock) -> Array:
     """(M, n): the speed below which a joint stayed for `STOP_TIME` at some time near each decimated sample.
 
-    Near is what the parallel filter mixes into the sample: half a period of its cut-off to either side.
+    Near is the main lobe of the parallel filter: half a period of its cut-off to either side.
     """
-    stay = _odd(STOP_TIME / block.sampling_period)
-    reach = _odd(1.0 / (block.cutoff * block.sampling_period))
+    stay, reach = _stay(block), _odd(1.0 / (block.cutoff * block.sampling_period))
     held_below = running_maximum(np.abs(block.dq), stay)
     return block.at_decimated(running_minimum(held_below, reach))
+
+
+def recorded_stopping_speed(block: MotionBlock) -> Array:
+    """(M, n): the same by the way that the positions as recorded went within `STOP_TIME`.
+
+    A joint stops with a corner in its velocity. The position filter rounds the corner and rings behind it, so that
+    the filtered velocity may stay above the rest speed throughout a short stop. A stop seen here is certain;
+    near it are all samples that the parallel filter mixes it into by more than a twentieth: a period to either side.
+    """
+    stay, reach = _stay(block), _odd(2.0 / (block.cutoff * block.sampling_period))
+    way = running_maximum(block.position, stay) - running_minimum(block.position, stay)
+    return block.at_decimated(running_minimum(way, reach)) / ((stay - 1) * block.sampling_period)
+
+
+def _stay(block: MotionBlock) -> int:
+    return _odd(STOP_TIME / block.sampling_period)
 
 
 def _odd(length: float) -> int:
@@ -360,3 +392,14 @@ def _position_step(position: Array) -> Array:
     steps = np.abs(np.diff(position, axis=0))
     rounding = 1e-12 * np.maximum(1.0, np.abs(position).max(axis=0))
     return np.where(steps > rounding, steps, np.inf).min(axis=0)
+
+
+def _position_rounding(position: Array) -> Array:
+    """(n,) step of a rounding that would give these positions the scatter of their third differences.
+
+    Third differences leave of the motion itself its jerk times the period cubed: next to nothing. A record whose
+    digits are rounded more coarsely in places than in others has the scatter of both.
+    """
+    if len(position) < 8:
+        return np.full(position.shape[1], np.inf)
+    return np.sqrt(12.0 / 20.0) * np.std(np.diff(position, 3, axis=0), axis=0)

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identify.effects.catalogue import effects
 from identify.effects.effect import Effect
@@ -12,6 +13,8 @@ from identify.estimation.fitting import FittedModel, fit_model
 from identify.estimation.observation import Observation, Slot, observe
 from identify.estimation.record import Record
 from identify.recording import Experiment, InputError, SessionEntry
+
+Array = NDArray[np.float64]
 
 SMOOTH = ("viscous", "offset")
 """effects of eq. (30) beside its dry friction"""
@@ -104,26 +107,38 @@ def stribeck_velocities(loaded: FittedModel) -> list[float]:
     """q̇_s of eq. (22) for every joint: the value with the least residual, the load being a fitted model's."""
     record = loaded.record
     gear = GearFriction()
-    chosen: list[dict[str, float]] | None = None
-    for _ in range(2):
-        tried = [
-            gear.grid(summary) if chosen is None else gear.refine(chosen[joint], summary)
-            for joint, summary in enumerate(record.summaries)
-        ]
+    known = known_effects(record.experiment)
+    besides = [Slot.of(Term(known[name], joint)) for joint in range(record.joints) for name in SMOOTH]
+    tried = [gear.grid(summary) for summary in record.summaries]
+    for last in (False, True):
         slots = [Slot.of(Term(gear, joint), c) for joint, own in enumerate(tried) for c in own]
-        known = known_effects(record.experiment)
-        besides = [Slot.of(Term(known[name], joint)) for joint in range(record.joints) for name in SMOOTH]
         observation = observe(record, loaded.entries, [*slots, *besides], loaded.torque)
-        errors = _gear_errors(observation, len(slots))
-        chosen, done = [], 0
-        for own in tried:
-            chosen.append(own[int(np.argmin(errors[done : done + len(own)]))])
-            done += len(own)
-    assert chosen is not None
-    return [own["stribeck_velocity"] for own in chosen]
+        errors = np.split(_gear_errors(observation, len(slots)), np.cumsum([len(own) for own in tried])[:-1])
+        if not last:
+            best = [own[int(np.argmin(error))] for own, error in zip(tried, errors, strict=True)]
+            listed = zip(best, record.summaries, strict=True)
+            tried = [gear.refine(choice, summary) for choice, summary in listed]
+    velocities = [np.array([c["stribeck_velocity"] for c in own]) for own in tried]
+    return [least_between(own, error) for own, error in zip(velocities, errors, strict=True)]
 
 
-def _gear_errors(observation: Observation, gears: int) -> list[float]:
+def least_between(values: Array, errors: Array) -> float:
+    """Where a parabola through the least error and its neighbours, over the logarithm of the values, is least.
+
+    values, errors : (k,), values rising; where the least error is the first or the last, that value itself
+    """
+    best = int(np.argmin(errors))
+    if best in (0, len(values) - 1):
+        return float(values[best])
+    place = np.log(values[best - 1 : best + 2] / values[best])
+    squares = errors[best - 1 : best + 2] ** 2
+    curved, slope, _ = np.polyfit(place, squares / squares[1] - 1.0, 2)
+    if curved <= 0.0:
+        return float(values[best])
+    return float(values[best] * np.exp(np.clip(-slope / (2 * curved), place[0], place[2])))
+
+
+def _gear_errors(observation: Observation, gears: int) -> Array:
     """Residual of the torque for each of the first slots, each with the smooth friction of its joint."""
     errors = []
     for index in range(gears):
@@ -140,7 +155,7 @@ def _gear_errors(observation: Observation, gears: int) -> list[float]:
         tau = rows[:, -1]
         found = np.linalg.lstsq(W / size, tau, rcond=None)[0]
         errors.append(float(np.linalg.norm(tau - (W / size) @ found)))
-    return errors
+    return np.array(errors)
 
 
 def ratio_columns(fitted: FittedModel) -> list[int]:

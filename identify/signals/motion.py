@@ -39,6 +39,8 @@ class MotionBlock:
     record."""
     time: Array
     """(N,) s"""
+    position: Array
+    """(N, n) position as recorded, rad or m"""
     q: Array
     """(N, n) filtered position, rad or m"""
     dq: Array
@@ -178,6 +180,7 @@ def _block(
         segment=index,
         rows=rows,
         time=np.array(session.time[rows]),
+        position=np.array(session.position[rows]),
         q=q,
         dq=dq,
         ddq=ddq,
