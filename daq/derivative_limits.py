@@ -80,7 +80,7 @@ class DerivativeLimits:
         self._positions = position = np.concatenate([self._positions, position])
         self._misplaced = misplaced = np.concatenate([self._misplaced, misplaced])
         self._judged = judged = np.concatenate([self._judged, judged])
-        found = []
+        found: list[Excess | None] = []
         if len(position) > w:
             # A clock that was set back in between says nothing; the other one then decides.
             elapsed = np.maximum(clocks[w:] - clocks[:-w], 0.5 * w * self._cycle)
@@ -90,8 +90,10 @@ class DerivativeLimits:
             feigned = self._resolution + speed * self._cycle * _sum_over(misplaced, w + 1)
             allowed = self._velocity_limit * self._velocity_margin + feigned / longest
             found.append(self._lasting(speed, allowed, judged[w:], past - w, "velocity", "/s"))
-        if len(position) > 2 * w:
-            found.append(self._beyond_acceleration(way, elapsed, misplaced, judged[2 * w :], past - 2 * w))
+            if len(position) > 2 * w:
+                found.append(
+                    self._beyond_acceleration(way, elapsed, misplaced, judged[2 * w :], past - 2 * w)
+                )
         self._clocks, self._positions = clocks[-self._kept :], position[-self._kept :]
         self._misplaced, self._judged = misplaced[-self._kept :], judged[-self._kept :]
         return [excess for excess in found if excess is not None]

@@ -167,7 +167,7 @@ class Recorder:
             words = f"{self.lost_rows} rows were overwritten in the ring before they could be recorded"
             reason = StopReason(StopCause.RECORDER, words)
         self._log.close()
-        self.file.finish(reason.status, reason.words, counters)
+        self.file.finish(reason.status, reason.words, counters, reason.cause.value)
         self._rows.close()
         self._frames.close()
 

@@ -138,23 +138,24 @@ class RecordingFile:
         if to_disk:
             os.fsync(self._file.id.get_vfd_handle())
 
-    def finish(self, status: str, reason: str, counters: dict[str, Any]) -> None:
-        """Close the file with its final status: `complete`, `aborted` or `faulted`.
+    def finish(self, status: str, reason: str, counters: dict[str, Any], cause: str) -> None:
+        """Close the file with its final status: `complete`, `aborted` or `faulted`; cause: a `StopCause`.
 
         Raises OSError when the disk does not take it; the file then stays as after a kill.
         """
         self.flush(to_disk=True)
         self._file.close()
-        set_status(self.path, status, reason, counters)
+        set_status(self.path, status, reason, counters, cause)
 
 
-def set_status(path: Path, status: str, reason: str, counters: dict[str, Any]) -> None:
+def set_status(path: Path, status: str, reason: str, counters: dict[str, Any], cause: str) -> None:
     """Write the final attributes of a closed recording, and have them on disk."""
     # Without HDF5's lock: whoever reads the file at this moment would otherwise keep us from saying how it
     # ended.
     with h5py.File(path, "r+", libver="latest", locking=False) as file:
         file.attrs["status"] = status
         file.attrs["status_reason"] = reason
+        file.attrs["stop_cause"] = cause
         file.attrs["counters"] = json.dumps(counters)
         file.flush()
         os.fsync(file.id.get_vfd_handle())

@@ -1,4 +1,4 @@
-"""Finishing what a kill or a power cut left: recordings that were never closed.
+"""Finishing what a kill or a power cut left: recordings that were never closed, sessions that were never listed.
 
 Every flushed row of an HDF5 file in SWMR mode is readable, but the file stays marked as being written and most
 programs refuse it. It is copied into a closed one; the original is kept until the copy is on disk.
@@ -7,15 +7,18 @@ programs refuse it. It is copied into a closed one; the original is kept until t
 import fcntl
 import json
 import os
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import h5py
 
+from daq.admission import measured
 from daq.experiment_folder import INCOMPLETE, admit
 from daq.recorder import raw_log_of
 from daq.recording_file import set_status
 from daq.rig import KnownPayload
+from daq.safety import StopCause
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import EXPERIMENT_FILE
 from identify.recording.session_hdf5 import CYCLE
@@ -32,6 +35,10 @@ class RecordingState:
     rows: int
     payload: str
     role: str
+    admitted: bool = False
+    """whether it was listed in the experiment just now"""
+    lacks: str = ""
+    """why it is not listed, and what to do about it"""
 
 
 def recording_state(path: Path) -> RecordingState:
@@ -81,7 +88,7 @@ def recover_recording(path: Path, status: str, reason: str) -> RecordingState:
             )
             for key, value in column.attrs.items():
                 copied.attrs[key] = value
-    set_status(copy, status, reason, {"recovered": True, "rows": before.rows})
+    set_status(copy, status, reason, {"recovered": True, "rows": before.rows}, StopCause.RECORDER.value)
     os.replace(copy, path)
     _mend_log(raw_log_of(path))
     return RecordingState(path, status, reason, before.rows, before.payload, before.role)
@@ -109,29 +116,64 @@ def _mend_log(log: Path) -> None:
             file.truncate(start + whole)
 
 
-def recover_experiment(folder: Path, reason: str) -> list[RecordingState]:
-    """Look at every incomplete session of an experiment: close those that were left open, and move those that are
-    complete (the process that should have listed them died first) into the experiment.
+def recover_experiment(folder: Path, reason: str, admit_too: Collection[str] = ()) -> list[RecordingState]:
+    """Look at every incomplete session of an experiment: close those that were left open, and list those that may serve
+    identification (`daq.admission`), so that nothing measured is lost.
 
-    Recordings that are still growing are left alone. Raises InputError where the folder holds no experiment.
+    admit_too : names of files that a person has looked at, and that are listed whatever ended them
+
+    Recordings that are still growing are left alone. Raises InputError where the folder holds no experiment, or no
+    incomplete session has such a name.
     """
     experiment = folder / EXPERIMENT_FILE
     if not experiment.is_file():
         raise InputError(f"{folder}: holds no {EXPERIMENT_FILE}")
+    paths = sorted((folder / INCOMPLETE).glob("session-*.h5"))
+    for name in admit_too:
+        if name not in [path.name for path in paths]:
+            raise InputError(f"--admit {name}: {folder / INCOMPLETE} holds no such recording")
     states = []
-    for path in sorted((folder / INCOMPLETE).glob("session-*.h5")):
+    for path in paths:
         if being_written(path):
+            if path.name in admit_too:
+                raise InputError(f"--admit {path.name}: is being recorded")
             continue
         state = recording_state(path)
         if state.status == "recording":
             state = recover_recording(path, "faulted", reason)
-        elif state.status == "complete":
-            with h5py.File(path, "r") as file:
-                payload = KnownPayload.model_validate_json(str(file.attrs["payload"]))
-            role = "validation" if state.role == "validation" else "identification"
-            state = replace(state, path=admit(folder, path, payload, role))
-        states.append(state)
+        states.append(admit_if_it_may_serve(folder, state, decided=path.name in admit_too))
     return states
+
+
+def admit_if_it_may_serve(folder: Path, state: RecordingState, decided: bool = False) -> RecordingState:
+    """List a closed recording in its experiment, if its plan was driven to its end, if it may serve, or if a person has so
+    decided; its state then.
+    """
+    path = state.path
+    if state.status != "complete":
+        try:
+            found = measured(path)
+        except (OSError, KeyError, ValueError) as error:
+            return replace(state, lacks=f"cannot be judged ({error})")
+        lacks = found.lacks
+        if not lacks and found.needs_a_person and not decided:
+            lacks = f"look at it, then `coulomb recover {folder} --admit {path.name}`"
+        if lacks:
+            return replace(state, lacks=f"{found.words}; {lacks}")
+        _remember(path, f"{found.words}; listed" + (" by hand" if decided else ""))
+    with h5py.File(path, "r") as file:
+        payload = KnownPayload.model_validate_json(str(file.attrs["payload"]))
+    role = "validation" if state.role == "validation" else "identification"
+    listed = admit(folder, path, payload, role)
+    return replace(recording_state(listed), admitted=True)
+
+
+def _remember(path: Path, words: str) -> None:
+    """Write into a closed recording how it came to be listed."""
+    with h5py.File(path, "r+", libver="latest") as file:
+        file.attrs["status_reason"] = f"{file.attrs['status_reason']}; {words}"
+        file.flush()
+        os.fsync(file.id.get_vfd_handle())
 
 
 def being_written(path: Path) -> bool:

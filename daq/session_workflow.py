@@ -366,7 +366,10 @@ class PayloadSession:
             self._end(state, words)
             return
         if found.status != "complete":
-            kept = f"{words}; {found.rows} samples are kept in {self.file.parent.name}/{self.file.name}"
+            kept = (
+                f"{words}; {found.rows} samples are kept in {self.file.parent.name}/{self.file.name}, which "
+                "`coulomb recover` lists in the experiment if they may serve identification"
+            )
             self._end(state if found.status == "aborted" else SessionState.FAULTED, kept)
             return
         self.file = admit(self.experiment, self.file, self.payload, self.role)

@@ -206,7 +206,7 @@ class SessionDesk:
         return self._take(active, active.payload_session.start)
 
     def recover(self, experiment: str, identifier: str, user: User) -> SessionRow:
-        """Close a recording whose process died; every row that was flushed is kept.
+        """Close a recording whose process died; every row that was flushed is kept, and it is listed if it may serve.
 
         Raises the problem 409 if the recording is closed or still grows.
         """
@@ -215,10 +215,11 @@ class SessionDesk:
             raise Problem(409, "The session is under way.")
         if row.file is None or row.state != RECORDING:
             raise Problem(409, f"The session {identifier} is {row.state}: there is nothing to recover.")
-        from daq.recovery import recover_recording
+        from daq.recovery import admit_if_it_may_serve, recover_recording
 
-        path = self._experiments.folder(experiment) / row.file
-        recover_recording(path, "aborted", f"the recording process died; recovered by {user.name}")
+        folder = self._experiments.folder(experiment)
+        words = f"the recording process died; recovered by {user.name}"
+        admit_if_it_may_serve(folder, recover_recording(folder / row.file, "aborted", words))
         self._experiments.refresh(experiment)
         return self._experiments.session(experiment, identifier)
 

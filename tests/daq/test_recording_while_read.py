@@ -24,7 +24,7 @@ def test_a_recording_is_finished_while_another_process_reads_it(tmp_path):
     reader = [sys.executable, "-c", READER, str(path)]
     with subprocess.Popen(reader, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout.readline() == "open\n"
-        set_status(path, "aborted", "stopped", {})
+        set_status(path, "aborted", "stopped", {}, "operator's stop")
         process.stdin.close()
     found = recording_state(path)
     assert (found.status, found.reason, found.rows) == ("aborted", "stopped", 3)
