@@ -131,12 +131,11 @@ class RigDrives:
             found.append(self._homed(drive))
         return found
 
-    @staticmethod
-    def _homed(drive: Drive) -> tuple[bool, str]:
+    def _homed(self, drive: Drive) -> tuple[bool, str]:
         drive.set_mode(Mode.HOMING)
         word = drive.statusword()
         homed = bool(word & HOMING_ATTAINED) and not word & HOMING_ERROR
-        return homed, "homed" if homed else "is not homed; run the drive's homing first"
+        return homed, "homed" if homed else f"is not homed; `coulomb home {self.rig.name}` homes it"
 
     def _within_limits(self) -> list[CheckItem]:
         try:

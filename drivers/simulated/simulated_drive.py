@@ -83,7 +83,8 @@ class SimulatedDrive:
         self._rests_for = 0.0  # s
         self._following_error_shown = False
         self._homing_active = False
-        self._homed = False
+        self._told_to_home = False
+        self._homed = False  # until power is lost
         self._index_pulse = 0
         self._hold: float | None = None
 
@@ -97,7 +98,7 @@ class SimulatedDrive:
             if position not in (slot.POSITION, slot.TEMPERATURE):
                 self.image[position] = 0
         self._homed = False
-        self._homing_active = False
+        self._homing_active = self._told_to_home = False
         self._hold = None
         self.update_statusword()
 
@@ -110,12 +111,13 @@ class SimulatedDrive:
         if after is not before:
             self._entered(before, after)
         if self.image[slot.MODE_DISPLAY] == Mode.HOMING and after is State.OPERATION_ENABLED:
-            if controlword & cia402.START_HOMING:
-                if not self._homing_active and not self._homed:
-                    self._begin_homing()
-            else:
-                self._homing_active = False
+            start = bool(controlword & cia402.START_HOMING)
+            if start and not self._told_to_home:
                 self._homed = False
+                self._begin_homing()
+            elif not start:
+                self._homing_active = False
+            self._told_to_home = start
         self.update_statusword()
 
     def take_mode(self) -> None:
@@ -125,8 +127,7 @@ class SimulatedDrive:
             return
         if mode in SUPPORTED_MODES or mode == 0:
             self.image[slot.MODE_DISPLAY] = mode
-            self._homing_active = False
-            self._homed = False
+            self._homing_active = self._told_to_home = False
             if self.machine.enabled:
                 self._start_following()
         self.update_statusword()

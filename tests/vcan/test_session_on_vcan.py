@@ -22,6 +22,7 @@ from daq.excitation.standard_plan import standard_plan
 from daq.excitation.trapezoid import Move
 from daq.recovery import recording_state
 from daq.rig import Rig
+from daq.rig_drives import RigDrives
 from daq.session_events import SessionState
 from daq.session_workflow import PayloadSession
 from drivers.canopen_network import CanopenNetwork
@@ -207,3 +208,25 @@ def test_the_operators_stop_reaches_the_drive(rig, mount, bus, tmp_path):
         assert session.wait(30) is SessionState.ABORTED
         assert_at_rest(rig, bus)
         assert recording_state(session.file).status == "aborted"
+
+
+def test_a_rig_is_homed_from_the_command_line_and_then_passes_its_check(rig_file, rig, mount, tmp_path):
+    settings = yaml.safe_load(rig_file.read_text(encoding="utf-8"))
+    settings["axes"][0]["homing"] = "drive"
+    path = tmp_path / "rig.yaml"
+    path.write_text(yaml.safe_dump(settings), encoding="utf-8")
+    mount("none")
+    done = subprocess.run(
+        [sys.executable, "-m", "api", "home", str(path), "--method", "37", "--yes", "--json"],
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    (joint,) = json.loads(done.stdout)["joints"]
+    assert joint["joint"] == "j3"
+    assert joint["within_limits"]
+    drives = RigDrives(Rig.load(str(path)))
+    try:
+        assert drives.check().problems == ""
+    finally:
+        drives.close()

@@ -1,0 +1,98 @@
+"""`coulomb home`: let drives look for their home, and reset their faults."""
+
+import json
+from typing import Annotated
+
+import typer
+
+
+def register(application: typer.Typer) -> None:
+    """Add the command."""
+    application.command("home")(home)
+
+
+def home(
+    rig: Annotated[str, typer.Argument(help="name of a rig in config/rigs, or a rig file")],
+    joints: Annotated[
+        list[str] | None,
+        typer.Argument(help="joints, in this order; left out, all whose axis has `homing: drive`"),
+    ] = None,
+    method: Annotated[
+        int | None,
+        typer.Option(
+            help="homing method 0x6098 (37: here is home, without motion); left out, the drive's own",
+            min=-128,
+            max=127,
+        ),
+    ] = None,
+    reset_faults: Annotated[
+        bool, typer.Option("--reset-faults", help="reset the drives' faults first, and say what they were")
+    ] = False,
+    yes: Annotated[bool, typer.Option("--yes", help="start without asking; simulated rigs only")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="one JSON document on stdout")] = False,
+) -> None:
+    """Home the joints of a rig, one after the other, each after a question. The drive moves the axis; Ctrl-C stops it.
+
+    No limit of the rig file watches this motion, for before homing a position means nothing: stand by the machine.
+    """
+    from rich.console import Console
+
+    from daq.homing import Homing, joints_to_home
+    from daq.rig import Rig
+    from drivers.errors import DriverError
+    from identify.recording.errors import InputError
+
+    settings = Rig.load(rig)
+    if yes and settings.simulated is None:
+        raise InputError("--yes: is for simulated rigs; a real robot is started by a person who sees it")
+    if settings.bus.interface == "virtual":
+        raise InputError(
+            f"rig {settings.name}: its simulated drives live only as long as a session; put them on a real bus with "
+            "`coulomb fake-drive` to home them"
+        )
+    named = tuple(joints or ())
+    wanted = joints_to_home(settings, named)
+    console = Console(stderr=True)
+    homed = []
+    resets: list[str] = []
+    try:
+        with Homing(settings) as homing:
+            if reset_faults:
+                resets = homing.reset_faults()
+                for words in resets:
+                    console.print(words, highlight=False)
+            for index in wanted:
+                joint = settings.axes[index].joint
+                moves = (
+                    "will be told that here is its home"
+                    if method in (35, 37)
+                    else "will move to find its home"
+                )
+                if not yes and not typer.confirm(f"Joint {joint} {moves}. Start?", err=True):
+                    raise typer.Exit(1)
+                found = homing.home(index, method)
+                homed.append(found)
+                colour = "green" if found.within_limits else "yellow"
+                console.print(f"[{colour}]joint {joint}[/]: {found.words}", highlight=False)
+    except DriverError as error:
+        console.print(f"[red]{error}[/]", highlight=False)
+        raise typer.Exit(1) from None
+    if as_json:
+        print(
+            json.dumps(
+                {
+                    "rig": settings.name,
+                    "faults_reset": resets,
+                    "joints": [
+                        {
+                            "joint": h.joint,
+                            "position": h.position,
+                            "within_limits": h.within_limits,
+                            "words": h.words,
+                        }
+                        for h in homed
+                    ],
+                },
+                ensure_ascii=False,
+            )
+        )
