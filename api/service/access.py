@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 CSRF_HEADER = "X-CSRF-Token"
 SIGN_IN_KEY = "sign_in"
 CSRF_KEY = "csrf"
+STILL_WELCOME_KEY = "still_welcome"
+"""Key of a WebSocket's scope under which the guard leaves a question to be asked again while it stays open."""
 
 
 def service_of(connection: HTTPConnection) -> "Service":
@@ -35,6 +37,11 @@ def client_address(connection: HTTPConnection) -> str:
 def user_or_none(connection: HTTPConnection) -> User | None:
     """Who asks, as the guard found out, or None."""
     return connection.scope.get("user")
+
+
+async def still_welcome(connection: HTTPConnection) -> bool:
+    """Whether a connection that stays open would still be let in: its sign-in may have ended since."""
+    return await connection.scope[STILL_WELCOME_KEY]()
 
 
 async def current_user(connection: HTTPConnection) -> User:

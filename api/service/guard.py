@@ -18,7 +18,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import HTTPConnection
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from api.service.access import CSRF_HEADER, CSRF_KEY, SIGN_IN_KEY, client_address
+from api.service.access import CSRF_HEADER, CSRF_KEY, SIGN_IN_KEY, STILL_WELCOME_KEY, client_address
 from api.service.accounts import LOCAL_OPERATOR, Role, User
 from api.service.problems import Problem, problem_response
 from api.service.settings import ServiceSettings, is_loopback
@@ -70,6 +70,8 @@ class Guard:
         except Problem as problem:
             await _refuse(problem, scope, receive, send)
             return
+        if scope["type"] == "websocket" and user is not None:
+            scope[STILL_WELCOME_KEY] = partial(self._still_welcome, connection, service, user)
         if not changes:
             await self.app(scope, receive, send)
             return
@@ -122,6 +124,14 @@ class Guard:
         if service.settings.bound_to_loopback and not await self._in_thread(service.accounts.exist):
             return LOCAL_OPERATOR
         return None
+
+    async def _still_welcome(self, connection: HTTPConnection, service, user: User) -> bool:
+        """Whether who opened a connection that stays open could open it now as well."""
+        try:
+            now = await self._who(connection, service)
+        except Problem:
+            return False
+        return now is not None and now.name == user.name
 
     async def _audited(self, connection: HTTPConnection, service, receive: Receive, send: Send) -> None:
         scope = connection.scope

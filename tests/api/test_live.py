@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from websockets.exceptions import InvalidStatus
+from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from api.service.accounts import Role
 from api.service.live import BLOCKS_WAITING, Broadcast, decode_block, encode_block
 
 RIG = "rx130l-joint3-simulated"
+PASSWORD = "correct horse battery"
 
 
 @given(rows=st.integers(0, 50), axes=st.integers(1, 6), origin=st.floats(0, 1e9))
@@ -99,6 +100,55 @@ def test_without_a_sign_in_nobody_looks_on(listening, address):
     with pytest.raises(InvalidStatus) as refused, connect(address):
         pass
     assert refused.value.response.status_code == 403
+
+
+def _revoke(listening, token):
+    identifier = listening.service.accounts.tokens("vera")[0].id
+    assert listening.service.accounts.revoke_token("vera", identifier)
+
+
+def _expire(listening, token):
+    listening.clock.advance(2 * 86400.0)
+
+
+def _remove(listening, token):
+    listening.service.accounts.remove_user("vera")
+
+
+@pytest.mark.parametrize("end", [_revoke, _expire, _remove])
+def test_a_connection_does_not_outlive_the_token_that_opened_it(listening, address, end):
+    listening.client(Role.ADMIN)
+    token = {"Authorization": listening.client(Role.VIEWER, "vera").headers["Authorization"]}
+    with connect(address, additional_headers=token) as connection:
+        connection.recv(timeout=20)
+        end(listening, token)
+        assert _closed_with(connection) == 1008
+
+
+def test_a_connection_does_not_outlive_the_sign_in_that_opened_it(listening, address):
+    listening.client(Role.VIEWER, "vera")
+    with httpx.Client(base_url=listening.address) as browser:
+        token = browser.post("/sign-in", json={"name": "vera", "password": PASSWORD}).json()["csrf_token"]
+        cookie = {"Cookie": f"coulomb={browser.cookies['coulomb']}"}
+        with connect(address, additional_headers=cookie) as connection:
+            connection.recv(timeout=20)
+            assert browser.post("/sign-out", headers={"X-CSRF-Token": token}).status_code < 300
+            assert _closed_with(connection) == 1008
+
+
+def test_the_operator_at_the_machine_is_out_once_there_is_an_account(listening, address):
+    with connect(address) as connection:
+        connection.recv(timeout=20)
+        listening.service.accounts.add_user("ada", PASSWORD, Role.ADMIN)
+        assert _closed_with(connection) == 1008
+
+
+def _closed_with(connection) -> int | None:
+    """The code with which the service closes a connection; what it still sends is read over."""
+    with pytest.raises(ConnectionClosed) as closed:
+        while True:
+            connection.recv(timeout=20)
+    return closed.value.rcvd.code if closed.value.rcvd else None
 
 
 def test_the_stop_is_answered_while_every_other_thread_is_taken(listening, monkeypatch):

@@ -16,6 +16,10 @@ router = APIRouter(tags=["live"])
 
 NO_SUCH = 4404
 """Close code for an id that nothing has; 4000 to 4999 are the application's own (RFC 6455)."""
+SIGNED_OUT = 1008
+"""Close code where the sign-in ended: policy violation (RFC 6455)."""
+WELCOME_CHECKED_EVERY = 1.0
+"""s between looks at whether who listens may still do so; commands of `coulomb users` in another process count too."""
 
 
 @router.websocket("/rigs/{rig}/live")
@@ -87,7 +91,8 @@ async def _send_all(websocket: WebSocket, viewer: Viewer) -> None:
 
 
 async def _until_gone(websocket: WebSocket, send: Callable[[], Awaitable[None]]) -> None:
-    """Run `send` until it ends or the other side is gone; what the other side says is not listened to."""
+    """Run `send` until it ends, the other side is gone, or its sign-in has ended; what the other side says is not
+    listened to."""
     async with anyio.create_task_group() as group:
 
         async def run(work: Callable[[], Awaitable[None]]) -> None:
@@ -99,5 +104,11 @@ async def _until_gone(websocket: WebSocket, send: Callable[[], Awaitable[None]])
             while (await websocket.receive())["type"] != "websocket.disconnect":
                 pass
 
+        async def watch() -> None:
+            while await access.still_welcome(websocket):
+                await asyncio.sleep(WELCOME_CHECKED_EVERY)
+            await websocket.close(SIGNED_OUT, "the sign-in has ended")
+
         group.start_soon(run, send)
+        group.start_soon(run, watch)
         group.start_soon(run, drain)
