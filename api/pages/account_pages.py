@@ -33,7 +33,10 @@ def said_in_words() -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        raise Problem(422, str(error)[:1].upper() + str(error)[1:] + ".") from error
+        words = str(error)
+        # A sentence begins with a capital, the name of a file as it is written.
+        named = "." in words.partition(" ")[0]
+        raise Problem(422, f"{words if named else words[:1].upper() + words[1:]}.") from error
 
 
 @router.get("/sign-in", dependencies=[access.Public])

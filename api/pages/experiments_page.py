@@ -10,6 +10,7 @@ from api.pages.layout import experiment_link, frame
 from api.pages.rendering import PREFIX, page
 from api.service import access
 from api.service.model_story import ModelStory
+from api.service.session_desk import RECORDING
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
 
@@ -19,7 +20,13 @@ def experiments_page(request: Request, user: access.Viewer) -> HTMLResponse:
     """All experiments, the one changed last first."""
     service = access.service_of(request)
     rows = [_row(service, row) for row in service.experiments.rows()]
-    return page(request, "experiments.html", **frame(request, user, "experiments"), experiments=rows)
+    context = frame(request, user, "experiments")
+    context |= {
+        "experiments": rows,
+        "upload_limit": service.settings.upload_limit,
+        "add_link": f"{PREFIX}/experiments/import",
+    }
+    return page(request, "experiments.html", **context)
 
 
 def _row(service: Any, row: Any) -> dict[str, Any]:
@@ -29,8 +36,11 @@ def _row(service: Any, row: Any) -> dict[str, Any]:
         "problem": row.problem,
         "joints": row.joints,
         "modified": as_moment(row.modified),
-        "links": {step: experiment_link(row.id, step) for step in ("model", "missing", "results")},
+        "links": {
+            step: experiment_link(row.id, step) for step in ("model", "missing", "results", "sessions")
+        },
         "sessions": 0,
+        "cut_off": 0,
         "payloads": [],
         "model": None,
         "error": None,
@@ -40,7 +50,8 @@ def _row(service: Any, row: Any) -> dict[str, Any]:
     if row.problem:
         return shown
     sessions = service.experiments.sessions(row.id)
-    shown["sessions"] = len(sessions)
+    shown["sessions"] = sum(session.file is not None for session in sessions)
+    shown["cut_off"] = sum(session.state == RECORDING for session in sessions)
     shown["payloads"] = list(dict.fromkeys(session.payload["name"] for session in sessions))
     stored = ModelStory(service.experiments.folder(row.id))
     current = stored.read().current

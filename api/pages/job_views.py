@@ -36,6 +36,12 @@ def job_state(jobs: JobRunner, experiment: str, joint: str, ended: Job | None = 
     }
 
 
+def failed_fit(jobs: JobRunner, experiment: str) -> Job | None:
+    """The newest computation of an experiment that has no fit yet, if it failed."""
+    newest = next(iter(jobs.jobs(experiment=experiment, limit=1)), None)
+    return newest if newest is not None and newest.state in ("failed", "lost") else None
+
+
 def job_context(job: Job, experiment: str, joint: str | None) -> dict[str, Any]:
     """Context of the progress of a job on "what is missing"."""
     steps = experiment_link(experiment, "steps")
@@ -51,9 +57,11 @@ def standing_fit(story: Story) -> str:
     return f"{story.current.id}.{story.current.fit.id}" if story.current is not None else ""
 
 
-def news_context(experiment: str, seen: str, job: Job | None) -> dict[str, Any]:
-    """Context of the strip that follows an experiment: it asks for news of the fit `seen`, and shows a job's progress."""
+def news_context(experiment: str, seen: str, job: Job | None, failed: Job | None = None) -> dict[str, Any]:
+    """Context of the strip that follows an experiment: it asks for news of the fit `seen`, and shows a job's progress, or
+    why the one that should have given the first fit found nothing."""
     return {
+        "news_failed": failed.words if failed is not None else None,
         "news_link": f"{experiment_link(experiment, 'news')}?{urlencode({'seen': seen})}",
         "news_job": job_progress(job) if job is not None else None,
     }

@@ -16,7 +16,7 @@ from api.pages.figures.group_bars import draw_shares
 from api.pages.figures.step_chart import ModelStep, draw_step_chart
 from api.pages.job_views import job_state
 from api.pages.layout import experiment_link, frame
-from api.pages.model_page import JointChoice, experiment_context
+from api.pages.model_page import JointChoice, experiment_context, no_model_page
 from api.pages.rendering import PREFIX, page
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.pages.verdict_words import structure_words, verdict_of, where_words
@@ -47,7 +47,7 @@ def missing_page(
     shown = stored.current()
     context |= experiment_context(stored, joint, shown, "missing")
     if shown is None:
-        return page(request, "no_model.html", **context)
+        return no_model_page(request, stored, joint, context)
     context |= body_context(stored, shown, joint, effect)
     context |= job_state(access.service_of(request).jobs, experiment, joint) | {"own_news": True}
     return page(request, "missing.html", **context)

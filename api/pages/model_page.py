@@ -47,7 +47,7 @@ def model_page(
     joint = stored.joint_or_first(joint)
     shown = chosen_model(stored, version) or stored.current()
     if shown is None:
-        return page(request, "no_model.html", **context, **experiment_context(stored, joint, None, "model"))
+        return no_model_page(request, stored, joint, context)
     other = chosen_model(stored, beside)
     files = files_of_session(stored, shown, other, session)
     units = JointUnits.of(stored.declared.robot.joints[stored.joint_names.index(joint)].type)
@@ -78,6 +78,24 @@ def model_page(
     return page(request, "model.html", **context)
 
 
+def no_model_page(
+    request: Request, stored: StoredExperiment, joint: str, context: dict[str, Any]
+) -> HTMLResponse:
+    """What stands in place of a page that needs a model: how to come to one."""
+    jobs = access.service_of(request).jobs
+    context = context | experiment_context(stored, joint, None, "model")
+    waiting = bool(stored.identification_files)
+    return page(
+        request,
+        "no_model.html",
+        **context,
+        waiting=waiting,
+        fit_link=experiment_link(stored.id, "steps/fit"),
+        # What failed is not begun again by itself.
+        begin=waiting and not jobs.jobs(experiment=stored.id, limit=1),
+    )
+
+
 def experiment_context(
     stored: StoredExperiment, joint: str, shown: ShownModel | None, here: str
 ) -> dict[str, Any]:
@@ -97,6 +115,7 @@ def experiment_context(
         "joints": joints,
         "joint": joint,
         "own_news": False,
+        "sessions_link": experiment_link(stored.id, "sessions"),
         **news_context(stored.id, seen, None),
     }
 

@@ -105,7 +105,7 @@ def purpose_words(report: dict[str, Any] | None) -> str | None:
     if report is None or purpose is None:
         return None
     titles = effect_titles()
-    names = [titles.get(name, name) for name in purpose["rivals"]]
+    names = [titles.get(str(name), str(name)) for name in purpose["rivals"]]
     words = (
         f"Made to tell {' from '.join(names)} on joint {purpose['joint']}, with the payload {purpose['payload']}: "
         f"{significant(purpose['separation'], 2)} standard deviations are expected."

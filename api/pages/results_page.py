@@ -11,7 +11,7 @@ from fastapi.responses import HTMLResponse, Response
 
 from api.pages import urdf_file
 from api.pages.layout import experiment_link, frame
-from api.pages.model_page import VersionChoice, chosen_model, experiment_context
+from api.pages.model_page import VersionChoice, chosen_model, experiment_context, no_model_page
 from api.pages.rendering import PREFIX, page
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.pages.urdf_file import urdf_of
@@ -42,7 +42,7 @@ def results_page(
     shown = chosen_model(stored, version) or stored.current()
     context |= experiment_context(stored, stored.joint_names[0], shown, "results")
     if shown is None:
-        return page(request, "no_model.html", **context)
+        return no_model_page(request, stored, stored.joint_names[0], context)
     link = experiment_link(experiment, "download")
     formats = [("json", "JSON"), ("csv", "CSV"), ("yaml", "YAML")]
     if urdf_of(shown) is not None:

@@ -76,7 +76,7 @@ def weigh(
     """Note the mass that was typed, or ask the scale."""
     service = access.service_of(request)
     service.sessions.weigh(
-        experiment, session, user, (lambda: _mass(mass)) if mass.strip() else service.scale.weigh
+        experiment, session, user, (lambda: typed_mass(mass)) if mass.strip() else service.scale.weigh
     )
     return _answer(request, user, experiment, session)
 
@@ -146,7 +146,7 @@ def _known_payload(payload: dict[str, Any]) -> KnownPayload:
     return KnownPayload.model_validate({key: value for key, value in payload.items() if key != "weighed"})
 
 
-def _mass(words: str) -> float:
+def typed_mass(words: str) -> float:
     """A mass as people type it, also with a comma. Raises the problem 422."""
     try:
         mass = float(words.strip().replace(",", "."))

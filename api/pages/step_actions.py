@@ -6,7 +6,7 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Request
 from fastapi.responses import HTMLResponse, Response
 
-from api.pages.job_views import job_context, job_state, news_context, standing_fit
+from api.pages.job_views import failed_fit, job_context, job_state, news_context, standing_fit
 from api.pages.layout import frame
 from api.pages.missing_page import EffectChoice, body_context
 from api.pages.model_page import JointChoice, experiment_context
@@ -21,6 +21,15 @@ router = APIRouter(prefix=f"{PREFIX}/experiments/{{experiment}}", include_in_sch
 
 CANCEL_TIMEOUT = 10.0
 """s to wait for a cancelled search; it is ended after two."""
+
+
+@router.post("/steps/fit")
+def fit(request: Request, user: access.Operator, experiment: str) -> Response:
+    """Identify sessions that no model was fitted to yet; the page follows by its news."""
+    service = access.service_of(request)
+    if service.jobs.active(experiment) is None:
+        service.models.refit(experiment, user.name)
+    return Response(status_code=204)
 
 
 @router.post("/steps/diagnose")
@@ -109,7 +118,8 @@ def news(
     if fit != seen:
         return Response(headers={"HX-Refresh": "true"})
     job = service.jobs.active(experiment)
-    return page(request, "news.html", **news_context(experiment, fit, job))
+    failed = failed_fit(service.jobs, experiment) if job is None and not fit else None
+    return page(request, "news.html", **news_context(experiment, fit, job, failed))
 
 
 def body(

@@ -251,7 +251,7 @@ def _recording_state(file: Path) -> tuple[str, str | None]:
     try:
         attributes = _attributes(file)
     except OSError as error:
-        return "damaged", str(error)[:1000]
+        return "damaged", str(error).replace(f"{file.parent}/", "")[:1000]
     status = attributes.get("status") or MEASURED
     return ("done" if status == "complete" else status), attributes.get("status_reason") or None
 

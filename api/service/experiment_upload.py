@@ -70,7 +70,8 @@ def import_session(
 ) -> None:
     """Add one uploaded session file to an experiment, under the next free name.
 
-    Raises InputError if it cannot be read as a session of this robot, and the problem 413 if it is too large.
+    Raises InputError, which calls the file by the name it came with, if it cannot be read as a session of this robot, and
+    the problem 413 if it is too large.
     """
     ending = next(
         (each for each in sorted(SESSION_ENDINGS, key=len, reverse=True) if file_name.endswith(each)), None
@@ -98,7 +99,7 @@ def import_session(
             append_session(folder, addition, None if payload in known else new_payload)
             _check_sessions(load_experiment(folder), folder, limit)
         except InputError as error:
-            raise InputError(_without_folder(error, folder)) from error
+            raise InputError(_without_folder(error, folder).replace(name, file_name)) from error
         (folder / name).rename(target / name)
         append_session(target, addition, None if payload in known else new_payload)
     experiments.refresh(experiment)

@@ -13,7 +13,7 @@ from typing import Any
 from api.service.accounts import User
 from api.service.audit import AuditLog
 from api.service.database import SessionRow
-from api.service.experiment_store import ExperimentStore
+from api.service.experiment_store import INCOMPLETE, ExperimentStore, session_id
 from api.service.model_desk import ModelDesk
 from api.service.plan_store import PlanStore
 from api.service.problems import Problem
@@ -25,6 +25,8 @@ from identify.recording.errors import InputError
 
 RECORDING = "recording"
 """State of a recording that grows, or whose process died."""
+ENDED_EARLY = frozenset({SessionState.ABORTED.value, SessionState.FAULTED.value})
+"""States of a recording that somebody or something ended before its plan did."""
 MOVING = frozenset({SessionState.ARMED, SessionState.RUNNING})
 _log = logging.getLogger(__name__)
 
@@ -215,13 +217,39 @@ class SessionDesk:
             raise Problem(409, "The session is under way.")
         if row.file is None or row.state != RECORDING:
             raise Problem(409, f"The session {identifier} is {row.state}: there is nothing to recover.")
-        from daq.recovery import admit_if_it_may_serve, recover_recording
+        from daq.recovery import admit_if_it_may_serve, being_written, recover_recording
 
         folder = self._experiments.folder(experiment)
+        if being_written(folder / row.file):
+            raise Problem(409, f"The session {identifier} is still being recorded; stop it first.")
         words = f"the recording process died; recovered by {user.name}"
-        admit_if_it_may_serve(folder, recover_recording(folder / row.file, "aborted", words))
+        state = admit_if_it_may_serve(folder, recover_recording(folder / row.file, "aborted", words))
+        return self._listed_or_kept(experiment, identifier, user, state)
+
+    def admit(self, experiment: str, identifier: str, user: User) -> SessionRow:
+        """List a session that a limit, a fault or somebody ended: a person has looked at it, and it is to be used.
+
+        Raises the problem 409 if it is listed already, or lacks too much to serve.
+        """
+        row = self._experiments.session(experiment, identifier)
+        kept = row.file is not None and row.file.startswith(INCOMPLETE)
+        if row.file is None or not kept or row.state not in ENDED_EARLY:
+            raise Problem(409, f"The session {identifier} is {row.state}: there is nothing to decide.")
+        from daq.recovery import admit_if_it_may_serve, recording_state
+
+        folder = self._experiments.folder(experiment)
+        state = admit_if_it_may_serve(folder, recording_state(folder / row.file), decided=True)
+        if not state.admitted:
+            raise Problem(409, f"The session {identifier} cannot be used: {state.lacks}.")
+        return self._listed_or_kept(experiment, identifier, user, state)
+
+    def _listed_or_kept(self, experiment: str, identifier: str, user: User, state: Any) -> SessionRow:
+        """What became of a recording that was looked at anew; once it is listed, all sessions are identified anew."""
         self._experiments.refresh(experiment)
-        return self._experiments.session(experiment, identifier)
+        if not state.admitted:
+            return self._experiments.session(experiment, identifier)
+        self._models.refit(experiment, user.name)
+        return self._experiments.session(experiment, session_id(state.path.name))
 
     # --- stopping
 

@@ -63,6 +63,7 @@ TABLE: dict[tuple[str, str], Role | None] = {
     ("POST", "/experiments/{experiment}/sessions/{session}/start"): OPERATOR,
     ("POST", "/experiments/{experiment}/sessions/{session}/stop"): VIEWER,
     ("POST", "/experiments/{experiment}/sessions/{session}/recover"): OPERATOR,
+    ("POST", "/experiments/{experiment}/sessions/{session}/admit"): OPERATOR,
     ("GET", "/jobs"): VIEWER,
     ("GET", "/jobs/{job}"): VIEWER,
     ("POST", "/jobs/{job}/cancel"): OPERATOR,

@@ -58,4 +58,30 @@ document.addEventListener("htmx:beforeSwap", (event) => {
   }
 });
 
+// Uploads: what is too large is said before it travels, and how far a long one is.
+document.addEventListener("htmx:beforeRequest", (event) => {
+  const form = event.target.closest?.("[data-upload]");
+  const file = form?.querySelector('input[type="file"]').files[0];
+  if (!file || file.size <= Number(form.dataset.limit)) return;
+  event.preventDefault();
+  const megabytes = (size) => Math.round(size / 1048576);
+  say(`${file.name} has ${megabytes(file.size)} MiB; this service takes ${megabytes(form.dataset.limit)} MiB at most.`);
+});
+document.addEventListener("htmx:xhr:progress", (event) => {
+  const bar = event.target.closest?.("[data-upload]")?.querySelector("[data-upload-progress]");
+  if (!bar || !event.detail.lengthComputable) return;
+  bar.hidden = false;
+  // Once everything has travelled the file is read and checked: a bar without a value says that this takes a while.
+  if (event.detail.loaded < event.detail.total) bar.value = event.detail.loaded / event.detail.total;
+  else bar.removeAttribute("value");
+});
+document.addEventListener("htmx:afterRequest", (event) => {
+  const bar = event.target.closest?.("[data-upload]")?.querySelector("[data-upload-progress]");
+  if (bar) bar.hidden = true;
+});
+document.addEventListener("change", (event) => {
+  if (!event.target.matches("[data-payload]")) return;
+  for (const field of event.target.form.querySelectorAll("[data-new-payload]")) field.hidden = event.target.value !== "new";
+});
+
 watchTheRun();

@@ -178,3 +178,11 @@ def recover(
 ) -> SessionSummary:
     """Finish a recording whose process died: what was measured until then becomes a session's file."""
     return SessionSummary.of(service_of(request).sessions.recover(experiment, session, user))
+
+
+@router.post("/experiments/{experiment}/sessions/{session}/admit", responses=problems(409))
+def admit(
+    request: Request, user: access.Operator, experiment: ExperimentId, session: SessionId
+) -> SessionSummary:
+    """Use a session that a limit, a fault or somebody ended, after a look at it; all sessions are identified anew."""
+    return SessionSummary.of(service_of(request).sessions.admit(experiment, session, user))
