@@ -203,7 +203,7 @@ def test_a_session_for_another_robot_or_of_an_unknown_payload_is_refused_and_cha
     before = {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
     attempts = [
         ("b.csv", CSV, {"payload": "disk"}, 422, "disk"),
-        ("b.csv", "t,q1,q2,v1,v2\n0,0,0,0,0\n", {"payload": "none"}, 422, "session-00.csv"),
+        ("b.csv", "t,q1,q2,v1,v2\n0,0,0,0,0\n", {"payload": "none"}, 422, "b.csv line 1"),
         ("b.exe", CSV, {"payload": "none"}, 422, ".csv"),
         ("b.csv", CSV, {"payload": "none", "mass": "3"}, 409, "0.0 kg"),
         ("b.csv", CSV, {"payload": "none", "mass": "-3"}, 422, "mass"),
