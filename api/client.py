@@ -306,6 +306,14 @@ class Client:
         """Give the rig back."""
         return self._post(f"/rigs/{rig}/release")
 
+    def recover(self, experiment: str, session: str) -> Json:
+        """Close a recording that was cut off; it is identified with the others if there is enough of it."""
+        return self._post(f"/experiments/{experiment}/sessions/{session}/recover")
+
+    def admit(self, experiment: str, session: str) -> Json:
+        """Use a session that ended early, after a look at it."""
+        return self._post(f"/experiments/{experiment}/sessions/{session}/admit")
+
     def stop(self, rig: str) -> bool:
         """Bring the rig to rest, now; returns whether something was under way."""
         return self._post(f"/rigs/{rig}/stop")["stopped"]
