@@ -17,6 +17,17 @@ COARSE_TOLERANCE = 0.03
 """Part of the range of motion by which repeats may differ at the instants looked at, a fraction of which they may miss."""
 REPEAT_TOLERANCE = 0.003
 """The same (root mean square) at the refined period: what differs more is another motion, not noise."""
+SPEED_TOLERANCE = 0.05
+"""Part of the usual speed by which repeats may differ (root mean square). A slow way there and back passes about the same
+places again at other times; its friction turns round elsewhere, which is not noise."""
+LEAST_COVERED = 0.2
+"""Part of a session that its repeated stretch must cover to speak for all of it."""
+TURNING = 3
+"""samples to either side of a reversal that do not count"""
+FEWEST_PHASES = 100
+"""degrees of freedom behind a joint's noise floor"""
+MOST_STEPS = 20
+"""windows by which a lag is followed to where the repeats differ least"""
 LOOKED_AT = 800
 """Instants of a session at which repetition is looked for; the period is refined afterwards on all samples."""
 SHORTEST_PERIOD = 12
@@ -43,8 +54,8 @@ def noise_floors(record: Record) -> list[float | None]:
         if stretch is None:
             continue
         repeated, period = stretch
-        scatter = phase_scatter(repeated, period)
-        for joint in range(record.joints):
+        scatter, freedom = phase_scatter(repeated, period)
+        for joint in np.flatnonzero(freedom > FEWEST_PHASES):
             moving = samples.moving[:, joint]
             residual[joint] += scatter[joint] * moving.sum()
             measured[joint] += np.sum(samples.measured[moving, joint] ** 2)
@@ -69,6 +80,7 @@ def repeated_stretch(samples: Samples) -> tuple[Samples, float] | None:
         return None
     stride = max(1, count // LOOKED_AT)
     scale = np.maximum(np.ptp(samples.q, axis=0), 1e-12)
+    speed = np.maximum(np.sqrt(np.mean(samples.dq**2, axis=0)), 1e-12)
     position = samples.q[::stride] / scale
     found: list[tuple[int, int, int]] = []
     for lag in range(SHORTEST_PERIOD, int(len(position) / (1 + SHORTEST_RUN)) + 1):
@@ -76,6 +88,7 @@ def repeated_stretch(samples: Samples) -> tuple[Samples, float] | None:
         start, length = _longest_run(same)
         if (
             length >= SHORTEST_RUN * lag
+            and length + lag >= LEAST_COVERED * len(position)
             and np.ptp(position[start : start + lag], axis=0).max() > ENOUGH_MOTION
         ):
             found.append((length + lag, lag, start))
@@ -84,7 +97,7 @@ def repeated_stretch(samples: Samples) -> tuple[Samples, float] | None:
         rows = slice(start * stride, min((start + covered) * stride, count))
         cut = _cut(samples, rows)
         period, difference = _nearest_lag(cut.q / scale, lag * stride, stride)
-        if difference < REPEAT_TOLERANCE:
+        if difference < REPEAT_TOLERANCE and _speeds_differ(cut.dq / speed, period) < SPEED_TOLERANCE:
             return cut, period * step
     return None
 
@@ -108,23 +121,48 @@ def _longest_run(same: NDArray[np.bool_]) -> tuple[int, int]:
 def _nearest_lag(position: Array, lag: int, around: int) -> tuple[float, float]:
     """The lag in samples, a fraction included, near a given one at which the positions differ least, and by how much.
 
-    The difference (root mean square of the worst joint) is that at the vertex of the parabola through the minimum.
+    Followed down to where they differ less than at the lags on either side. The difference (root mean square of the
+    worst joint) is that at the vertex of the parabola through the minimum.
     """
-    lags = np.arange(max(2, lag - around - 1), min(lag + around + 2, len(position) - 1))
-    difference = np.array([np.mean((position[one:] - position[:-one]) ** 2, axis=0).max() for one in lags])
-    place = int(np.clip(np.argmin(difference), 1, max(1, len(lags) - 2)))
-    left, middle, right = difference[place - 1 : place + 2]
+    known: dict[int, float] = {}
+
+    def difference(samples: int) -> float:
+        if samples not in known:
+            known[samples] = float(
+                np.mean((position[samples:] - position[:-samples]) ** 2, axis=0).max()
+            )
+        return known[samples]
+
+    longest = len(position) - 2
+    best = min(max(lag, 3), longest - 1)
+    for _ in range(MOST_STEPS):
+        near = range(max(2, best - around - 1), min(best + around + 2, longest) + 1)
+        least = min(near, key=difference)
+        if least == best:
+            break
+        best = least
+    best = int(np.clip(best, 3, longest - 1))
+    left, middle, right = difference(best - 1), difference(best), difference(best + 1)
     curvature = left - 2 * middle + right
     shift = float(np.clip(0.5 * (left - right) / curvature, -0.5, 0.5)) if curvature > 0 else 0.0
     vertex = middle - 0.25 * (left - right) * shift
-    return float(lags[place] + shift), float(np.sqrt(max(vertex, 0.0)))
+    return best + shift, float(np.sqrt(max(vertex, 0.0)))
 
 
-def phase_scatter(samples: Samples, period: float) -> Array:
-    """(joints,): variance of the torque between periods at the same phase, N² m².
+def _speeds_differ(velocity: Array, period: float) -> float:
+    """Root mean square of the change of velocity (the worst joint's) from one period, in samples, to the next."""
+    whole = int(period)
+    part = period - whole
+    later = (1 - part) * velocity[whole:-1] + part * velocity[whole + 1 :]
+    return float(np.sqrt(np.mean((later - velocity[: len(later)]) ** 2, axis=0).max()))
+
+
+def phase_scatter(samples: Samples, period: float) -> tuple[Array, NDArray[np.int64]]:
+    """Variance of the torque between periods at the same phase, (joints,), N² m², and degrees of freedom behind it.
 
     The samples lie at other phases in each period; a cubic spline reads them at the same ones. The period is
-    refined to where the positions scatter least, since torque steps punish a shift of a fraction of a sample.
+    refined to where the positions scatter least. Phases at which a joint is about to turn round in any period are left
+    out: there dry friction jumps within a sample, and a fraction of a sample is not noise.
     """
     from scipy.interpolate import CubicSpline
     from scipy.optimize import minimize_scalar
@@ -134,24 +172,57 @@ def phase_scatter(samples: Samples, period: float) -> Array:
     position = CubicSpline(clock, samples.q / np.maximum(np.ptp(samples.q, axis=0), 1e-12))
 
     def scatter_of_position(candidate: float) -> float:
-        return float(_scatter(position, clock[-1], candidate, step).sum())
+        squares, freedom = _scatter(position, clock[-1], candidate, step)
+        return float((squares / np.maximum(freedom, 1)).sum())
 
     bounds = (period - step, period + step)
     # SciPy's stubs know the result only as a dictionary
     found = minimize_scalar(scatter_of_position, bounds=bounds, method="bounded", options={"xatol": 1e-6})
     period = float(found["x"])  # type: ignore[index]
-    return _scatter(CubicSpline(clock, samples.measured), clock[-1], period, step)
+    steady = _steady(samples)
+
+    def is_steady(times: Array) -> NDArray[np.bool_]:
+        return steady[np.clip(np.round(times / step).astype(int), 0, len(steady) - 1)]
+
+    squares, freedom = _scatter(CubicSpline(clock, samples.measured), clock[-1], period, step, is_steady)
+    return squares / np.maximum(freedom, 1), freedom
 
 
-def _scatter(course: Callable[[Array], Array], duration: float, period: float, step: float) -> Array:
-    """Variance between periods at the same phase of a (samples, joints) course, mean over the phases."""
+def _steady(samples: Samples) -> NDArray[np.bool_]:
+    """(N, joints): whether a joint moves on in its direction, a few samples before and after included."""
+    from scipy.ndimage import minimum_filter1d
+
+    direction = np.sign(samples.dq)
+    wide = 2 * TURNING + 1
+    goes_on = np.ones(samples.moving.shape, bool)
+    goes_on[1:] = direction[1:] == direction[:-1]
+    whole = (samples.moving & goes_on).astype(np.uint8)
+    return np.asarray(minimum_filter1d(whole, wide, axis=0), bool)
+
+
+def _scatter(
+    course: Callable[[Array], Array],
+    duration: float,
+    period: float,
+    step: float,
+    counted: Callable[[Array], NDArray[np.bool_]] | None = None,
+) -> tuple[Array, NDArray[np.int64]]:
+    """Squared differences between periods at the same phase of a (samples, joints) course, and degrees of freedom.
+
+    counted : whether a joint's value at a time counts; a phase does where it counts in every period
+    """
     phases = np.arange(0.0, period - 0.5 * step, step)
-    squares, freedom = 0.0, 0
+    squares: Array | float = 0.0
+    freedom: NDArray[np.int64] | int = 0
     whole = int(duration / period)
     rest = phases[phases + whole * period <= duration]
     for part, repeats in ((phases[: len(rest)], whole + 1), (phases[len(rest) :], whole)):
         if repeats >= FEWEST_REPEATS and len(part):
-            stack = np.array([course(part + index * period) for index in range(repeats)])
-            squares = squares + np.sum((stack - stack.mean(0)) ** 2, axis=(0, 1))
-            freedom += (repeats - 1) * len(part)
-    return np.asarray(squares) / max(freedom, 1)
+            times = [part + index * period for index in range(repeats)]
+            stack = np.array([course(each) for each in times])
+            valid = np.ones(stack.shape[1:], bool)
+            if counted is not None:
+                valid = np.logical_and.reduce([counted(each) for each in times])
+            squares = squares + np.sum((stack - stack.mean(0)) ** 2 * valid, axis=(0, 1))
+            freedom = freedom + (repeats - 1) * valid.sum(0)
+    return np.asarray(squares), np.asarray(freedom)

@@ -44,6 +44,7 @@ class Run:
     motor_*       : (N,) motor motion referred to the joint; equal to the link's unless an effect bends the
     drive chain load          : (N,) tau_out, with the payload as it really is
     torque        : (N,) tau on the motor side
+    shape         : factor on the constants by which effects' shapes differ between machines (written k below)
     """
 
     joint: Joint
@@ -54,6 +55,7 @@ class Run:
     dq: Array
     ddq: Array
     random: np.random.Generator
+    shape: float = 1.0
     motor_q: Array = field(init=False)
     motor_dq: Array = field(init=False)
     motor_ddq: Array = field(init=False)
@@ -76,8 +78,8 @@ Change = Callable[[Run, float], None]
 
 
 def stribeck(run: Run, strength: float) -> None:
-    """tau += s 8 exp(-|q'| / 0.05) sign q': dry friction falls as the joint starts to slide."""
-    run.torque += strength * 8.0 * np.exp(-np.abs(run.motor_dq) / 0.05) * np.sign(run.motor_dq)
+    """tau += s 8 exp(-|q'| / 0.05 k) sign q': dry friction falls as the joint starts to slide."""
+    run.torque += strength * 8.0 * np.exp(-np.abs(run.motor_dq) / (0.05 * run.shape)) * np.sign(run.motor_dq)
 
 
 def viscous_quadratic(run: Run, strength: float) -> None:
@@ -107,14 +109,14 @@ def load_friction_asymmetric(run: Run, strength: float) -> None:
 
 
 def load_stribeck(run: Run, strength: float) -> None:
-    """tau += s 0.2 |tau_out| exp(-|q'| / 0.06) sign q', the b terms of eq. (25)."""
-    decay = np.exp(-np.abs(run.motor_dq) / 0.06)
+    """tau += s 0.2 |tau_out| exp(-|q'| / 0.06 k) sign q', the b terms of eq. (25)."""
+    decay = np.exp(-np.abs(run.motor_dq) / (0.06 * run.shape))
     run.torque += strength * 0.2 * np.abs(run.load) * decay * np.sign(run.motor_dq)
 
 
 def friction_position(run: Run, strength: float) -> None:
-    """tau += s 5 cos(q - 0.4) sign q': dry friction differs along the joint's turn."""
-    run.torque += strength * 5.0 * np.cos(run.motor_q - 0.4) * np.sign(run.motor_dq)
+    """tau += s 5 cos(q - 0.4 k) sign q': dry friction differs along the joint's turn."""
+    run.torque += strength * 5.0 * np.cos(run.motor_q - 0.4 * run.shape) * np.sign(run.motor_dq)
 
 
 def friction_temperature(run: Run, strength: float) -> None:
@@ -127,8 +129,8 @@ def friction_temperature(run: Run, strength: float) -> None:
 
 
 def friction_warmup(run: Run, strength: float) -> None:
-    """tau += s 7 exp(-t / 25) q', t from the start of each session; no temperature is recorded."""
-    run.torque += strength * 7.0 * np.exp(-run.time / 25.0) * run.motor_dq
+    """tau += s 7 exp(-t / 25 k) q', t from the start of each session; no temperature is recorded."""
+    run.torque += strength * 7.0 * np.exp(-run.time / (25.0 * run.shape)) * run.motor_dq
 
 
 def presliding(run: Run, strength: float) -> None:
@@ -158,8 +160,8 @@ def joint_spring(run: Run, strength: float) -> None:
 
 
 def torque_ripple(run: Run, strength: float) -> None:
-    """tau += s 4 sin(40 q + 0.7): the gear's teeth, 40 a turn."""
-    run.torque += strength * 4.0 * np.sin(40.0 * run.motor_q + 0.7)
+    """tau += s 4 sin(40 k q + 0.7): the gear's teeth, 40 k (a whole number) a turn."""
+    run.torque += strength * 4.0 * np.sin(round(40 * run.shape) * run.motor_q + 0.7)
 
 
 def gravity_tilt(run: Run, strength: float) -> None:
@@ -192,8 +194,8 @@ def payload_com(run: Run, strength: float) -> None:
 
 
 def current_ripple(run: Run, strength: float) -> None:
-    """v = tau / (gain (1 + s 0.05 sin(60 q + 1))): the torque constant varies with the motor's angle."""
-    run.command = run.command / (1.0 + 0.05 * strength * np.sin(60.0 * run.motor_q + 1.0))
+    """v = tau / (gain (1 + s 0.05 sin(60 k q + 1))): the torque constant varies with the motor's angle."""
+    run.command = run.command / (1.0 + 0.05 * strength * np.sin(round(60 * run.shape) * run.motor_q + 1.0))
 
 
 def drive_gain(run: Run, strength: float) -> None:
@@ -239,17 +241,17 @@ def one_sided_bumper(run: Run, strength: float) -> None:
 
 
 def sloshing(run: Run, strength: float) -> None:
-    """A half-filled vessel on the arm: tau += s 1.5 (q'' - y), y'' + 1.2 y' + 6^2 y = 6^2 q''."""
+    """A half-filled vessel on the arm: tau += s 1.5 (q'' - y), y'' + 1.2 y' + (6 k)^2 y = (6 k)^2 q''."""
     period = run.time[1] - run.time[0]
-    poles = np.poly(np.exp(np.roots([1.0, 1.2, 36.0]) * period)).real
+    poles = np.poly(np.exp(np.roots([1.0, 1.2, (6.0 * run.shape) ** 2]) * period)).real
     follower = lfilter([0.0, poles.sum()], poles, run.ddq)
     run.torque += strength * 1.5 * (run.ddq - follower)
 
 
 def shaking_base(run: Run, strength: float) -> None:
-    """tau += s 3 sin(2 pi 1.37 t) (1 + sin(2 pi t / 17)): a machine next door."""
+    """tau += s 3 sin(2 pi 1.37 k t) (1 + sin(2 pi t / 17)): a machine next door."""
     swell = 1.0 + np.sin(2 * np.pi * run.time / 17.0)
-    run.torque += strength * 3.0 * np.sin(2 * np.pi * 1.37 * run.time) * swell
+    run.torque += strength * 3.0 * np.sin(2 * np.pi * 1.37 * run.shape * run.time) * swell
 
 
 BENDING: Mapping[str, Change] = {"backlash": backlash, "elasticity": elasticity}

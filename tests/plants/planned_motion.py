@@ -11,16 +11,16 @@ Array = NDArray[np.float64]
 
 
 def planned_motion(
-    random: np.random.Generator, duration: float, rate: float, repeats: int = 1
+    random: np.random.Generator, duration: float, rate: float, repeats: int = 1, pace: float = 1.0
 ) -> tuple[Array, Array, Array, Array]:
-    """A smooth excitation: time, q, q', q'' (each (N,)), up to 1.2 rad/s and 1.2 rad, much of it slow.
+    """A smooth excitation: time, q, q', q'' (each (N,)), up to 1.2 rad/s (times `pace`) and 1.2 rad, much of it slow.
 
     A velocity profile, made of three fixed pieces (a wide sine, a fast and a slow trapezoid there and back)
     and of random ones down to 0.03 rad/s, is rounded (Gaussian, 60 ms), integrated, and carried by a spline
     of degree 7, of which q' and q'' are the exact derivatives.
     """
     step = 0.01
-    period = duration / repeats
+    period = duration * pace / repeats  # s of the motion before it is run faster or slower
     pieces = [_sine(1.0, 0.16, 1, step), _there_and_back(1.2, 1.0, step), _there_and_back(-0.08, 3.0, step)]
     while step * sum(map(len, pieces)) < period - 1.0:
         if random.random() < 0.6:
@@ -44,7 +44,13 @@ def planned_motion(
     knots = (np.arange(len(wide)) - samples) * step
     spline = make_interp_spline(knots, wide, k=7)
     time = np.arange(round(duration * rate)) / rate
-    return time, spline(time), spline.derivative(1)(time), spline.derivative(2)(time)
+    inner = pace * time
+    return (
+        time,
+        spline(inner),
+        pace * spline.derivative(1)(inner),
+        pace**2 * spline.derivative(2)(inner),
+    )
 
 
 def _sine(speed: float, frequency: float, cycles: int, step: float) -> Array:

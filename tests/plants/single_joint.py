@@ -65,6 +65,8 @@ def record(
     duration: float = 60.0,
     rate: float = 500.0,
     repeats: int = 2,
+    pace: float = 1.0,
+    shape: float = 1.0,
 ) -> Record:
     """Run the payload sessions.
 
@@ -73,6 +75,8 @@ def record(
     duration, rate : s and Hz of each session
     repeats        : how often a session repeats its motion exactly (a noise floor can be read from
                      repetition)
+    pace           : factor on all speeds of the motion
+    shape          : factor on the constants of the effects (`hidden_effects.py`)
     Raises KeyError for an effect that does not exist.
     """
     unknown = set(effects) - set(HIDDEN)
@@ -86,8 +90,8 @@ def record(
         plan = streams[0].bit_generator.random_raw(2)
         runs = []
         for hidden in (effects, {}):
-            time, q, dq, ddq = planned_motion(np.random.default_rng(plan), duration, rate, repeats)
-            run = Run(joint, index, float(mass), time, q, dq, ddq, streams[1])
+            time, q, dq, ddq = planned_motion(np.random.default_rng(plan), duration, rate, repeats, pace)
+            run = Run(joint, index, float(mass), time, q, dq, ddq, streams[1], shape)
             _simulate(run, hidden)
             runs.append(run)
         run, plain = runs
