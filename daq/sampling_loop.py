@@ -36,6 +36,9 @@ two cycles after it was broken; the kernel's buffer holds 1.2 s."""
 _ANSWER_TIMEOUT = 0.25
 """s to wait for the answers of simulated drives in another process"""
 
+_DELIVERY_TIMEOUT = 10.0
+"""s to wait until drives in this process have heard a SYNC, while other threads or processes have the cores"""
+
 _CYCLES_PER_TURN = 16
 """SYNCs between two looks at the samples in simulated time"""
 
@@ -93,7 +96,11 @@ class SamplingLoop:
         if isinstance(bus, InProcessBus):
             clock = SimulatedClock()
             bus.use_clock(clock)
-            return AsAnswered(advance=clock.advance)
+            return AsAnswered(
+                answered=lambda cycle, timeout: bus.delivered(timeout),
+                timeout=_DELIVERY_TIMEOUT,
+                advance=clock.advance,
+            )
         return AsAnswered(answered=self._answered, timeout=_ANSWER_TIMEOUT)
 
     def _answered(self, cycle: int, timeout: float) -> bool:

@@ -64,7 +64,7 @@ class AsAnswered:
     """SYNC k+1 is due when `answered(k, timeout)` returns.
 
     answered : returns True once every node has answered SYNC k, False when `timeout` (s) passed first; None
-               where a node answers before `send` returns, as on the in-process virtual bus
+               where a node answers before `send` returns
     timeout  : s to wait for an answer before the cycle counts as missed
     advance  : called with the period in ns before each SYNC, to move a simulated clock
     """

@@ -214,6 +214,24 @@ class InProcessBus(VirtualBus):
             finally:
                 bus.dispatching.release()
 
+    def delivered(self, timeout: float) -> bool:
+        """Wait until every frame sent so far, and what was sent in answer, has reached everybody; False when not.
+
+        Another thread, a heartbeat's, may be the one that delivers, and may be held up there: `send_frame` has then
+        returned before the nodes have heard of the frame. Not for a handler, which would wait for itself.
+        """
+        bus = self._bus
+        end = time.monotonic() + timeout
+        while bus.on_the_way or bus.dispatching.locked():
+            if not bus.dispatching.acquire(timeout=max(0.0, end - time.monotonic())):
+                return False
+            try:
+                while bus.on_the_way:
+                    self._deliver(*bus.on_the_way.popleft())
+            finally:
+                bus.dispatching.release()
+        return True
+
     def _deliver(self, frame: Frame, sender: _Inbox) -> None:
         for listener in tuple(self._bus.listeners):
             if isinstance(listener, _Inbox):

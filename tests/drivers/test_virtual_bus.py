@@ -110,6 +110,32 @@ def test_all_listeners_see_the_same_order_when_threads_send_at_once(buses):
         assert numbers == list(range(500))
 
 
+def test_delivered_waits_for_a_thread_that_is_held_up_while_it_delivers(buses):
+    """A SYNC whose answer comes only after the next SYNC would be a lost sample that nobody lost."""
+    master, node, heartbeat = buses(receive_own_messages=True), buses(), buses()
+    held, go_on = threading.Event(), threading.Event()
+
+    def handle(can_id, data):
+        if can_id == 0x701:
+            held.set()
+            assert go_on.wait(10)
+        elif can_id == 0x80:
+            node.send_frame(0x181, data)
+
+    node.serve(handle)
+    other = threading.Thread(target=heartbeat.send_frame, args=(0x701, b"\x05"))
+    other.start()
+    assert held.wait(10)
+    master.send_frame(0x80, b"")
+    assert not master.delivered(0.01)
+    go_on.set()
+    assert master.delivered(10)
+    master.send_frame(0x80, b"")
+    assert master.delivered(10)
+    other.join()
+    assert ids(master.take()) == [0x701, 0x80, 0x181, 0x80, 0x181]
+
+
 def test_a_waiting_reader_is_woken(buses):
     sender, listener = buses(), buses()
     received = []
