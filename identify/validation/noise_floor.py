@@ -128,9 +128,7 @@ def _nearest_lag(position: Array, lag: int, around: int) -> tuple[float, float]:
 
     def difference(samples: int) -> float:
         if samples not in known:
-            known[samples] = float(
-                np.mean((position[samples:] - position[:-samples]) ** 2, axis=0).max()
-            )
+            known[samples] = float(np.mean((position[samples:] - position[:-samples]) ** 2, axis=0).max())
         return known[samples]
 
     longest = len(position) - 2

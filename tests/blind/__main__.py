@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from collections import defaultdict
 from concurrent.futures import ProcessPoolExecutor
+from itertools import repeat
 from pathlib import Path
 
 from tests.blind.cases import draw
@@ -56,6 +57,10 @@ def table(scores: list[Score], seed: int) -> str:
     return "\n".join(lines) + "\n"
 
 
+def _drawn_and_diagnosed(seed: int, index: int) -> Score:
+    return diagnose_blindly(draw(seed, index))
+
+
 def main() -> None:
     """Draw the cases, diagnose them in two processes, print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -64,10 +69,9 @@ def main() -> None:
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--write", type=Path)
     options = parser.parse_args()
-    cases = list(draw(options.seed, options.cases))
     scores: list[Score] = []
     with ProcessPoolExecutor(options.processes) as pool:
-        for score in pool.map(diagnose_blindly, cases):
+        for score in pool.map(_drawn_and_diagnosed, repeat(options.seed), range(options.cases)):
             scores.append(score)
             mark = "right" if score.right else "WRONG"
             print(mark, score.case.kind, score.case.effects, score.verdict, *score.missing, flush=True)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -47,7 +47,7 @@ class Case:
     rate: float
     duration: float
     repeats: int
-    joint: Joint = Joint()
+    joint: Joint = field(default_factory=Joint)
     payload_masses: tuple[float, ...] = (0.0, 2.0, 4.0)
     pace: float = 1.0
     shape: float = 1.0
@@ -124,16 +124,16 @@ def draw_joint(random: np.random.Generator, noise: float) -> Joint:
     )
 
 
-def draw(seed: int, count: int) -> Iterator[Case]:
-    """`count` cases; the same seed gives the same ones."""
-    random = np.random.default_rng(seed)
-    kinds = ("null", "noisy null", "strong", "strong", "weak", "weak", "pair", "uncatalogued")
-    for index in range(count):
-        kind = kinds[index % len(kinds)]
-        case = None
-        while case is None:
-            case = _drawn(kind, random)
-        yield case
+KINDS = ("null", "noisy null", "strong", "strong", "weak", "weak", "pair", "uncatalogued")
+
+
+def draw(seed: int, index: int) -> Case:
+    """The case of an index; the same seed gives the same one."""
+    random = np.random.default_rng([seed, index])
+    case = None
+    while case is None:
+        case = _drawn(KINDS[index % len(KINDS)], random)
+    return case
 
 
 def _drawn(kind: str, random: np.random.Generator) -> Case | None:

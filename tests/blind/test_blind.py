@@ -1,7 +1,7 @@
-"""A small fixed part of the blind bench: the first sixteen cases that `draw` gives for seed 7, all of them.
+"""A small fixed part of the blind bench: sixteen cases of the joint as it is, 30 s at 250 Hz.
 
-Their strengths, as the bench scaled them, are written down here (the scaling costs as much as the diagnosis), and the
-sessions are cut to 30 s at 250 Hz. `make blind` runs the whole bench.
+Their strengths were scaled as the bench does (the scaling costs as much as the diagnosis). `make blind` runs the whole
+bench, in which every case has a joint, payloads and motion of its own.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import pytest
 
 from tests.blind.cases import Case
 from tests.blind.score import Score, diagnose_blindly
+from tests.plants.single_joint import Joint
 
 DRAWN: tuple[tuple[str, int, dict[str, float]], ...] = (
     ("null", 1014583970, {}),
@@ -32,12 +33,14 @@ DRAWN: tuple[tuple[str, int, dict[str, float]], ...] = (
     ("uncatalogued", 658147012, {"shaking-base": 0.093}),
 )
 
+NOISY = Joint(command_noise=3 * Joint.command_noise, slow_noise=3 * Joint.slow_noise)
+
 
 @pytest.fixture(scope="module")
 def scores() -> list[Score]:
     return [
         diagnose_blindly(
-            Case(kind, seed, effects, 250.0, 30.0, 2, noise=3.0 if kind == "noisy null" else 1.0)
+            Case(kind, seed, effects, 250.0, 30.0, 2, joint=NOISY if kind == "noisy null" else Joint())
         )
         for kind, seed, effects in DRAWN
     ]
@@ -74,5 +77,5 @@ def test_what_no_catalogue_holds_is_called_unexplained(scores):
 
 def test_a_wrong_answer_is_scored_as_wrong():
     """The score can fail: an effect that hides under the name of nothing is a false alarm."""
-    mislabelled = Case("null", 533513788, {"viscous-asymmetric": 0.3}, 250.0, 30.0, 2, noise=1.0)
+    mislabelled = Case("null", 533513788, {"viscous-asymmetric": 0.3}, 250.0, 30.0, 2)
     assert not diagnose_blindly(mislabelled).right
