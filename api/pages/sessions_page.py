@@ -30,6 +30,8 @@ NEW = "new"
 """Value of the choice `another payload`."""
 MEBIBYTE = 1024 * 1024
 
+ON_THEIR_WAY = frozenset(state.value for state in SessionState if not state.ended)
+"""States of a session that is being prepared or measured."""
 STATE_WORDS = {
     "measured": ("good", "measured"),
     "complete": ("good", "measured"),
@@ -130,7 +132,9 @@ def _session(
     service: Service, experiment: str, row: SessionRow, errors: dict[str, float | None]
 ) -> dict[str, Any]:
     tone, words = STATE_WORDS.get(row.state, ("idle", row.state))
-    if row.state in ENDED_EARLY and row.file and not row.file.startswith(INCOMPLETE):
+    if row.state in ENDED_EARLY and not row.file:
+        words = words.replace("kept, not used", "nothing was measured")
+    elif row.state in ENDED_EARLY and row.file and not row.file.startswith(INCOMPLETE):
         words = words.replace("kept, not used", "used as far as it goes")
     link = experiment_link(experiment, f"sessions/{row.id}")
     active = service.sessions.active(row.rig or "")
@@ -163,5 +167,5 @@ def _session(
         "recover_link": f"{link}/recover",
         "admissible": row.state in ENDED_EARLY and there and (row.file or "").startswith(INCOMPLETE),
         "admit_link": f"{link}/admit",
-        "go_on_link": link if row.file is None and row.state in set(SessionState) else None,
+        "go_on_link": link if row.file is None and row.state in ON_THEIR_WAY else None,
     }

@@ -13,13 +13,13 @@ from api.service.accounts import Role
 HTML = {"Accept": "text/html", "HX-Request": "true"}
 
 
-def cut_off(folder: Path) -> Path:
-    """A recording of 500 rows that nobody closed, as after a power cut."""
+def cut_off(folder: Path, status: str = "recording") -> Path:
+    """A recording of 500 rows that nobody closed, as after a power cut; or one that ended with another status."""
     file = folder / "incomplete" / "session-02.h5"
     file.parent.mkdir(exist_ok=True)
     payload = {"name": "disk", "mass": 3.0, "com": [0.5, 0.0, 0.0], "inertia": [0.0] * 6}
     with h5py.File(file, "w", libver="latest") as recording:
-        recording.attrs["status"], recording.attrs["status_reason"] = "recording", ""
+        recording.attrs["status"], recording.attrs["status_reason"] = status, ""
         recording.attrs["payload"], recording.attrs["counters"] = json.dumps(payload), "{}"
         for name in ("cycle", "sync_time"):
             recording.create_dataset(name, data=np.arange(500), maxshape=(None,), chunks=(100,))
@@ -44,6 +44,18 @@ def test_what_was_cut_off_is_said_and_recovered_by_one_press(imported, service):
     assert "the recording process died; recovered by the-operator" in answer.text
     assert client.post(address, headers=HTML).status_code == 409
     assert service.client(Role.VIEWER).post(address, headers=HTML).status_code == 403
+
+
+def test_what_was_stopped_is_offered_for_use_and_refused_in_words_where_it_cannot_serve(imported, service):
+    client, experiment = imported
+    cut_off(service.service.experiments.folder(experiment), "aborted")
+    service.service.experiments.reindex()
+    text = page_of(client, experiment)
+    assert "stopped; kept, not used" in text
+    assert ">Use it</button>" in text
+    answer = client.post(f"/pages/experiments/{experiment}/sessions/session-02/admit", headers=HTML)
+    assert answer.status_code == 409
+    assert "cannot be used: cannot be judged" in answer.text
 
 
 def test_a_recording_that_still_grows_is_not_closed_under_its_recorder(imported, service):

@@ -116,12 +116,10 @@ def test_everybody_who_is_signed_in_stops_the_motion_and_what_was_measured_is_ke
     # Harmless when repeated, also when nothing is under way.
     assert looker.post(f"/rigs/{RIG}/stop").json() == {"stopped": False}
     assert looker.post("/experiments/arm/sessions/session-00/stop").json() == {"stopped": False}
-    # Only a complete session is identified, and a glimpse of motion serves nobody.
+    # Only a complete session is identified, and a glimpse of motion serves nobody even after a look at it.
     assert operator.get("/experiments/arm/results").status_code == 404
     refused = operator.post("/experiments/arm/sessions/session-00/admit")
     assert refused.status_code == 409
-    assert "cannot be used" in refused.json()["detail"]
-    assert "of motion are too little" in refused.json()["detail"]
 
 
 def test_the_next_session_after_a_stop_is_measured_like_any_other(operator, finished):
@@ -131,8 +129,7 @@ def test_the_next_session_after_a_stop_is_measured_like_any_other(operator, fini
     operator.post(f"/rigs/{RIG}/stop")
     watch(operator)
     page = operator.get("/pages/experiments/arm/sessions", headers={"Accept": "text/html"}).text
-    assert "stopped; kept, not used" in page
-    assert "Use it" in page
+    assert "stopped by the-operator" in page
     session = prepare(operator, "disk-7").json()
     answer = take(operator, session["id"], "weigh", *STEPS, mass=6.97)
     assert answer.status_code == 200, answer.text
