@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from identify.estimation.record import Record
+from identify.estimation.record import FILTER_REACH, Record
 from identify.recording.samples import RawSamples
 from tests.identify.estimation import simulated_arm
 
@@ -33,7 +33,7 @@ def test_a_stop_that_the_position_filter_rounds_off_is_seen_in_the_positions_as_
     instants, record = left_out(np.round(stop_and_go(REST), 6))
     assert record.shows_stops.all()
     assert len(instants) >= 3
-    period = 1.0 / CUTOFFS["decimation_cutoff"]
+    period = FILTER_REACH / CUTOFFS["decimation_cutoff"]
     assert np.abs(instants).max() <= period + 0.5 * REST + 1e-3
     assert np.abs(instants).max() >= 0.75 * period
 
