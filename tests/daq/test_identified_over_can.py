@@ -6,8 +6,12 @@ import h5py
 import numpy as np
 import pytest
 
+from api.assumed_masses import torque_limits
 from api.commands.demo import PLAN
+from api.plan_model import RegressorModel
 from daq.excitation.excitation_plan import ExcitationPlan
+from daq.excitation.optimal_excitation import Request
+from daq.excitation.plan_report import make_plan
 from daq.session_events import SessionState
 from daq.session_workflow import PayloadSession
 from identify.estimation.identification import identify
@@ -30,8 +34,8 @@ def plan():
     return ExcitationPlan.load(PLAN)
 
 
-def record(rig, plan, folder):
-    for payload in PAYLOADS:
+def record(rig, plan, folder, payloads=PAYLOADS):
+    for payload in payloads:
         known = rig.payload(payload)
         with PayloadSession(rig, folder, plan, known, "operator") as session:
             assert session.check().ok
@@ -82,6 +86,26 @@ def truth(rig) -> dict[str, float]:
         "FV1": friction["viscous"],
         "offset1": friction["offset"],
     }
+
+
+@pytest.mark.parametrize(
+    ("model", "criterion", "seconds", "payloads", "seed"),
+    [
+        ("load-velocity", "d-optimal", 45.0, PAYLOADS, 3),
+        ("usual", "condition", 40.0, ("none", "disk-7"), 4),
+    ],
+)
+def test_parameters_agree_on_a_motion_that_was_planned_just_now(
+    rig, tmp_path, model, criterion, seconds, payloads, seed
+):
+    """As a user gets it from `coulomb plan`; the plan stored for the demo is one of many."""
+    known = tuple(rig.payload(name) for name in payloads)
+    planned_for = RegressorModel(rig, model, known, additions=[], identified=None)
+    noise = 0.01 * torque_limits(rig)
+    request = Request(rig, planned_for, known, seconds, noise, criterion=criterion, seed=seed)
+    fresh = make_plan(request, None).plan
+    found = deviations(rig, record(rig, fresh, tmp_path / "fresh", payloads))
+    assert max(map(abs, found.values())) < 3.0, found
 
 
 def deviations(rig, experiment) -> dict[str, float]:
