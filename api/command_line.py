@@ -10,26 +10,36 @@ import sys
 import typer
 
 import api.commands
-from identify.recording.errors import InputError
 
 application = typer.Typer(
     name="coulomb",
-    help="Measure a robot joint, identify its model, and learn which physical effect the model misses.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
 )
 
 
-def _register_commands() -> None:
-    """Let every module of `api.commands` add its command by its function `register(application)`."""
-    for module in sorted(pkgutil.iter_modules(api.commands.__path__), key=lambda found: found.name):
-        importlib.import_module(f"api.commands.{module.name}").register(application)
+@application.callback()
+def coulomb() -> None:
+    """Measure a robot joint, identify its model, and learn which physical effect the model misses."""
+
+
+def _register_commands(asked: str) -> None:
+    """Let the modules of `api.commands` add their commands by their function `register(application)`.
+
+    Where a module has the name of the command asked for, it is enough; the others would cost every command their
+    time. All of them are needed for the overview, and for a command that is not the first of its module.
+    """
+    modules = sorted(found.name for found in pkgutil.iter_modules(api.commands.__path__))
+    for name in [name for name in modules if name.rstrip("_") == asked] or modules:
+        importlib.import_module(f"api.commands.{name}").register(application)
 
 
 def main() -> None:
     """Run the command line; the entry point of the script `coulomb`."""
-    _register_commands()
+    _register_commands(next(iter(sys.argv[1:]), ""))
+    from identify.recording.errors import InputError
+
     try:
         application()
     except InputError as error:

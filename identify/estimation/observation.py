@@ -6,7 +6,8 @@ Sessions are independent of each other, so they may be reduced anywhere (`execut
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cached_property, partial
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,7 +60,7 @@ class Observation:
     factors: list[list[TriangularFactor]]
     _whole: dict[int, TriangularFactor] = field(default_factory=dict)
 
-    @property
+    @cached_property
     def width(self) -> int:
         """Number of columns of W."""
         return self.base + sum(len(columns) for columns in self.slot_columns)
@@ -153,11 +154,11 @@ def reduce_rows(record: Record, entry: SessionEntry, blocks: Iterable[DecimatedR
     for block in blocks:
         table = block.table
         place = np.clip(np.searchsorted(edges, block.time, side="right") - 1, 0, len(edges) - 2)
-        for number in np.unique(place).tolist():
-            parts = open_rows.setdefault(number, [[] for _ in block.rows])
-            inside = place == number
+        borders = [0, *(np.flatnonzero(np.diff(place)) + 1).tolist(), len(place)]
+        for first, last in pairwise(borders):
+            parts = open_rows.setdefault(int(place[first]), [[] for _ in block.rows])
             for joint, rows in enumerate(block.rows):
-                parts[joint].append(rows[inside & block.moving[:, joint]])
+                parts[joint].append(rows[first:last][block.moving[first:last, joint]])
         close(sorted(open_rows)[:-1])  # no later sample falls into these
     close(sorted(open_rows))
     assert table is not None  # a session without a block is refused by `Record.blocks`

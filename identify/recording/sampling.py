@@ -124,7 +124,7 @@ def uniform_session(entry: SessionEntry, raw: RawSamples) -> Session:
 
 def _median_step(time: Array) -> float:
     """The typical step in time, s; of a long record, the median of steps evenly spread over it."""
-    rows = np.unique(np.linspace(0, len(time) - 2, min(len(time) - 1, STEPS_LOOKED_AT)).astype(int))
+    rows = np.linspace(0, len(time) - 2, min(len(time) - 1, STEPS_LOOKED_AT)).astype(int)
     return float(np.median(time[rows + 1] - time[rows]))
 
 

@@ -35,27 +35,46 @@ def differentiate(
     position : (N, n); cutoff : Hz, one for each joint; returns three arrays (N, n).
     The rows within `memory` of an end that is not the record's own are wrong and are the caller's to drop.
     """
-    rows, n = position.shape
-    half = memory(sampling_period, cutoff)
-    length = zero_phase.fast_length(rows + 2 * half)
-    frequency = zero_phase.frequencies(length, sampling_period)
-    derivative = central_difference(frequency, sampling_period)
-    q, dq, ddq = np.empty((n, rows)), np.empty((n, rows)), np.empty((n, rows))
-    kept = slice(half, half + rows)
-    padded = zero_phase.extended(position, half, half)
-    for joint in range(n):
-        # The straight line through the ends carries the mean and the slope exactly; what is left starts and
-        # ends at zero, so the periodic Fourier transform sees no step.
-        line = np.linspace(padded[0, joint], padded[-1, joint], len(padded))
-        slope = (padded[-1, joint] - padded[0, joint]) / ((len(padded) - 1) * sampling_period)
-        spectrum = np.fft.rfft(padded[:, joint] - line, length)
-        spectrum *= zero_phase.response(cutoff[joint], sampling_period, frequency)
-        q[joint] = np.fft.irfft(spectrum, length)[kept] + line[kept]
-        spectrum *= 1j * derivative
-        dq[joint] = np.fft.irfft(spectrum, length)[kept] + slope
-        spectrum *= 1j * derivative
-        ddq[joint] = np.fft.irfft(spectrum, length)[kept]
-    return q.T, dq.T, ddq.T
+    piece = _Filtered(position, sampling_period, cutoff)
+    return piece.course(0) + piece.line, piece.course(1) + piece.slope, piece.course(2)
+
+
+def velocity(position: Array, sampling_period: float, cutoff: Sequence[float]) -> Array:
+    """The velocity of `differentiate` alone, (N, n)."""
+    piece = _Filtered(position, sampling_period, cutoff)
+    return piece.course(1) + piece.slope
+
+
+class _Filtered:
+    """The spectrum of filtered positions less the straight line through the ends of the piece.
+
+    The line carries the mean and the slope exactly; what is left starts and ends at zero, so the periodic Fourier
+    transform sees no step.
+
+    line  : (N, n) of every joint, rad or m
+    slope : (n,) rad/s or m/s
+    """
+
+    def __init__(self, position: Array, sampling_period: float, cutoff: Sequence[float]) -> None:
+        rows = len(position)
+        half = memory(sampling_period, cutoff)
+        padded = zero_phase.extended(position, half, half)
+        line = np.linspace(padded[0], padded[-1], len(padded))
+        self._kept = slice(half, half + rows)
+        self._length = zero_phase.fast_length(len(padded))
+        frequency = zero_phase.frequencies(self._length, sampling_period)
+        self._derivative = 1j * central_difference(frequency, sampling_period)
+        gains = {value: zero_phase.response(value, sampling_period, frequency) for value in set(cutoff)}
+        self._spectrum = np.fft.rfft((padded - line).T, self._length)
+        for joint, value in enumerate(cutoff):
+            self._spectrum[joint] *= gains[value]
+        self.line = line[self._kept]
+        self.slope = (padded[-1] - padded[0]) / ((len(padded) - 1) * sampling_period)
+
+    def course(self, order: int) -> Array:
+        """(N, n) derivative of an order, the line left out."""
+        spectrum = self._spectrum * self._derivative**order if order else self._spectrum
+        return np.fft.irfft(spectrum, self._length)[:, self._kept].T
 
 
 def memory(sampling_period: float, cutoff: Sequence[float]) -> int:

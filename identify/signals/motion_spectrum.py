@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from identify.recording import Session
 from identify.recording.samples import release
-from identify.signals.differentiation import differentiate
+from identify.signals import differentiation
 from identify.signals.zero_phase import HIGHEST_CUTOFF, fast_length, frequencies
 
 Array = NDArray[np.float64]
@@ -99,7 +99,7 @@ def _pieces(session: Session) -> list[slice]:
         for segment in session.segments
         for start in range(segment.start, segment.stop - length + 1, max(length // 2, 1))
     ]
-    chosen = np.unique(np.linspace(0, len(starts) - 1, min(len(starts), MOST_BLOCKS)).round().astype(int))
+    chosen = np.linspace(0, len(starts) - 1, min(len(starts), MOST_BLOCKS)).round().astype(int)
     return [slice(starts[index], starts[index] + length) for index in chosen]
 
 
@@ -139,7 +139,7 @@ def _valley(frequency: Array, power: Array, lowest: float, highest: float) -> tu
 def _reversal_bandwidth(pieces: list[Array], period: float, cutoff: float) -> float:
     signs = []
     for piece in pieces:
-        velocity = differentiate(piece[:, None], period, (cutoff,))[1][:, 0]
+        velocity = differentiation.velocity(piece[:, None], period, (cutoff,))[:, 0]
         threshold = STICTION_PART * np.quantile(np.abs(velocity), 0.995)
         signs.append(np.clip(velocity / max(threshold, 1e-300), -1.0, 1.0))
     return _holding(*_mean_power(signs, period), REVERSALS_HELD)
