@@ -101,6 +101,8 @@ class DerivativeLimits:
     def _misplaced_cycles(self, lacking: NDArray[np.bool_], again: NDArray[np.bool_]) -> NDArray[np.int_]:
         """(M, n) by how many cycles a joint's positions may have fallen behind or caught up in a row."""
         cycles = lacking.astype(int)
+        if not (lacking.any() or again.any()):
+            return cycles
         for drive in range(lacking.shape[1]):
             # A drive catches up at most by what has lacked since it last did.
             behind = self._behind[drive] + cycles[:, drive].cumsum()

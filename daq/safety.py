@@ -69,7 +69,7 @@ class LimitMonitor:
         n = len(limits)
         self._names = [axis.joint for axis in rig.axes]
         self._units = ["m" if joint.type == "prismatic" else "rad" for joint in rig.robot.joints]
-        self._matrix = rig.position_matrix
+        self._matrix, self._offset = rig.position_matrix, rig.position_offset
         self._needs = self._matrix != 0
         self._ampere = rig.command_scale
         following = np.array([limit.following_error for limit in limits])
@@ -96,7 +96,7 @@ class LimitMonitor:
         stamped = counted if self.rig.simulated is not None else rows["sync_time"] * 1e-9
         came = (rows["valid"] & POSITION_CAME) != 0
         counts = np.where(came, rows["position"], 0)
-        position = counts @ self._matrix.T + self.rig.position_offset
+        position = counts @ self._matrix.T + self._offset
         position[(~came).astype(int) @ self._needs.T > 0] = np.nan
         again = (rows["valid"] & CAME_AGAIN) != 0
         late = (rows["valid"] & CAME_LATE) != 0
@@ -127,8 +127,7 @@ class LimitMonitor:
 
     def _first(self, bad: NDArray[np.bool_]) -> tuple[int, int] | None:
         """Row and axis of the first true entry of (M, n)."""
-        places = np.flatnonzero(bad.ravel())
-        return divmod(int(places[0]), bad.shape[1]) if len(places) else None
+        return divmod(int(bad.argmax()), bad.shape[1]) if bad.any() else None
 
     def _beyond_position(self, position: NDArray[Any], moving: NDArray[Any]) -> Excess | None:
         at = self._first(((position < self._lowest) | (position > self._highest)) & moving[:, None])
@@ -141,7 +140,7 @@ class LimitMonitor:
     def _beyond_following(
         self, rows: NDArray[Any], position: NDArray[Any], following: NDArray[Any]
     ) -> Excess | None:
-        wanted = rows["setpoint"] @ self._matrix.T + self.rig.position_offset
+        wanted = rows["setpoint"] @ self._matrix.T + self._offset
         error = np.abs(wanted - position)
         with np.errstate(invalid="ignore"):
             at = self._first((error > self._following) & following[:, None])

@@ -62,11 +62,28 @@ class _Value:
     offset: int
     kind: np.dtype[Any]
 
-    def of(self, aligned: AlignedRows) -> NDArray[Any]:
-        """(M,) the value in every row, 0 where its PDO did not come."""
-        end = self.offset + self.kind.itemsize
-        data = np.ascontiguousarray(aligned.data[:, self.column, self.offset : end])
-        return data.view(self.kind)[:, 0]
+
+class _Values:
+    """One value of every axis; axes whose drives map it alike are decoded together.
+
+    values : of the axes, in their order
+    """
+
+    def __init__(self, values: Sequence[_Value]) -> None:
+        self.columns = np.array([value.column for value in values])
+        alike: dict[tuple[int, np.dtype[Any]], list[int]] = {}
+        for axis, value in enumerate(values):
+            alike.setdefault((value.offset, value.kind), []).append(axis)
+        self._groups = [
+            (np.array(axes), self.columns[axes], slice(offset, offset + kind.itemsize), kind)
+            for (offset, kind), axes in alike.items()
+        ]
+
+    def into(self, target: NDArray[Any], aligned: AlignedRows) -> None:
+        """Put the values into target (M, n), 0 where a PDO did not come."""
+        for axes, columns, place, kind in self._groups:
+            data = np.ascontiguousarray(aligned.data[:, columns, place])
+            target[:, axes] = data.view(kind)[:, :, 0]
 
 
 class RowDecoder:
@@ -88,13 +105,14 @@ class RowDecoder:
             pdo, entry = stream.find(name)
             return _Value(column_of_id[pdo.can_id], entry.byte_offset, np.dtype(entry.kind))
 
-        self._position = [find(stream, "position") for stream in streams]
-        self._command = [find(stream, "command") for stream in streams]
-        self._status = [find(stream, "statusword") for stream in streams]
-        self._temperature = [
-            None if scale is None else (find(stream, "temperature"), scale)
-            for stream, scale in zip(streams, temperature_scale, strict=True)
-        ]
+        self._position, self._command, self._status = (
+            _Values([find(stream, name) for stream in streams])
+            for name in ("position", "command", "statusword")
+        )
+        measured = [axis for axis, scale in enumerate(temperature_scale) if scale is not None]
+        self._temperature_axes = np.array(measured, int)
+        self._temperature = _Values([find(streams[axis], "temperature") for axis in measured])
+        self._temperature_scale = np.array([scale for scale in temperature_scale if scale is not None])
         self.dtype = sample_dtype(len(streams))
 
     def rows(self, aligned: AlignedRows, setpoint: NDArray[Any], phase: NDArray[Any]) -> NDArray[Any]:
@@ -105,22 +123,30 @@ class RowDecoder:
         rows["setpoint"] = setpoint
         rows["phase"] = phase
         rows["temperature"] = np.nan
-        not_seen = np.where(aligned.sync_seen, 0, SYNC_NOT_SEEN)
-        for axis, (position, command, status) in enumerate(
-            zip(self._position, self._command, self._status, strict=True)
+        for name, values in (
+            ("position", self._position),
+            ("command", self._command),
+            ("status", self._status),
         ):
-            rows["position"][:, axis] = position.of(aligned)
-            rows["command"][:, axis] = command.of(aligned)
-            rows["status"][:, axis] = status.of(aligned)
-            valid = aligned.came[:, position.column] * POSITION_CAME
-            valid |= aligned.came[:, command.column] * COMMAND_CAME
-            valid |= (aligned.late[:, position.column] | aligned.late[:, command.column]) * CAME_LATE
-            again = aligned.surplus[:, position.column] | aligned.surplus[:, command.column]
-            rows["valid"][:, axis] = valid | again * CAME_AGAIN | not_seen
-            temperature = self._temperature[axis]
-            if temperature is not None:
-                value, scale = temperature
-                rows["temperature"][:, axis] = np.where(
-                    aligned.came[:, value.column], scale * value.of(aligned), np.nan
-                )
+            values.into(rows[name], aligned)
+        rows["valid"] = self._valid(aligned)
+        if len(self._temperature_axes):
+            raw = np.zeros((len(rows), len(self._temperature_axes)))
+            self._temperature.into(raw, aligned)
+            came = aligned.came[:, self._temperature.columns]
+            rows["temperature"][:, self._temperature_axes] = np.where(
+                came, raw * self._temperature_scale, np.nan
+            )
         return rows
+
+    def _valid(self, aligned: AlignedRows) -> NDArray[np.uint8]:
+        """(M, n) bits of the recording."""
+        position, command = self._position.columns, self._command.columns
+        valid = aligned.came[:, position] * np.uint8(POSITION_CAME)
+        valid |= aligned.came[:, command] * np.uint8(COMMAND_CAME)
+        if aligned.late.any():
+            valid |= (aligned.late[:, position] | aligned.late[:, command]) * np.uint8(CAME_LATE)
+        if aligned.surplus.any():
+            valid |= (aligned.surplus[:, position] | aligned.surplus[:, command]) * np.uint8(CAME_AGAIN)
+        valid[~aligned.sync_seen] |= np.uint8(SYNC_NOT_SEEN)
+        return valid
