@@ -1,5 +1,6 @@
 """The catalogue of effects as the pages quote it: names as a person says them, equation, explanation, source."""
 
+import re
 from functools import cache
 from typing import Any
 
@@ -21,6 +22,19 @@ def entry_of(effect: str) -> dict[str, Any]:
 def effect_titles() -> dict[str, str]:
     """Name -> words for a sentence."""
     return {name: entry.get("title") or _TITLES.get(name, name) for name, entry in catalogue().items()}
+
+
+@cache
+def _effect_of_parameter() -> dict[str, str]:
+    """Name of a parameter, without the joint's number -> the effect that it belongs to."""
+    return {name: effect for effect, one in effects.effects().items() for name, _unit in one.parameters}
+
+
+def parameter_words(name: str) -> str:
+    """What a parameter of an effect stands for; empty for one that the catalogue does not know."""
+    stem = re.match(r"[^\[]*?(?=\d*(?:\[|$))", name)
+    effect = _effect_of_parameter().get(stem[0] if stem else name, "")
+    return effect_titles().get(effect, "")
 
 
 _TITLES = {

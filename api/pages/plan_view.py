@@ -22,6 +22,8 @@ PREVIEW_POINTS = 6000
 SLOW = 0.10
 FAST = 0.35
 """Parts of the greatest speed that the paper calls low and high (Table III)."""
+REPEATED = 0.2
+"""Part of a plan that must repeat for a noise floor, as `identify.validation.noise_floor` asks of a session."""
 WELL_CONDITIONED = 100.0
 """Condition number of the observation matrix up to which every parameter is determined in practice."""
 
@@ -184,19 +186,7 @@ def findings(
             "One direction is hardly driven: offset and asymmetric friction cannot be told apart.",
         )
     )
-    repeats = plan.repeated
-    periods = sum((end - begin) / period for begin, end, period in repeats)
-    found.append(
-        Finding(
-            "good",
-            "Noise floor",
-            f"{number(periods, 0)} exact repeats: what no model can explain is measured.",
-        )
-        if periods >= 2
-        else Finding(
-            "warn", "Noise floor", "No motion repeats exactly: the noise floor can only be estimated."
-        )
-    )
+    found.append(_noise_floor(plan))
     masses = sorted({round(mass, 3) for mass in [*masses_measured, payload.mass]})
     words = listing(f"{significant(mass, 4)}{THIN}kg" for mass in masses)
     found.append(
@@ -221,6 +211,25 @@ def _judged(good: np.ndarray, names: Sequence[str], what: str, yes: str, no: str
     lacking = [name for name, fine in zip(names, good, strict=True) if not fine]
     return Finding(
         "warn", what, no if len(lacking) == len(names) else f"{listing(lacking)}: {no[0].lower()}{no[1:]}"
+    )
+
+
+def _noise_floor(plan: ExcitationPlan) -> Finding:
+    """Whether what no model can explain will be measured: a stretch must repeat that speaks for the session."""
+    periods = sum((end - begin) / period for begin, end, period in plan.repeated)
+    covered = sum(end - begin for begin, end, _ in plan.repeated) / plan.duration
+    what = "Noise floor"
+    if periods < 2:
+        return Finding("warn", what, "No motion repeats exactly: what no model can explain stays unknown.")
+    if covered < REPEATED:
+        return Finding(
+            "warn",
+            what,
+            f"Only {percent(covered, 2)} of the plan repeats: too little to measure what no model can explain. "
+            "Make a longer plan.",
+        )
+    return Finding(
+        "good", what, f"{number(periods, 0)} exact repeats: what no model can explain is measured."
     )
 
 

@@ -10,11 +10,14 @@ from fastapi import APIRouter, Request
 from fastapi.responses import HTMLResponse, Response
 
 from api.pages import urdf_file
+from api.pages.catalogue_words import parameter_words
+from api.pages.error_figures import JointUnits
 from api.pages.layout import experiment_link, frame
 from api.pages.model_page import VersionChoice, chosen_model, experiment_context, no_model_page
 from api.pages.rendering import PREFIX, page
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.pages.urdf_file import urdf_of
+from api.pages.verdict_words import constant_words
 from api.service import access
 from api.service.problems import Problem
 
@@ -53,6 +56,7 @@ def results_page(
         "document": shown.document,
         "groups": parameter_groups(stored, shown),
         "effects": effects_by_name(stored, shown).values(),
+        "constants": constants_in_words(stored, shown),
         "downloads": [
             {"name": name, "link": f"{link}/{ending}?version={shown.version.id}"} for ending, name in formats
         ],
@@ -93,7 +97,11 @@ def parameter_groups(stored: StoredExperiment, shown: ShownModel) -> list[dict[s
     """Parameters by joint, those of the whole robot last."""
     groups = []
     for joint in [*stored.joint_names, None]:
-        rows = [entry for entry in shown.document["parameters"] if entry["joint"] == joint]
+        rows = [
+            entry | {"stands_for": entry.get("grouping") or parameter_words(entry["name"])}
+            for entry in shown.document["parameters"]
+            if entry["joint"] == joint
+        ]
         if rows:
             groups.append({"joint": joint, "parameters": rows})
     return groups
@@ -109,6 +117,18 @@ def effects_by_name(stored: StoredExperiment, shown: ShownModel) -> dict[str, di
         name: {"name": name, "joints": ["all"] if len(on) > 1 and set(on) == everywhere else on}
         for name, on in joints.items()
     }
+
+
+def constants_in_words(stored: StoredExperiment, shown: ShownModel) -> list[tuple[str, str]]:
+    """The nonlinear constants that the fit chose: (effect, joint where there are several, and what it is; its value)."""
+    rows = []
+    types = {joint.name: joint.type for joint in stored.declared.robot.joints}
+    for entry in shown.document.get("constants") or []:
+        units = JointUnits.of(types.get(entry.get("joint"), "revolute"))
+        values = {name: value for name, value in entry.items() if isinstance(value, int | float)}
+        on = f" {entry['joint']}" if len(types) > 1 and entry.get("joint") else ""
+        rows += [(f"{entry['effect']}{on}: {words}", value) for words, value in constant_words(values, units)]
+    return rows
 
 
 def _as_json(shown: ShownModel) -> str:

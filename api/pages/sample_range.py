@@ -69,6 +69,7 @@ def end_to_end(sessions: Mapping[str, Mapping[str, np.ndarray]]) -> dict[str, np
 
     sessions : file -> column -> (samples,)
 
+    The error is NaN where the joint rests: dry friction then takes any value, and such samples are no part of a fit.
     Several sessions follow one another with a pause of NaN between them, so that no line joins them.
     """
     pieces: dict[str, list[np.ndarray]] = {name: [] for name in ("time", "measured", "predicted", "error")}
@@ -85,7 +86,8 @@ def end_to_end(sessions: Mapping[str, Mapping[str, np.ndarray]]) -> dict[str, np
         pause = np.arange(time[-1] + step, time[-1] + BETWEEN_SESSIONS, step)
         offset = float(time[-1]) + BETWEEN_SESSIONS
         pieces["time"] += [time, pause]
-        signals = {"measured": measured, "predicted": predicted, "error": measured - predicted}
+        error = np.where(stored["moving"] > 0, measured - predicted, np.nan)
+        signals = {"measured": measured, "predicted": predicted, "error": error}
         for name, values in signals.items():
             pieces[name] += [values.astype(np.float32), np.full(len(pause), np.nan, np.float32)]
     return {name: np.concatenate(parts[:-1]) for name, parts in pieces.items()}

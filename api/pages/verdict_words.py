@@ -51,7 +51,7 @@ def verdict_of(joint: Mapping[str, Any] | None, floor: float | None, titles: Map
         names = [titles.get(name, name) for name in joint["missing"]]
         return Verdict("missing", f"The model misses {_listed(names)}.", _gain_words(joint))
     if joint["verdict"] == "adequate":
-        rest = "No effect of the catalogue lowers the error on motion that the fit did not see."
+        rest = "No effect of the catalogue lowers the error on motion that the fit did not see by enough to count."
         if floor is not None:
             rest = f"The noise floor is {percent(floor)}. {rest}"
         return Verdict("adequate", "Nothing is missing: what is left is noise.", rest)
@@ -101,7 +101,7 @@ def structure_words(joint: Mapping[str, Any] | None) -> str | None:
 
 CONSTANT_WORDS = {
     "stribeck_velocity": ("Stribeck velocity", "speed"),
-    "rotor_inertia": ("rotor inertia within the load", ""),
+    "rotor_inertia": ("inertia that is no load", "inertia"),
     "exponent": ("exponent", ""),
     "power": ("exponent", ""),
     "wave_number": ("waves per rad", ""),

@@ -162,8 +162,10 @@ class Accounts:
 
     def check_password(self, name: str, password: str) -> User | None:
         """The user if the password is right, else None; takes as long for an unknown name."""
-        with self._database.transaction() as session:
-            row = session.get(UserRow, name)
+        row = None
+        if re.fullmatch(NAME_PATTERN, name):
+            with self._database.transaction() as session:
+                row = session.get(UserRow, name)
         # An attempt takes as long whether the name exists or not.
         stored = row.password_hash if row else _hash_of_nobody()
         try:
@@ -201,6 +203,8 @@ class Accounts:
         """A bearer token for `lasts` seconds; its scope cannot exceed the user's role."""
         if not 0 < lasts <= LONGEST_TOKEN_LIFE:
             raise InputError(f"token: it lasts between 0 and {LONGEST_TOKEN_LIFE / 86400:.0f} days")
+        if not label.isprintable():
+            raise InputError("token: its label holds a character that cannot be printed")
         secret = TOKEN_PREFIX + secrets.token_urlsafe(32)
         now = self._clock()
         with self._database.transaction() as session:

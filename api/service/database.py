@@ -16,8 +16,13 @@ from sqlalchemy.orm import DeclarativeBase, Mapped, Session, mapped_column, sess
 
 from identify.recording.errors import InputError
 
+LONGEST_NAME, LONGEST_STATE, LONGEST_WORDS = 255, 20, 1000
+"""Letters of texts that come from files and people's programs; PostgreSQL refuses longer ones, so they are cut."""
 BUSY_TIMEOUT = 10_000
 """ms that a SQLite writer waits for another: longer than any transaction here takes."""
+
+POSTGRESQL_DRIVER = "postgresql+psycopg"
+"""What `postgresql://` stands for: the driver that coulomb[postgresql] installs."""
 
 
 class Table(DeclarativeBase):
@@ -84,7 +89,7 @@ class JobRow(Table):
     user: Mapped[str] = mapped_column(String(64))
     state: Mapped[str] = mapped_column(String(16))
     fraction: Mapped[float]
-    words: Mapped[str] = mapped_column(String(500))
+    words: Mapped[str] = mapped_column(String(LONGEST_WORDS))
     created: Mapped[float]
     ended: Mapped[float | None]
     result: Mapped[dict[str, Any]]
@@ -95,12 +100,12 @@ class ExperimentRow(Table):
 
     __tablename__ = "experiments"
     id: Mapped[str] = mapped_column(String(64), primary_key=True)
-    name: Mapped[str] = mapped_column(String(200), index=True)
+    name: Mapped[str] = mapped_column(String(LONGEST_NAME), index=True)
     folder: Mapped[str] = mapped_column(String(1000), unique=True)
     joints: Mapped[list[Any]]
     payloads: Mapped[list[Any]]
     modified: Mapped[float]
-    problem: Mapped[str | None] = mapped_column(String(1000))
+    problem: Mapped[str | None] = mapped_column(String(LONGEST_WORDS))
 
 
 class SessionRow(Table):
@@ -110,14 +115,14 @@ class SessionRow(Table):
     experiment: Mapped[str] = mapped_column(
         ForeignKey("experiments.id", ondelete="CASCADE"), primary_key=True
     )
-    id: Mapped[str] = mapped_column(String(100), primary_key=True)
-    file: Mapped[str | None] = mapped_column(String(200))
+    id: Mapped[str] = mapped_column(String(255), primary_key=True)
+    file: Mapped[str | None] = mapped_column(String(300))
     payload: Mapped[dict[str, Any]]
     role: Mapped[str] = mapped_column(String(20))
     rig: Mapped[str | None] = mapped_column(String(64))
     plan: Mapped[str | None] = mapped_column(String(64))
-    state: Mapped[str] = mapped_column(String(20))
-    reason: Mapped[str | None] = mapped_column(String(1000))
+    state: Mapped[str] = mapped_column(String(LONGEST_STATE))
+    reason: Mapped[str | None] = mapped_column(String(LONGEST_WORDS))
     created: Mapped[float]
 
 
@@ -137,6 +142,10 @@ _APPEND_ONLY = {
 }
 
 
+_ONE_AT_A_TIME = "SELECT pg_advisory_xact_lock(4077001)"
+"""Two programs that begin together must not create the same tables: the second waits for the first. The number is ours."""
+
+
 class Database:
     """The engine and its sessions.
 
@@ -148,24 +157,34 @@ class Database:
 
     def __init__(self, url: str) -> None:
         try:
-            kind = make_url(url).get_backend_name()
+            address = make_url(url)
+            kind = address.get_backend_name()
             if kind not in _APPEND_ONLY:
                 raise InputError(f"database address: {kind} is not supported; use sqlite or postgresql")
-            self.engine: Engine = create_engine(url)
+            if address.drivername == "postgresql":
+                address = address.set(drivername=POSTGRESQL_DRIVER)
+            # A connection that the server closed meanwhile (a restart) is noticed and opened anew.
+            self.engine: Engine = create_engine(address, pool_pre_ping=kind != "sqlite")
         except InputError:
             raise
+        except ModuleNotFoundError as error:
+            needed = "; install coulomb[postgresql]" if kind == "postgresql" else ""
+            raise InputError(f"database address: its driver {error.name} is not installed{needed}") from error
         except Exception as error:
             raise InputError(f"database address is not usable: {error}") from error
         if kind == "sqlite":
             event.listen(self.engine, "connect", _prepare_sqlite)
         self._sessions = sessionmaker(self.engine, expire_on_commit=False)
         try:
-            Table.metadata.create_all(self.engine)
             with self.engine.begin() as connection:
+                if kind == "postgresql":
+                    connection.execute(DDL(_ONE_AT_A_TIME))
+                Table.metadata.create_all(connection)
                 for statement in _APPEND_ONLY[kind]:
                     connection.execute(DDL(statement))
         except DBAPIError as error:
-            raise InputError(f"database {make_url(url)!r}: {error.orig}") from error
+            words = " ".join(str(error.orig).split())
+            raise InputError(f"database {make_url(url)!r}: {words}") from error
 
     @contextmanager
     def transaction(self) -> Iterator[Session]:

@@ -18,7 +18,14 @@ from typing import Any
 import h5py
 from sqlalchemy import delete, select
 
-from api.service.database import Database, ExperimentRow, SessionRow
+from api.service.database import (
+    LONGEST_NAME,
+    LONGEST_STATE,
+    LONGEST_WORDS,
+    Database,
+    ExperimentRow,
+    SessionRow,
+)
 from api.service.problems import not_found
 from api.stored_experiments import EXPERIMENT_ID
 from identify.recording import ExperimentFile, InputError, write_experiment
@@ -79,7 +86,7 @@ class ExperimentStore:
         try:
             declared = read_experiment_file(file)
         except InputError as error:
-            problem = str(error).replace(f"{folder}/", "")[:1000]
+            problem = str(error).replace(f"{folder}/", "")[:LONGEST_WORDS]
         with self._database.transaction() as session:
             row = session.get(ExperimentRow, identifier)
             if row is None:
@@ -88,7 +95,7 @@ class ExperimentStore:
             row.modified, row.problem = modified, problem
             if declared is None:
                 return
-            row.name = declared.name
+            row.name = declared.name[:LONGEST_NAME]
             row.joints = [joint.name for joint in declared.robot.joints]
             row.payloads = [payload.model_dump() for payload in declared.payloads]
             session.flush()
@@ -251,9 +258,10 @@ def _recording_state(file: Path) -> tuple[str, str | None]:
     try:
         attributes = _attributes(file)
     except OSError as error:
-        return "damaged", str(error).replace(f"{file.parent}/", "")[:1000]
+        return "damaged", str(error).replace(f"{file.parent}/", "")[:LONGEST_WORDS]
     status = attributes.get("status") or MEASURED
-    return ("done" if status == "complete" else status), attributes.get("status_reason") or None
+    reason = attributes.get("status_reason", "")[:LONGEST_WORDS]
+    return ("done" if status == "complete" else status[:LONGEST_STATE]), reason or None
 
 
 def _recorded_payload(file: Path) -> tuple[dict[str, Any], str]:

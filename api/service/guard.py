@@ -56,6 +56,7 @@ class Guard:
         send = _with_headers(send)
         receive = _bounded(connection, receive, service.settings)
         try:
+            _check_address(connection)
             self._check_host(connection, service.settings)
             _check_length(connection, service.settings)
             user = await self._who(connection, service)
@@ -160,6 +161,12 @@ class Guard:
 def _limit(connection: HTTPConnection, settings: ServiceSettings) -> int:
     uploads = connection.headers.get("content-type", "").startswith("multipart/form-data")
     return settings.upload_limit if uploads else settings.body_limit
+
+
+def _check_address(connection: HTTPConnection) -> None:
+    """No name here holds a NUL, and databases and file systems take it each in their own way."""
+    if "\x00" in connection.scope["path"] or b"%00" in connection.scope.get("query_string", b""):
+        raise Problem(400, "The address holds a NUL character.")
 
 
 def _check_length(connection: HTTPConnection, settings: ServiceSettings) -> None:

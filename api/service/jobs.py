@@ -12,7 +12,7 @@ from typing import Any
 
 from sqlalchemy import select, update
 
-from api.service.database import Database, JobRow
+from api.service.database import LONGEST_WORDS, Database, JobRow
 from api.service.job_process import JobProcess
 from api.service.problems import Problem
 
@@ -241,6 +241,7 @@ class JobRunner:
 
     def _change(self, task: _Task, **changes: Any) -> None:
         job = replace(task.job, **changes)
+        job = replace(job, words=job.words[:LONGEST_WORDS])
         if job.state.final:
             job = replace(job, ended=self._clock())
         stored = job.state != task.job.state

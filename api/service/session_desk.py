@@ -12,7 +12,7 @@ from typing import Any
 
 from api.service.accounts import User
 from api.service.audit import AuditLog
-from api.service.database import SessionRow
+from api.service.database import LONGEST_WORDS, SessionRow
 from api.service.experiment_store import INCOMPLETE, ExperimentStore, session_id
 from api.service.model_desk import ModelDesk
 from api.service.plan_store import PlanStore
@@ -352,7 +352,7 @@ class SessionDesk:
         with active.storing:
             row = self._experiments.session(active.experiment, active.id)
             row.state = active.state.value
-            row.reason = active.payload_session.reason or None
+            row.reason = active.payload_session.reason[:LONGEST_WORDS] or None
             file = active.payload_session.file
             if file is not None and file.is_file():
                 row.file = str(file.relative_to(self._experiments.folder(active.experiment)))

@@ -136,7 +136,7 @@ class TorquePlot {
           }))],
           axes: [
             { ...axis, size: 22, label: which === "beneath" ? "time, s" : undefined, labelSize: 17, gap: 3, space: 70 },
-            { ...axis, size: GUTTER - 18, label: `${words}, ${this.unit}`, labelSize: 18, gap: 4, space: which === "above" ? 34 : 26,
+            { ...axis, size: GUTTER - 18, label: `${words}, ${this.unit}`, labelSize: 18, gap: 4, space: which === "above" ? 34 : 16,
               values: (_, ticks) => ticks.map((tick) => String(+tick.toPrecision(6)).replace("-", "−")) },
           ],
           hooks: {
