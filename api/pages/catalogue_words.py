@@ -25,16 +25,15 @@ def effect_titles() -> dict[str, str]:
 
 
 @cache
-def _effect_of_parameter() -> dict[str, str]:
+def _effects_by_parameter() -> dict[str, str]:
     """Name of a parameter, without the joint's number -> the effect that it belongs to."""
     return {name: effect for effect, one in effects.effects().items() for name, _unit in one.parameters}
 
 
-def parameter_words(name: str) -> str:
-    """What a parameter of an effect stands for; empty for one that the catalogue does not know."""
+def effect_of_parameter(name: str) -> str:
+    """The effect that a parameter belongs to; empty for one that the catalogue does not know."""
     stem = re.match(r"[^\[]*?(?=\d*(?:\[|$))", name)
-    effect = _effect_of_parameter().get(stem[0] if stem else name, "")
-    return effect_titles().get(effect, "")
+    return _effects_by_parameter().get(stem[0] if stem else name, "")
 
 
 _TITLES = {

@@ -10,7 +10,7 @@ from fastapi import APIRouter, Request
 from fastapi.responses import HTMLResponse, Response
 
 from api.pages import urdf_file
-from api.pages.catalogue_words import parameter_words
+from api.pages.catalogue_words import effect_of_parameter
 from api.pages.error_figures import JointUnits
 from api.pages.layout import experiment_link, frame
 from api.pages.model_page import VersionChoice, chosen_model, experiment_context, no_model_page
@@ -98,7 +98,7 @@ def parameter_groups(stored: StoredExperiment, shown: ShownModel) -> list[dict[s
     groups = []
     for joint in [*stored.joint_names, None]:
         rows = [
-            entry | {"stands_for": entry.get("grouping") or parameter_words(entry["name"])}
+            entry | {"stands_for": entry.get("grouping") or effect_of_parameter(entry["name"])}
             for entry in shown.document["parameters"]
             if entry["joint"] == joint
         ]
