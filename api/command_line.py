@@ -6,6 +6,7 @@ Exit status: 0 done; 2 the input or the arguments are wrong; 1 anything else.
 import importlib
 import pkgutil
 import sys
+from typing import Any
 
 import typer
 
@@ -41,13 +42,23 @@ def main() -> None:
     from identify.recording.errors import InputError
 
     try:
-        application()
+        raise SystemExit(application(prog_name="coulomb", standalone_mode=False))
     except InputError as error:
         print(f"coulomb: {error}", file=sys.stderr)
         raise SystemExit(2) from None
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, typer.Abort):
         print("coulomb: interrupted", file=sys.stderr)
         raise SystemExit(1) from None
     except Exception as error:
+        if hasattr(error, "format_message"):  # what typer raises where the arguments are wrong
+            raise SystemExit(_wrong_arguments(error)) from None
         print(f"coulomb: {type(error).__name__}: {error}", file=sys.stderr)
         raise SystemExit(1) from error
+
+
+def _wrong_arguments(error: Any) -> int:
+    """Say in one line what is wrong; returns the exit status. Without a command typer has shown the help already."""
+    if error.format_message():
+        command = "coulomb" if error.ctx is None else error.ctx.command_path
+        print(f"coulomb: {error.format_message().rstrip('.')}; see {command} --help", file=sys.stderr)
+    return 2

@@ -1,6 +1,6 @@
 """`coulomb identify` on an hour of a six-joint robot at 1 kHz: 3.6 million samples, within a gigabyte.
 
-    python benchmarks/hour_long_record.py [--samples 3600000] [--format hdf5|csv] [--keep FOLDER]
+    python benchmarks/hour_long_record.py [--samples 3600000] [--format hdf5|csv|csv.gz] [--keep FOLDER]
 
 Generates the record (a sum of sinusoids on every joint, torques by the recursion of the regressor with random but
 feasible inertias, friction, noise, positions rounded to an encoder's step) block by block in a process of its own, then
@@ -11,6 +11,7 @@ them, beside the size of the record itself. Memory is what is looked at: it must
 from __future__ import annotations
 
 import argparse
+import gzip
 import json
 import os
 import subprocess
@@ -66,7 +67,7 @@ def generate(folder: Path, samples: int, kind: str) -> None:
     from identify.dynamics.regressor import standard_regressor
     from identify.recording.experiment_file import ExperimentFile
 
-    file = f"session-00.{'h5' if kind == 'hdf5' else 'csv'}"
+    file = f"session-00.{'h5' if kind == 'hdf5' else kind}"
     document = {
         "format": 1,
         "name": "an hour",
@@ -107,10 +108,11 @@ def link(random: np.random.Generator) -> np.ndarray:
 
 
 class Csv:
-    """A session as CSV."""
+    """A session as CSV, plain or gzip."""
 
     def __init__(self, path: Path) -> None:
-        self.stream = path.open("w")
+        packed = path.suffix == ".gz"
+        self.stream = gzip.open(path, "wt", compresslevel=1) if packed else path.open("w")  # noqa: SIM115
         names = [f"{kind}{joint + 1}" for kind in "qv" for joint in range(JOINTS)]
         self.stream.write(",".join(["t", *names]) + "\n")
 
@@ -192,7 +194,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--samples", type=int, default=3_600_000)
-    parser.add_argument("--format", choices=("hdf5", "csv"), default="hdf5")
+    parser.add_argument("--format", choices=("hdf5", "csv", "csv.gz"), default="hdf5")
     parser.add_argument("--keep", type=Path, help="folder to generate into; used again if it has the record")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:

@@ -147,7 +147,8 @@ def independent_columns(regressor: NDArray[np.float64]) -> tuple[NDArray[np.intp
     """
     norms = np.linalg.norm(regressor, axis=0)
     scale = np.where(norms > DEPENDENCE_TOLERANCE * norms.max(initial=0.0), norms, np.inf)
-    scaled = np.linalg.qr(regressor / scale, mode="r")  # as many rows as columns, with the same products
+    # the triangular factor has the products of the columns in as many rows as columns
+    scaled = np.asarray(np.linalg.qr(regressor / scale, mode="r"), dtype=np.float64)
     basis = np.zeros((len(scaled), 0))
     independent: list[int] = []
     for index in range(scaled.shape[1]):

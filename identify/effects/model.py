@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 
 import numpy as np
 
@@ -92,6 +93,7 @@ def parse_model(text: str, joint_names: Sequence[str], known: dict[str, Effect],
     if base not in NAMED_MODELS:
         raise InputError(
             f"model '{text}': not a model; models are {', '.join(NAMED_MODELS)}, or 'rigid+' and a list of effects"
+            + (f"; did you mean '{near[0]}'?" if (near := get_close_matches(base, NAMED_MODELS, 1)) else "")
         )
     names = list(NAMED_MODELS[base])
     if plus:
@@ -120,11 +122,18 @@ def parse_addition(
     name, at, joint_name = text.partition("@")
     where = where or f"--add {text}"
     if name not in known:
-        raise InputError(f"{where}: there is no effect '{name}'; effects are {', '.join(known)}")
+        raise InputError(f"{where}: there is no effect '{name}'; {_meant(name, known)}")
     if at and joint_name not in joint_names:
         raise InputError(f"{where}: there is no joint '{joint_name}'; joints are {', '.join(joint_names)}")
     joints = [list(joint_names).index(joint_name)] if at else list(range(len(joint_names)))
     return terms_of(known[name], joints, drive_gain)
+
+
+def _meant(name: str, known: Iterable[str]) -> str:
+    """The known name nearest to a wrong one, as a question; all known names where none is near."""
+    names = list(known)
+    near = get_close_matches(name, names, 1)
+    return f"did you mean '{near[0]}'?" if near else f"effects are {', '.join(names)}"
 
 
 def terms_of(effect: Effect, joints: Iterable[int], drive_gain: Array) -> list[Term]:

@@ -70,6 +70,8 @@ class SessionFacts:
     """(n,) smallest step between recorded positions, rad or m; infinite where none was seen"""
     position_rounding: Array
     """(n,) step that would give the scatter of the recorded positions from sample to sample, rad or m"""
+    commanded: NDArray[np.bool_]
+    """(n,) whether the recorded command is ever other than zero"""
     has_external: bool
     remarks: tuple[str, ...]
 
@@ -178,6 +180,7 @@ class Record:
                 position_rounding=_position_rounding(
                     session.position[session.segments[0]][:RESOLUTION_SAMPLES]
                 ),
+                commanded=_commanded(session.command),
                 has_external=session.external is not None,
                 remarks=session.remarks,
             )
@@ -408,3 +411,13 @@ def _position_rounding(position: Array) -> Array:
     if len(position) < 8:
         return np.full(position.shape[1], np.inf)
     return np.sqrt(12.0 / 20.0) * np.std(np.diff(position, 3, axis=0), axis=0)
+
+
+def _commanded(command: Array) -> NDArray[np.bool_]:
+    """(n,) whether a column is ever other than zero; looks no further than needed."""
+    found = np.zeros(command.shape[1], bool)
+    for first in range(0, len(command), RESOLUTION_SAMPLES):
+        found |= np.any(command[first : first + RESOLUTION_SAMPLES], axis=0)
+        if found.all():
+            break
+    return found

@@ -23,11 +23,16 @@ SMOOTH = ("viscous", "offset")
 def open_record(experiment: Experiment) -> Record:
     """The record of an experiment that has something to identify from.
 
-    :raises InputError: there is no identification session, or a joint never moves.
+    :raises InputError: there is no identification session, no joint moves, or no torque of a joint was recorded.
     """
     record = Record.of(experiment)
-    if not record.entries():
-        raise InputError(f"{experiment.path}: sessions: at least one needs role identification")
+    entries = record.entries()
+    commanded = np.any([record.facts(entry).commanded for entry in entries], axis=0)
+    for joint in np.flatnonzero(~commanded):
+        raise InputError(
+            f"{entries[0].path}: column 'v{joint + 1}' is zero throughout: no torque of joint"
+            f" '{record.joint_names[joint]}' was recorded"
+        )
     return record
 
 

@@ -18,6 +18,13 @@ from typing import IO
 
 from identify.recording.errors import InputError
 
+LARGEST_VALUE = 1e12
+"""Nothing that a drive or a sensor says is larger, in whatever unit."""
+LONGEST_LINE = 1 << 20
+"""Characters."""
+SEPARATORS = {";": "';'", "\t": "tabs", " ": "spaces"}
+"""What stands between columns where it should be a comma, in words."""
+
 _INDEXED = re.compile(r"^(q|v|ext|temp)([0-9]+)$")
 
 
@@ -38,17 +45,37 @@ def _lines(path: Path) -> Generator[list[str], None, None]:
     """The rows of a CSV file as lists of cells, with InputError for what stops the reading."""
     try:
         with unpacked(path) as stream, io.TextIOWrapper(stream, encoding="utf-8-sig", newline="") as text:
-            yield from csv.reader(text)
+            rows = csv.reader(_bounded(text, path))
+            whole = 0
+            try:
+                for row in rows:
+                    whole = rows.line_num
+                    yield row
+            except csv.Error as error:
+                raise InputError(
+                    f"{path} line {whole + 1}: cannot be split into cells ({error}); is a quote left open?"
+                ) from None
     except UnicodeDecodeError:
         raise InputError(f"{path}: not text in UTF-8; export it as CSV in UTF-8") from None
     except (EOFError, zlib.error, gzip.BadGzipFile) as error:
         raise InputError(f"{path}: the gzip file is damaged or cut short ({error}); copy it again") from None
-    except csv.Error as error:
-        raise InputError(f"{path}: not a CSV file ({error})") from None
     except FileNotFoundError:
         raise InputError(f"{path}: there is no such file") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+
+
+def _bounded(text: IO[str], path: Path) -> Iterator[str]:
+    """The lines of a text; a file without an end of line is not read into memory.
+
+    :raises InputError: a line is longer than any row of a table.
+    """
+    for number, line in enumerate(iter(lambda: text.readline(LONGEST_LINE), ""), start=1):
+        if len(line) == LONGEST_LINE and not line.endswith(("\n", "\r")):
+            raise InputError(
+                f"{path} line {number}: longer than {LONGEST_LINE} characters; not a CSV file of samples"
+            )
+        yield line
 
 
 def check_header(path: Path, n: int) -> list[str]:
@@ -60,9 +87,11 @@ def check_header(path: Path, n: int) -> list[str]:
         header = next(lines, None)
     if header is None or not any(cell.strip() for cell in header):
         raise InputError(f"{path}: is empty; the first line must name the columns: {', '.join(needed(n))}")
-    if len(header) == 1 and ";" in header[0]:
+    separator = next((sign for sign in SEPARATORS if len(header) == 1 and sign in header[0].strip()), None)
+    if separator:
         raise InputError(
-            f"{path} line 1: columns are separated by ';'; separate them by ',' and write decimals with '.'"
+            f"{path} line 1: columns are separated by {SEPARATORS[separator]}; separate them by ',' and write decimals"
+            " with '.', or use 'coulomb import'"
         )
     header = [cell.strip() for cell in header]
     for index, name in enumerate(header):
@@ -127,6 +156,8 @@ def _wrong_cell(cells: list[str], header: list[str], places: list[tuple[int, str
         if value is None or not math.isfinite(value):
             shown = f"'{cells[index]}'" if cells[index].strip() else "an empty cell"
             return f"column '{name}': {shown} is not a finite number"
+        if abs(value) > LARGEST_VALUE:
+            return f"column '{name}': {cells[index]} is no measured value (beyond {LARGEST_VALUE:g})"
     return None
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, get_args
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
 from identify.recording.errors import InputError
 from identify.recording.strict_yaml import Lines, read_strict_yaml
@@ -21,6 +21,11 @@ Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
 NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
 _Model = TypeVar("_Model", bound=BaseModel)
 Word = Annotated[str, Field(min_length=1)]
+
+
+def _whole(value: Any) -> Any:
+    """The version of the format is a whole number, which `true` and `1.0` only equal."""
+    return value if type(value) is int else str(value)
 
 
 class _Settings(BaseModel):
@@ -148,7 +153,7 @@ class SignalCutoffs(_Settings):
 class ExperimentFile(_Settings):
     """The whole of `experiment.yaml`."""
 
-    format: Literal[1]
+    format: Annotated[Literal[1], BeforeValidator(_whole)]
     name: Word
     robot: Robot
     payloads: Annotated[tuple[Payload, ...], Field(min_length=1)]
@@ -219,6 +224,10 @@ def _first_mistake(error: ValidationError, model: type[BaseModel], lines: Lines,
         words = "unknown field" + _meant(str(place[-1]), _fields_at(model, place[:-1]))
     elif mistake["type"] == "missing":
         words = "is missing"
+    elif mistake["type"] == "tuple_type":
+        words = f"must be a list, [...], not {_shown(mistake['input'])}"
+    elif mistake["type"] == "too_short":
+        words = f"at least {mistake['ctx']['min_length']} is needed, none is given"
     else:
         words = f"{words[0].lower()}{words[1:]}, not {_shown(mistake['input'])}"
     # Pydantic names branches of a union too, which are not places in the file.

@@ -33,6 +33,8 @@ Both lie well below the memory of the position filter (several hundredths of a s
 the record."""
 SMALLEST_HOLE = 2.5
 """Periods: a step in time up to this is jitter or a single missing sample, whatever the sampling rate."""
+SLOWEST_SAMPLING = 0.5
+"""s; robots are sampled a hundred times faster, and a step of seconds means that time is in another unit."""
 SHORTEST_SEGMENT = 16
 """Samples; a shorter piece between two holes is left out."""
 BLOCK = 1 << 18
@@ -79,6 +81,10 @@ def uniform_session(entry: SessionEntry, raw: RawSamples) -> Session:
     if len(time) < SHORTEST_SEGMENT:
         raise InputError(f"{entry.path}: holds {len(time)} samples; at least {SHORTEST_SEGMENT} are needed")
     step = _median_step(time)
+    if step > SLOWEST_SAMPLING:
+        raise InputError(
+            f"{entry.path}: the typical step of time is {step:g} s, too long for a motion; time must be in seconds"
+        )
     holes = _holes(time, step)
     borders = [0, *(row + 1 for row in holes), len(time)]
     split = [slice(first, last) for first, last in itertools.pairwise(borders)]

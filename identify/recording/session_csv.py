@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from identify.recording.csv_mistakes import check_header, first_mistake, unpacked
+from identify.recording.csv_mistakes import LARGEST_VALUE, check_header, first_mistake, unpacked
 from identify.recording.errors import InputError
 from identify.recording.samples import RawSamples, SampleColumns
 
@@ -79,7 +79,7 @@ def _read(path: Path, n: int, header: list[str], texts: set[str]) -> RawSamples:
                     values = np.empty((batch.num_rows, len(names)))
                     for index, name in enumerate(names):
                         values[:, index] = columns[name].to_numpy(zero_copy_only=False)
-                    if not np.isfinite(values).all():
+                    if not (np.abs(values) <= LARGEST_VALUE).all():  # nor where a value is not a number
                         raise _mistake(path, header, known)
                     if kind == "t":
                         values = values[:, 0]

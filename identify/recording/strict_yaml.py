@@ -19,6 +19,10 @@ Lines = dict[tuple[str | int, ...], int]
 _Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 # An experiment, a rig or a plan is a page of text; a larger file is a mistake (a session given instead, say).
 LARGEST_FILE = 4_000_000
+MOST_VALUES = 100_000
+"""An alias stands for all it refers to, so that a few lines of YAML can mean billions of values."""
+LONGEST_WHOLE_NUMBER = 18
+"""Digits; more are no number that a setting could have."""
 
 
 class _StrictLoader(_Loader):  # type: ignore[misc, valid-type]
@@ -81,6 +85,8 @@ def parse_strict_yaml(text: str, path: Path | str) -> tuple[Any, Lines]:
         mark = error.problem_mark or error.context_mark
         where = f" line {mark.line + 1}" if mark else ""
         what = " ".join(part for part in (error.context, error.problem) if part)
+        if mark and "\t" in "".join(text.splitlines()[mark.line : mark.line + 1])[: mark.column + 1]:
+            what = "a tab; indent with spaces"
         raise InputError(f"{path}{where}: not valid YAML: {what}") from None
     except (yaml.YAMLError, RecursionError) as error:
         raise InputError(f"{path}: not valid YAML: {' '.join(str(error).split())}") from None
@@ -91,6 +97,8 @@ def parse_strict_yaml(text: str, path: Path | str) -> tuple[Any, Lines]:
 def _value(node: yaml.Node, place: tuple[str | int, ...], lines: Lines, path: Path | str) -> Any:
     line = node.start_mark.line + 1
     lines.setdefault(place, line)
+    if len(lines) > MOST_VALUES:
+        raise InputError(f"{path}: holds more than {MOST_VALUES} values, so it is not a file of settings")
     if isinstance(node, yaml.MappingNode):
         found: dict[str, Any] = {}
         for key_node, value_node in node.value:
@@ -118,6 +126,8 @@ def _scalar(node: yaml.Node, line: int, path: Path | str) -> Any:
     if node.tag == _BOOL:
         return text.lower() == "true"
     if node.tag == _INT:
+        if len(text) > LONGEST_WHOLE_NUMBER:
+            raise InputError(f"{path} line {line}: {text[:20]}... is too large a number")
         return int(text)
     if node.tag == _FLOAT:
         return float(text.lower().replace(".inf", "inf").replace(".nan", "nan"))

@@ -37,6 +37,11 @@ MISTAKES = {
         "t,q1,v1\n" + "".join(f"{k / 1000},0.5,1\n" for k in range(400)),
         "no joint moves",
     ),
+    "no torque": (
+        EXPERIMENT,
+        "t,q1,v1\n" + "".join(f"{k / 1000},{1e-6 * k * k},0\n" for k in range(400)),
+        "column 'v1' is zero throughout",
+    ),
 }
 
 
@@ -53,3 +58,28 @@ def test_identify_refuses_in_one_line_and_writes_nothing(tmp_path, name):
     assert len(done.stderr.splitlines()) == 1
     assert said in done.stderr
     assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+ARGUMENTS = {
+    "no such option": (["--modell", "usual"], "No such option: --modell"),
+    "an option without its value": (["--model"], "requires an argument"),
+    "one argument too many": (["more"], "unexpected extra argument"),
+    "no such model": (["--model", "usal"], "did you mean 'usual'?"),
+    "no such effect": (["--add", "stribek"], "did you mean 'stribeck'?"),
+    "no such joint": (["--add", "stribeck@j2"], "joints are j1"),
+    "no such payload": (["--payload", "disk"], "payloads are none"),
+    "no such estimator": (["--estimator", "least"], "estimators are"),
+}
+
+
+@pytest.mark.parametrize("name", ARGUMENTS)
+def test_wrong_arguments_are_said_in_one_line(tmp_path, name):
+    arguments, said = ARGUMENTS[name]
+    (tmp_path / "experiment.yaml").write_text(EXPERIMENT)
+    (tmp_path / "session-00.csv").write_text(SAMPLES)
+    command = [sys.executable, "-m", "api", "identify", str(tmp_path), "--json", *arguments]
+    done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
+    assert done.returncode == 2, done.stderr
+    assert done.stdout == ""
+    assert len(done.stderr.splitlines()) == 1
+    assert said in done.stderr

@@ -76,7 +76,11 @@ MISTAKES = [
     ("format: 1", "format: [1", ["line", "not valid YAML"]),
     ("format: 1", "format: !!python/object:os.system 1", ["line 1", "tag"]),
     ("format: 1", "? [a]\n: 1\nformat: 1", ["line 1", "key"]),
-    ("name: bench", "name:\tbench\n\tname: x", ["line", "not valid YAML"]),
+    ("name: bench", "name:\tbench\n\tname: x", ["line", "not valid YAML", "a tab; indent with spaces"]),
+    ("format: 1", "format: true", ["line 1", "format", "should be 1"]),
+    ("format: 1", "format: " + "9" * 5000, ["line 1", "too large"]),
+    ("gravity: [0.0, -9.81, 0.0]", "gravity: 9.81", ["line 4", "robot.gravity", "must be a list", "9.81"]),
+    ("payloads:\n  - {name: none, mass: 0.0}", "payloads: []", ["payloads", "at least 1", "none is given"]),
 ]
 
 
@@ -105,6 +109,14 @@ def test_an_empty_file_and_a_list_are_told_what_is_needed(folder):
 def test_a_file_that_is_not_text_is_refused_with_its_line(folder):
     (folder / "experiment.yaml").write_bytes(b"format: 1\nname: \xff\xfe\n")
     with pytest.raises(InputError, match="line 2: not UTF-8"):
+        load_experiment(folder)
+
+
+def test_aliases_that_stand_for_billions_of_values_are_refused_at_once(folder):
+    lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x, x]"]
+    lines += [f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 10)}]" for k in range(1, 12)]
+    (folder / "experiment.yaml").write_text("\n".join(lines))
+    with pytest.raises(InputError, match="more than 100000 values"):
         load_experiment(folder)
 
 
