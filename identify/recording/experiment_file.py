@@ -226,8 +226,8 @@ def _first_mistake(error: ValidationError, model: type[BaseModel], lines: Lines,
         words = "is missing"
     elif mistake["type"] == "tuple_type":
         words = f"must be a list, [...], not {_shown(mistake['input'])}"
-    elif mistake["type"] == "too_short":
-        words = f"at least {mistake['ctx']['min_length']} is needed, none is given"
+    elif mistake["type"] == "too_short":  # of lists that must not be empty
+        words = "at least 1 is needed, none is given"
     else:
         words = f"{words[0].lower()}{words[1:]}, not {_shown(mistake['input'])}"
     # Pydantic names branches of a union too, which are not places in the file.

@@ -7,6 +7,7 @@ file without a header, columns are numbered from 1.
 from __future__ import annotations
 
 import csv
+import gzip
 import io
 import zlib
 from collections.abc import Iterator, Mapping
@@ -145,10 +146,12 @@ def _columns_of_csv(path: Path) -> dict[str, NDArray[Any]]:
     try:
         with unpacked(path) as stream:
             text = io.TextIOWrapper(stream, encoding="utf-8-sig", newline="").read()
-    except (UnicodeDecodeError, EOFError) as error:
+    except UnicodeDecodeError:
         raise InputError(
-            f"{path}: cannot be read as text ({type(error).__name__}); is it CSV or MAT?"
+            f"{path}: is neither a MAT file nor text in UTF-8; export it as CSV in UTF-8"
         ) from None
+    except (EOFError, zlib.error, gzip.BadGzipFile) as error:
+        raise InputError(f"{path}: the gzip file is damaged or cut short ({error}); copy it again") from None
     first = text.lstrip().split("\n", 1)[0]
     delimiter = max(DIALECTS, key=lambda sign: (first.count(sign) > 0, -DIALECTS.index(sign)))
     if delimiter == "," and first.count(";") > 0:

@@ -123,7 +123,12 @@ def import_session(
     }
     declared = {"file": session_file, "payload": payload.name, "role": role}
     session = check_settings(DeclaredSession, declared, {}, "options: session")
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise InputError(f"--out {folder}: is a file; give a folder") from None
+    except OSError as error:
+        raise InputError(f"--out {folder}: cannot be written: {error.strerror or error}") from None
     try:
         write_csv_session(target, time, position, command, external, temperature, extra)
         if robot is None:
@@ -134,10 +139,12 @@ def import_session(
             )
             write_experiment(folder, experiment)
         return load_experiment(folder)
-    except BaseException:
+    except BaseException as error:
         target.unlink(missing_ok=True)
         if made and not any(folder.iterdir()):
             folder.rmdir()
+        if isinstance(error, OSError):
+            raise InputError(f"--out {folder}: cannot be written: {error.strerror or error}") from None
         raise
 
 

@@ -163,7 +163,7 @@ def _layout(file: h5py.File, path: Path, n: int) -> _Layout:
     found = file.attrs.get("format")
     if found is None:
         raise InputError(f"{path}: attribute 'format' is missing; this is not a recording of a session")
-    if int(found) != FORMAT:
+    if _number(found) != FORMAT:
         raise InputError(f"{path}: attribute 'format' is {found}; this version reads format {FORMAT}")
     sets = {name: _data_set(file, name, path) for name in (CYCLE, SYNC_TIME, POSITION, COMMAND, VALID)}
     for name in (POSITION, COMMAND, VALID):
@@ -208,6 +208,8 @@ def _data_set(file: h5py.File, name: str, path: Path) -> h5py.Dataset:
     data = file.get(name)
     if not isinstance(data, h5py.Dataset):
         raise InputError(f"{path}: data set '{name}' is missing")
+    if data.dtype.kind not in "iuf":
+        raise InputError(f"{path}: data set '{name}' holds {data.dtype}, not numbers")
     return data
 
 
@@ -215,10 +217,16 @@ def _attribute(data: h5py.Dataset, name: str, shape: tuple[int, ...], path: Path
     where = f"{path}: attribute '{name}' of data set '{str(data.name).lstrip('/')}'"
     if name not in data.attrs:
         raise InputError(f"{where} is missing; it scales the raw counts")
-    value = np.asarray(data.attrs[name], dtype=float)
-    if value.shape != shape or not np.isfinite(value).all():
+    value = np.asarray(data.attrs[name])
+    if value.shape != shape or value.dtype.kind not in "iuf" or not np.isfinite(value).all():
         raise InputError(f"{where} must be {' x '.join(map(str, shape))} finite numbers")
-    return value
+    return value.astype(float)
+
+
+def _number(value: Any) -> float | None:
+    """The value of an attribute that is one number; None of anything else."""
+    one = np.asarray(value)
+    return float(one) if one.ndim == 0 and one.dtype.kind in "iuf" else None
 
 
 def _status_remarks(file: h5py.File) -> list[str]:
@@ -239,10 +247,10 @@ def _text(value: Any) -> str:
 
 def _time(file: h5py.File, layout: _Layout, path: Path, remarks: list[str]) -> tuple[Array, float]:
     """Time of every row, s from the first, and the cycle, s."""
-    nominal = float(file.attrs.get("cycle", 0.0))
-    if not nominal > 0:
+    nominal = _number(file.attrs.get("cycle"))
+    if nominal is None or not nominal > 0:
         raise InputError(
-            f"{path}: attribute 'cycle' is missing or not above 0; it is the time between two SYNCs in s"
+            f"{path}: attribute 'cycle' is missing or no number above 0; it is the time between two SYNCs in s"
         )
     ticks = (layout.cycle - layout.cycle[0]).astype(float)
     if _time_is_counted_in_cycles(file) or layout.rows < 3:

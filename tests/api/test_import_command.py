@@ -218,6 +218,16 @@ def test_a_refusal_is_one_line_and_exit_status_two(tmp_path):
     ]
 
 
+@pytest.mark.parametrize(
+    ("out", "said"), [("data.mat", "is a file; give a folder"), ("data.mat/x", "cannot be written")]
+)
+def test_a_folder_that_cannot_be_made_is_named(tmp_path, out, said):
+    written_mat(tmp_path / "data.mat", drive())
+    message = refused(tmp_path / "data.mat", "--out", tmp_path / out, *SLIDE)
+    assert message.startswith(f"--out {tmp_path / out}")
+    assert said in message
+
+
 @pytest.mark.parametrize("content", [b"", b"\x00\x01\x02\xff" * 50, b"MATLAB 5.0 MAT-file, cut short"])
 def test_a_file_that_is_no_measurement_is_refused(tmp_path, content):
     (tmp_path / "data.mat").write_bytes(content)

@@ -273,7 +273,11 @@ def test_rows_that_a_killed_writer_had_not_handed_over_are_left_out(tmp_path):
     [
         ({"attribute__format": None}, ["'format' is missing"]),
         ({"attribute__format": 9}, ["'format' is 9", "format 1"]),
+        ({"attribute__format": "one"}, ["'format' is one", "format 1"]),
+        ({"attribute__format": [1, 2]}, ["'format' is [1 2]", "format 1"]),
         ({"attribute__cycle": None}, ["'cycle'", "SYNC"]),
+        ({"attribute__cycle": "1 ms"}, ["'cycle'", "no number"]),
+        ({"command": np.full((2000, 2), b"a")}, ["'command'", "not numbers"]),
         ({"valid": None}, ["data set 'valid' is missing"]),
         ({"position": np.zeros((2000, 3), np.int32)}, ["'position'", "(2000, 3)", "2 joints"]),
         ({"cycle": np.zeros(2000, np.int64)}, ["'cycle' row 1", "0 does not come after 0"]),
