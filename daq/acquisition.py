@@ -105,30 +105,33 @@ class Acquisition:
     def run(self) -> None:
         """Check, arm, move, end. Returns when everything is closed and said."""
         reason, counters = StopReason(StopCause.INTERNAL, "the acquisition process ended early"), {}
-        with ExitStack() as closing:
-            rows = closing.enter_context(
-                RingWriter(sample_dtype(len(self.rig.axes)), ROWS_IN_RING, self.order.rows)
-            )
-            closing.callback(rows.unlink)
-            frame = FD_FRAME if self.rig.bus.fd else FRAME
-            frames = closing.enter_context(RingWriter(frame, FRAMES_IN_RING, self.order.frames))
-            closing.callback(frames.unlink)
-            try:
-                reason, counters = self._session(rows, frames, closing)
-            except ParentGone as gone:
-                reason = StopReason(StopCause.DEAD_PARENT, str(gone))
-            except DriverError as error:
-                reason = StopReason(StopCause.BUS, str(error))
-            except InputError as error:
-                reason = StopReason(StopCause.INTERNAL, str(error))
-            except Exception as error:
-                traceback.print_exc()
-                reason = StopReason(StopCause.INTERNAL, f"{type(error).__name__}: {error}")
-            finally:
-                rows.finish()
-                frames.finish()
-                self._say_ending(Ending(reason, counters))
-        self._tell(Told("ended", reason.words, reason=reason, counters=counters))
+        try:
+            with ExitStack() as closing:
+                rows = closing.enter_context(
+                    RingWriter(sample_dtype(len(self.rig.axes)), ROWS_IN_RING, self.order.rows)
+                )
+                closing.callback(rows.unlink)
+                frame = FD_FRAME if self.rig.bus.fd else FRAME
+                frames = closing.enter_context(RingWriter(frame, FRAMES_IN_RING, self.order.frames))
+                closing.callback(frames.unlink)
+                try:
+                    reason, counters = self._session(rows, frames, closing)
+                except ParentGone as gone:
+                    reason = StopReason(StopCause.DEAD_PARENT, str(gone))
+                except DriverError as error:
+                    reason = StopReason(StopCause.BUS, str(error))
+                except InputError as error:
+                    reason = StopReason(StopCause.INTERNAL, str(error))
+                except Exception as error:
+                    traceback.print_exc()
+                    reason = StopReason(StopCause.INTERNAL, f"{type(error).__name__}: {error}")
+                finally:
+                    rows.finish()
+                    frames.finish()
+                    self._say_ending(Ending(reason, counters))
+        finally:
+            # Whatever closing met: how the motion ended is said.
+            self._tell(Told("ended", reason.words, reason=reason, counters=counters))
 
     def _session(
         self, rows: RingWriter, frames: RingWriter, closing: ExitStack

@@ -19,7 +19,7 @@ from daq.safety import LimitMonitor, StopCause, StopReason
 from daq.samples import RowDecoder
 from daq.setpoint_stream import SetpointStream
 from drivers.bus import pass_ids
-from drivers.frames import FrameReceiver
+from drivers.frames import BUS_OFF, ERROR, FrameReceiver
 from drivers.process_data import DriveStream
 from drivers.receive_python_can import PythonCanReceiver
 from drivers.receive_socketcan import SocketCanReceiver
@@ -86,6 +86,7 @@ class SamplingLoop:
         self._silence = rig.supervision.silence
         self._received: list[NDArray[Any]] = []
         self._answers = 0
+        self._bus_off = False
         self._jitter = _Jitter(rig.cycle)
         self._last_row = time.monotonic()
 
@@ -154,6 +155,9 @@ class SamplingLoop:
         self._received.clear()
         if len(frames):
             self._frame_ring.write(frames)
+            errors = (frames["flags"] & ERROR) != 0
+            if errors.any():
+                self._bus_off |= bool((frames["can_id"][errors] & BUS_OFF).any())
         return frames
 
     def _decode(self, aligned: Any) -> NDArray[Any]:
@@ -164,6 +168,12 @@ class SamplingLoop:
         return rows
 
     def _bus_trouble(self, rows: NDArray[Any]) -> StopReason | None:
+        if self._bus_off:
+            words = (
+                "the CAN controller went bus off: it could not send without errors; look at wiring, termination and bit "
+                "rate, then `ip link set … down` and `up`"
+            )
+            return StopReason(StopCause.BUS, words)
         if self._receiver.dropped:
             words = f"{self._receiver.dropped} frames were lost because this machine was too slow to receive"
             return StopReason(StopCause.LOST_FRAMES, words)

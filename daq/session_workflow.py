@@ -19,6 +19,7 @@ from typing import Self
 
 from daq.acquisition import AcquisitionOrder, Told
 from daq.child_process import start_process
+from daq.disk_space import require_space
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.excitation.plan_limits import require_within_limits
 from daq.experiment_folder import Role, admit, next_recording, open_experiment
@@ -127,10 +128,11 @@ class PayloadSession:
     def check(self) -> RigCheck:
         """Take the bus and look at every drive. A rig that fails the check ends the session as faulted.
 
-        Raises InputError where the experiment's folder belongs to another robot, StepOutOfTurn.
+        Raises InputError where the experiment's folder belongs to another robot or its disk is too full, StepOutOfTurn.
         """
         self._in_turn(SessionState.NEW, "check the rig")
         open_experiment(self.experiment, self.rig)
+        require_space(self.rig, self.experiment, self.plan.duration)
         ours, theirs = Pipe()
         recorder_end, acquisition_end = Pipe()
         self._connection = ours

@@ -4,6 +4,7 @@ canopen gets a bus of its own whose filters leave SYNC and the PDOs out, so that
 the rhythm of the samples; those go through `drivers/frames.py`.
 """
 
+import contextlib
 import threading
 import time
 from collections import deque
@@ -112,7 +113,10 @@ class CanopenNetwork:
     def close(self) -> None:
         """Leave the bus; harmless when repeated."""
         if self._network.bus is not None:
-            self._network.disconnect()
+            # It ends with what ended the network's thread, for example an interface that went down. By then the bus is
+            # closed, and whoever asked something of it has been told.
+            with contextlib.suppress(can.CanError, OSError):
+                self._network.disconnect()
 
     def add_node(self, node: int, dictionary: canopen.ObjectDictionary) -> canopen.RemoteNode:
         """A node of the network as canopen sees it, without canopen's EMCY consumer.

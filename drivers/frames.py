@@ -25,6 +25,9 @@ BITRATE_SWITCH = 0x10
 ERROR_STATE = 0x20
 OWN = 0x40  # sent by the receiver itself
 
+BUS_OFF = 0x40
+"""bit in the id of an ERROR frame: the controller has taken itself off the bus (linux/can/error.h, CAN_ERR_BUSOFF)"""
+
 _DATA_OFFSET = 16
 
 

@@ -27,10 +27,11 @@ from drivers.frames import FD_FRAME, FRAME, FrameBlock
 BLOCK = 512  # frames per recvmmsg; 57 ms of a full bus
 RECEIVE_BUFFER = 8 * 1024 * 1024  # bytes; a frame takes about 770 of them, so 1.2 s of a full bus
 
-# Linux numbers that Python's socket module does not name (asm-generic/socket.h, 64-bit time).
+# Linux numbers that the socket module does not name (asm-generic/socket.h, 64-bit time; linux/can/raw.h).
 _SO_RCVBUFFORCE = 33
 _SO_TIMESTAMPNS = 35
 _SO_RXQ_OVFL = 40
+_CAN_RAW_ERR_FILTER = 2
 _MSG_DONTWAIT = 0x40
 _MSG_CONFIRM = 0x800  # set on frames that this socket sent
 _CANFD_BRS, _CANFD_ESI = 0x01, 0x02
@@ -145,6 +146,7 @@ class SocketCanReceiver:
                 for entry in self.filters
             ]
             raw.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_FILTER, b"".join(entries))
+        raw.setsockopt(socket.SOL_CAN_RAW, _CAN_RAW_ERR_FILTER, frames.BUS_OFF)
         raw.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_RECV_OWN_MSGS, 1)
         if self.fd:
             raw.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_FD_FRAMES, 1)

@@ -162,17 +162,6 @@ def test_a_failing_drive_ends_the_motion_with_its_reason_and_keeps_the_data(
         assert len(file["position"]) > 500
 
 
-def test_a_disk_without_its_reserve_stops_the_motion_and_keeps_the_data(rig, armed_session):
-    short = rig.model_copy(update={"storage": rig.storage.model_copy(update={"disk_reserve": 1e12})})
-    session = armed_session(short, plan=standard_plan(rig, 120.0))
-    session.start()
-    assert session.wait(60) is SessionState.FAULTED
-    assert "MB left, less than" in session.reason
-    if session.file is not None:
-        with h5py.File(session.file) as file:
-            assert file.attrs["status"] == "faulted"
-
-
 def test_lost_and_late_answers_are_marked_exactly(rig, armed_session):
     """The plan of faults says which cycles; the recording must show these and no others."""
     session = armed_session(faulty(rig, lose_cycles=[2000, 2001, 3000], late_cycles=[2500, 2600]))

@@ -6,6 +6,7 @@ The sessions take the pace of the drive's answers, so that they mean the same on
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -69,10 +70,10 @@ def mount(rig_file):
             process.wait(20)
             process.stdout.close()
 
-    def put_on(payload: str) -> None:
+    def put_on(payload: str, file: Path = rig_file) -> None:
         take_off()
         process = subprocess.Popen(
-            [sys.executable, "-m", "api", "fake-drive", str(rig_file), "--payload", payload],
+            [sys.executable, "-m", "api", "fake-drive", str(file), "--payload", payload],
             stdout=subprocess.PIPE,
             text=True,
             env=os.environ | {"PYTHONUNBUFFERED": "1"},
@@ -82,6 +83,24 @@ def mount(rig_file):
 
     yield put_on
     take_off()
+
+
+@pytest.fixture
+def mount_on(mount):
+    """Puts the drive of a rig file, without payload, on an interface made for it: mount_on(file, interface)."""
+    made = []
+
+    def put_on(file: Path, interface: str) -> None:
+        for words in (["add", "dev", interface, "type", "vcan"], ["set", interface, "up"]):
+            done = subprocess.run(["ip", "link", *words], capture_output=True, text=True)
+            if done.returncode:
+                pytest.skip(f"a further vcan cannot be made here: {done.stderr.strip()}")
+            made.append(interface)
+        mount("none", file)
+
+    yield put_on
+    if made:
+        subprocess.run(["ip", "link", "delete", made[0]], check=True)
 
 
 def armed(rig: Rig, folder: Path, payload: str, seconds: float = SECONDS) -> PayloadSession:
@@ -208,6 +227,39 @@ def test_the_operators_stop_reaches_the_drive(rig, mount, bus, tmp_path):
         assert session.wait(30) is SessionState.ABORTED
         assert_at_rest(rig, bus)
         assert recording_state(session.file).status == "aborted"
+
+
+def test_a_controller_that_goes_bus_off_ends_the_motion_with_its_reason(rig, mount, bus, send_raw, tmp_path):
+    """The kernel reports it by an error frame, which any socket may put on a vcan."""
+    mount("none")
+    with armed(rig, tmp_path / "experiment", "none", 60.0) as session:
+        session.start()
+        wait_until(lambda: session.progress.cycle > 250 or session.state.ended)
+        send_raw(socket.CAN_ERR_FLAG | 0x40, bytes(8))
+        assert session.wait(30) is SessionState.FAULTED
+        assert "bus off" in session.reason
+        assert_at_rest(rig, bus)
+        assert recording_state(session.file).rows > 200
+
+
+def test_an_interface_that_goes_down_ends_the_motion_and_the_drive_stops_by_itself(
+    rig_file, mount_on, tmp_path
+):
+    settings = yaml.safe_load(rig_file.read_text(encoding="utf-8"))
+    settings["bus"]["channel"] = "vcan9"
+    settings["simulated"]["sync_timeout"] = 0.5
+    path = tmp_path / "rig.yaml"
+    path.write_text(yaml.safe_dump(settings), encoding="utf-8")
+    mount_on(path, "vcan9")
+    with armed(Rig.load(str(path)), tmp_path / "experiment", "none", 60.0) as session:
+        session.start()
+        wait_until(lambda: session.progress.cycle > 250 or session.state.ended)
+        subprocess.run(["ip", "link", "set", "vcan9", "down"], check=True)
+        assert session.wait(60) is SessionState.FAULTED
+        assert "vcan9" in session.reason or "SYNC" in session.reason
+        state = recording_state(session.file)
+        assert state.status == "faulted"
+        assert state.rows > 200
 
 
 def test_a_rig_is_homed_from_the_command_line_and_then_passes_its_check(rig_file, rig, mount, tmp_path):

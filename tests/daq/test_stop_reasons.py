@@ -1,0 +1,213 @@
+"""Every reason to end a motion (design, section 4): the axis comes to rest, the data are there, the reason is said.
+
+Those that need a bus of the kernel are in tests/vcan; a killed parent, recorder or acquisition in test_kills.py; the
+operator's stop in test_payload_session.py.
+"""
+
+import os
+import re
+import resource
+import subprocess
+import threading
+import time
+
+import h5py
+import numpy as np
+import pytest
+
+from daq.disk_space import needed_megabytes
+from daq.excitation.standard_plan import standard_plan
+from daq.recovery import recording_state
+from daq.session_events import SessionState
+from daq.session_workflow import PayloadSession
+from identify.recording import InputError
+
+
+def with_faults(rig, **faults):
+    """The rig with a drive that fails on purpose."""
+    drive = {**rig.simulated["drives"][0], "faults": faults}
+    return rig.model_copy(update={"simulated": {**rig.simulated, "drives": [drive]}})
+
+
+def with_limits(rig, **limits):
+    axis = rig.axes[0]
+    changed = axis.model_copy(update={"limits": axis.limits.model_copy(update=limits)})
+    return rig.model_copy(update={"axes": (changed,)})
+
+
+def with_storage(rig, **storage):
+    return rig.model_copy(update={"storage": rig.storage.model_copy(update=storage)})
+
+
+@pytest.fixture(scope="module")
+def long_plan(rig):
+    return standard_plan(rig, 300.0)
+
+
+def ended(session, timeout: float = 120.0) -> str:
+    """Start, wait for the end; the reason."""
+    session.start()
+    assert session.wait(timeout) is SessionState.FAULTED, session.reason
+    return session.reason
+
+
+def assert_at_rest_and_kept(session, cause: str) -> None:
+    """The last samples stand still, and the recording says what ended it."""
+    with h5py.File(session.file) as file:
+        assert file.attrs["status"] == "faulted"
+        assert file.attrs["stop_cause"] == cause
+        position = file["position"][:, 0][file["valid"][:, 0] & 1 == 1]
+        assert len(position) > 500
+        assert np.ptp(position[-20:]) * abs(session.rig.position_matrix[0, 0]) < 1e-4
+
+
+def test_a_current_beyond_its_limit(rig, armed_session):
+    session = armed_session(with_limits(rig, current=9.0))
+    assert re.search(r"joint j3: current [\d.]+ A above 9 A in cycle \d+", ended(session))
+    assert_at_rest_and_kept(session, "limit")
+
+
+def test_a_following_error_beyond_its_limit(rig, armed_session):
+    """The drive has too little current left and falls behind; our limit is narrower than its own."""
+    narrow = with_limits(rig, following_error=0.01, current=40.0)
+    session = armed_session(with_faults(narrow, saturate_from=2000, saturate_factor=0.1))
+    assert "joint j3: following error" in ended(session)
+    assert_at_rest_and_kept(session, "limit")
+
+
+def test_a_temperature_beyond_its_limit(rig, armed_session, long_plan):
+    warm = with_limits(rig, temperature=20.0).model_copy(update={"record_temperature": True})
+    axis = warm.axes[0].model_copy(update={"drive": "simulated"})
+    session = armed_session(warm.model_copy(update={"axes": (axis,)}), plan=long_plan)
+    assert re.search(r"joint j3: temperature [\d.]+ °C above 20 °C", ended(session))
+
+
+def test_a_lost_heartbeat(rig, armed_session, long_plan):
+    quick = rig.supervision.model_copy(update={"heartbeat_timeout": 0.2, "heartbeat_period": 0.05})
+    silent = with_faults(rig, heartbeat_stops_at=2000).model_copy(update={"supervision": quick})
+    session = armed_session(silent, plan=long_plan)
+    assert re.search(r"joint j3 \(node 3\): no heartbeat for", ended(session))
+    assert_at_rest_and_kept(session, "lost heartbeat")
+
+
+def test_a_disk_that_has_less_room_than_the_session_needs_starts_nothing(rig, short_plan, tmp_path):
+    greedy = with_storage(rig, disk_reserve=1e12)
+    folder = tmp_path / "experiment"
+    with PayloadSession(greedy, folder, short_plan, rig.payload("none"), "operator") as session:
+        with pytest.raises(
+            InputError, match=r"MB free; a session of \d+ s needs \d+ MB, and 1e\+12 MB must stay"
+        ):
+            session.check()
+        assert session.state is SessionState.NEW
+    assert list(folder.glob("**/session-*")) == []
+
+
+def test_what_a_session_is_said_to_need_is_what_it_takes(rig, armed_session, short_plan):
+    session = armed_session(rig)
+    session.start()
+    assert session.wait(60) is SessionState.DONE
+    taken = sum(path.stat().st_size for path in session.experiment.glob("session-*")) / 1e6
+    assert taken < needed_megabytes(rig, short_plan.duration) < 20 * taken
+
+
+def test_a_disk_that_falls_below_its_reserve_during_the_motion(rig, armed_session, long_plan, small_disk):
+    reserve = small_disk.free() / 1e6 - needed_megabytes(rig, long_plan.duration) - 1.0
+    session = PayloadSession(
+        with_storage(rig, disk_reserve=reserve),
+        small_disk.folder / "e",
+        long_plan,
+        rig.payload("none"),
+        "operator",
+    )
+    with session:
+        assert session.check().ok
+        session.confirm_payload(0.0)
+        session.arm()
+        session.start()
+        small_disk.when_recorded(session)
+        small_disk.fill(leave=reserve * 1e6 - 1e6)
+        assert session.wait(60) is SessionState.FAULTED
+        assert re.search(r"the disk has \d+ MB left, less than the \d+", session.reason)
+        assert_at_rest_and_kept(session, "full disk")
+
+
+def test_a_disk_that_is_full_during_the_motion(rig, long_plan, small_disk):
+    session = PayloadSession(
+        with_storage(rig, disk_reserve=0.0),
+        small_disk.folder / "e",
+        long_plan,
+        rig.payload("none"),
+        "operator",
+    )
+    with session:
+        assert session.check().ok
+        session.confirm_payload(0.0)
+        session.arm()
+        session.start()
+        small_disk.when_recorded(session)
+        small_disk.fill(leave=0)
+        assert session.wait(60) is SessionState.FAULTED
+        assert "disk" in session.reason
+        rows = recording_state(session.file).rows
+        assert rows > 500
+    assert small_disk.folder.joinpath("e", "incomplete", "session-00.h5").stat().st_size > 0
+
+
+def test_a_disk_that_takes_no_more_of_the_file(rig, armed_session, long_plan):
+    """By the file size that the recorder is allowed: any user's machine has that, and it is an error of the same kind."""
+    session = armed_session(rig, plan=long_plan)
+    session.start()
+    pause, end = threading.Event(), time.monotonic() + 60
+    while recording_state(session.file).rows < 2000:
+        assert time.monotonic() < end
+        pause.wait(0.01)
+    size = session.file.stat().st_size
+    resource.prlimit(session._recorder.pid, resource.RLIMIT_FSIZE, (size + 4096, size + 4096))
+    assert session.wait(60) is SessionState.FAULTED
+    assert "disk" in session.reason
+    state = recording_state(session.file)
+    assert state.status == "faulted"
+    assert state.rows >= 2000
+
+
+class SmallDisk:
+    """A file system of a few dozen megabytes, in memory."""
+
+    def __init__(self, folder) -> None:
+        self.folder = folder
+        self._ballast = folder / "ballast"
+
+    def free(self) -> float:
+        """Bytes."""
+        state = os.statvfs(self.folder)
+        return state.f_bavail * state.f_frsize
+
+    def fill(self, leave: float) -> None:
+        """Take all but so many bytes."""
+        with self._ballast.open("wb", buffering=0) as file:
+            try:
+                while self.free() > leave:
+                    file.write(bytes(int(min(1 << 16, max(4096, self.free() - leave)))))
+            except OSError:
+                return  # full, as asked
+
+    def when_recorded(self, session) -> None:
+        """Wait until some seconds of motion are on it."""
+        pause, end = threading.Event(), time.monotonic() + 60
+        while recording_state(session.file).rows < 2000:
+            assert time.monotonic() < end
+            assert not session.state.ended, session.reason
+            pause.wait(0.01)
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    made = subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", "size=200m", "none", str(folder)], capture_output=True, text=True
+    )
+    if made.returncode:
+        pytest.skip(f"a small file system cannot be mounted here: {made.stderr.strip()}")
+    yield SmallDisk(folder)
+    subprocess.run(["umount", "-l", str(folder)], check=True)
