@@ -132,9 +132,13 @@ class RigDrives:
         return found
 
     def _homed(self, drive: Drive) -> tuple[bool, str]:
-        drive.set_mode(Mode.HOMING)
-        word = drive.statusword()
-        homed = bool(word & HOMING_ATTAINED) and not word & HOMING_ERROR
+        bit = drive.profile.homed_bit
+        if bit is not None:
+            homed = bool(drive.statusword() >> bit & 1)
+        else:
+            drive.set_mode(Mode.HOMING)
+            word = drive.statusword()
+            homed = bool(word & HOMING_ATTAINED) and not word & HOMING_ERROR
         return homed, "homed" if homed else f"is not homed; `coulomb home {self.rig.name}` homes it"
 
     def _within_limits(self) -> list[CheckItem]:

@@ -79,6 +79,14 @@ class DriveProfile(BaseModel):
     temperature: ObjectReference | None = Field(
         default=None, description="drive's or motor's temperature, if any"
     )
+    homed_bit: int | None = Field(
+        default=None,
+        ge=0,
+        le=15,
+        description="bit of the statusword that says, in any mode, that the position refers to home; without one, bit 12 "
+        "(homing attained) is looked at in homing mode",
+    )
+    homed_source: str = Field(default="", description="where that bit is from")
     transmit_pdos: int = Field(default=4, ge=1, le=512, description="number of TPDOs of the drive")
 
     @field_validator("position")

@@ -10,6 +10,8 @@ from daq.simulated_rig import simulated_rig
 from drivers.bus import BusSettings
 from drivers.cia402 import State
 from drivers.errors import DriveError
+from drivers.profile import load_profile
+from drivers.simulated import process_image as slot
 from identify.recording import InputError
 
 
@@ -47,6 +49,19 @@ def test_a_joint_that_was_not_homed_is_refused_until_it_has_been(homed_by_drive,
     assert (found.joint, found.within_limits) == ("j3", True)
     assert found.position == pytest.approx(0.0, abs=0.07), "within one turn of the motor of its home"
     assert checked(homed_by_drive) == ""
+
+
+def test_a_drive_that_says_so_in_its_statusword_is_believed_in_any_mode(homed_by_drive, powered, tmp_path):
+    """Bit 9, remote, is always set by the simulated drive, bit 15 never: each stands in for a vendor's bit."""
+    mode = powered.nodes[0].drive.image[slot.MODE_DISPLAY]
+    for bit, is_homed in ((9, True), (15, False)):
+        path = tmp_path / f"bit{bit}.yaml"
+        profile = load_profile("simulated").model_copy(update={"homed_bit": bit})
+        path.write_text(profile.model_dump_json(exclude_none=True), encoding="utf-8")
+        axis = homed_by_drive.axes[0].model_copy(update={"drive": str(path)})
+        problems = checked(homed_by_drive.model_copy(update={"axes": (axis,)}))
+        assert problems == "" if is_homed else "is not homed" in problems
+    assert powered.nodes[0].drive.image[slot.MODE_DISPLAY] == mode
 
 
 def test_after_homing_the_axis_has_no_power_and_the_drive_watches_nobody(homed_by_drive, powered):
