@@ -277,6 +277,7 @@ class _Views:
             payload_gradient_of=lambda: body.payload_gradient(
                 joint, payload, motion.q, motion.dq, motion.ddq
             ),
+            payload_columns_of=lambda: body.payload_columns(joint, motion.q, motion.dq, motion.ddq),
         )
 
 

@@ -31,6 +31,10 @@ def identify_command(
         list[str] | None,
         typer.Option(help="fit only the sessions with this payload; may be repeated; the others are checked"),
     ] = None,
+    unknown_payload: Annotated[
+        list[str] | None,
+        typer.Option(help="estimate inertia, centre and mass of this payload; may be repeated"),
+    ] = None,
     feasible: Annotated[
         bool,
         typer.Option("--feasible", help="also the nearest physically consistent inertias (extra 'feasible')"),
@@ -49,6 +53,7 @@ def identify_command(
         estimator=estimator,
         essential=essential,
         payloads=payload or [],
+        unknown_payloads=unknown_payload or [],
     )
     document = result.to_json()
     if feasible:

@@ -54,22 +54,32 @@ def payload_torque(
     return torque.T
 
 
-def payload_regressor(geometry: Geometry, q: ArrayLike, dq: ArrayLike, ddq: ArrayLike) -> NDArray[np.float64]:
+def payload_regressor(
+    geometry: Geometry, q: ArrayLike, dq: ArrayLike, ddq: ArrayLike, joints: Sequence[int] | None = None
+) -> NDArray[np.float64]:
     """(N, n, 10) torque per unit of each link parameter of an unknown payload, in the order of
-    `LINK_PARAMETERS`.
+    `LINK_PARAMETERS`; of all n joints, or of some (from 0).
     """
-    return _payload_rows(geometry, list(range(len(LINK_PARAMETERS))), q, dq, ddq).transpose(2, 0, 1)
+    rows = _payload_rows(geometry, list(range(len(LINK_PARAMETERS))), q, dq, ddq, joints)
+    return rows.transpose(2, 0, 1)
 
 
 def _payload_rows(
-    geometry: Geometry, parameters: list[int], q: ArrayLike, dq: ArrayLike, ddq: ArrayLike
+    geometry: Geometry,
+    parameters: list[int],
+    q: ArrayLike,
+    dq: ArrayLike,
+    ddq: ArrayLike,
+    joints: Sequence[int] | None = None,
 ) -> NDArray[np.float64]:
-    n, width = geometry.joint_count, len(parameters)
+    """(joints, parameters, N)"""
+    chosen = range(geometry.joint_count) if joints is None else joints
+    width, last = len(parameters), geometry.joint_count - 1
     requests = [
-        ColumnRequest(joint, n - 1, parameter, joint * width + place)
-        for joint in range(n)
+        ColumnRequest(joint, last, parameter, index * width + place)
+        for index, joint in enumerate(chosen)
         for place, parameter in enumerate(parameters)
     ]
-    rows = np.zeros((n * width, np.shape(q)[0]))
+    rows = np.zeros((len(chosen) * width, np.shape(q)[0]))
     compute_columns(geometry, q, dq, ddq, requests, rows)
-    return rows.reshape(n, width, rows.shape[1])
+    return rows.reshape(len(chosen), width, rows.shape[1])

@@ -77,6 +77,7 @@ class JointMotion:
     load_slope_of: Callable[[], Array]
     gravity_gradient_of: Callable[[], Array]
     payload_gradient_of: Callable[[], Array]
+    payload_columns_of: Callable[[], Array]
 
     def gear_load(self, rotor_inertia: float) -> Array:
         """What the gear carries: the load less what turns the rotor, which sits on the motor's side of the gear."""
@@ -101,6 +102,11 @@ class JointMotion:
     def payload_gradient(self) -> Array:
         """(samples, 3): torque per unit of first moment of the payload, MX MY MZ in the last link's frame."""
         return self.payload_gradient_of()
+
+    @cached_property
+    def payload_columns(self) -> Array:
+        """(samples, 10): torque per unit of XX … ZZ, MX MY MZ, M of a body on the last link, in its frame."""
+        return self.payload_columns_of()
 
 
 @dataclass(frozen=True)

@@ -117,6 +117,7 @@ class JointContext:
             load_slope_of=lambda: body.load_slope(joint, chi, payload, block.q, block.dq, block.ddq),
             gravity_gradient_of=lambda: body.gravity_gradient(joint, chi, payload, block.q),
             payload_gradient_of=lambda: body.payload_gradient(joint, payload, block.q, block.dq, block.ddq),
+            payload_columns_of=lambda: body.payload_columns(joint, block.q, block.dq, block.ddq),
         )
 
 

@@ -34,7 +34,7 @@ def with_estimator(fitted: FittedModel, estimator: str) -> FittedModel:
     record, observation = fitted.record, fitted.observation
     if estimator == "ordinary":
         fit = least_squares(observation, fitted.fit.fitted, weights=np.ones(record.joints))
-        return replace(fitted, fit=fit, estimator=estimator)
+        return replace(fitted, fit=replace(fit, dropped=fitted.fit.dropped), estimator=estimator)
     if estimator == "weighted":
         return replace(fitted, estimator=estimator)
     other = huber if estimator == "robust" else instrumental

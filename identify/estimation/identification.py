@@ -19,6 +19,8 @@ from identify.estimation.requested_model import (
     open_record,
     ratio_columns,
     requested_model,
+    with_payload_columns,
+    with_unknown_payloads,
 )
 from identify.estimation.small_algebra import single_threaded
 from identify.estimation.structured import StructuredFit, fit_structured, held_out
@@ -49,6 +51,7 @@ class Identification:
     structured : for `load-velocity`, the estimate with one value for each physical parameter
     form       : of `load-velocity`: "linear" (eq. 30 with its products) or "structured", where the linear
                  form is not identifiable and the structured one stands for it; "linear" for all other models
+    unknown_payloads : names of payloads that were estimated, whatever was declared of them
     """
 
     experiment: Experiment
@@ -58,6 +61,7 @@ class Identification:
     structured: StructuredFit | None = None
     form: str = "linear"
     remarks: tuple[str, ...] = field(default=())
+    unknown_payloads: tuple[str, ...] = ()
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -172,6 +176,7 @@ def identify(
     estimator: str | None = None,
     essential: bool = False,
     payloads: Sequence[str] = (),
+    unknown_payloads: Sequence[str] = (),
 ) -> Identification:
     """Fit a model to all identification sessions at once and check it on the validation sessions.
 
@@ -180,12 +185,14 @@ def identify(
     estimator : `ordinary`, `weighted`, `robust` or `instrumental`; weighted for several joints if not said
     essential : eliminate the parameters that the data do not show, one by one (section IV.D)
     payloads  : names of payloads; the fit uses the identification sessions with one of them only (Table IV)
+    unknown_payloads : names of payloads whose ten parameters are estimated, whatever was declared of them
     :raises InputError: the experiment, the model, an effect, the estimator or a payload is wrong.
     """
     estimator = checked_estimator(estimator, experiment.n)
+    experiment = with_unknown_payloads(experiment, unknown_payloads)
     record = open_record(experiment)
     entries = chosen_entries(record, payloads)
-    wanted = requested_model(record, model, add)
+    wanted = with_payload_columns(record, requested_model(record, model, add), unknown_payloads)
 
     def estimated(fitted: FittedModel) -> FittedModel:
         reduced = essential_parameters(fitted, ratio_columns(fitted)) if essential else fitted
@@ -194,7 +201,9 @@ def identify(
     first = fit_model(record, wanted, entries, progress=progress)
     terms = first.model.terms
     if model != "load-velocity":
-        return Identification(experiment, model, terms, estimated(first))
+        return Identification(
+            experiment, model, terms, estimated(first), unknown_payloads=tuple(unknown_payloads)
+        )
     linear = fit_linear(record, first, add)
     structured = fit_structured(linear, first.fit.weights)
     linear_error, structured_error = held_out(linear, structured)

@@ -1,6 +1,7 @@
 """What the user asked for: the record to identify from, and the model by the names of its effects."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,10 +10,11 @@ from identify.effects.catalogue import effects
 from identify.effects.effect import Effect
 from identify.effects.load_velocity import GearFriction, LoadVelocity
 from identify.effects.model import USUAL, Model, Term, parse_addition, parse_model
+from identify.effects.unknown_payload import UnknownPayload
 from identify.estimation.fitting import FittedModel, fit_model
 from identify.estimation.observation import Observation, Slot, observe
 from identify.estimation.record import Record
-from identify.recording import Experiment, InputError, SessionEntry
+from identify.recording import Experiment, InputError, Payload, SessionEntry
 
 Array = NDArray[np.float64]
 
@@ -49,6 +51,52 @@ def chosen_entries(record: Record, payloads: Sequence[str]) -> list[SessionEntry
     if not chosen:
         raise InputError(f"--payload {', '.join(payloads)}: no identification session carries it")
     return chosen
+
+
+def with_unknown_payloads(experiment: Experiment, names: Sequence[str]) -> Experiment:
+    """The experiment with nothing declared of some payloads: what they weigh is asked of the record.
+
+    :raises InputError: a payload is not declared, no identification session carries it, or all of them do.
+    """
+    declared = [payload.name for payload in experiment.payloads]
+    carried = {entry.payload.name for entry in experiment.sessions if entry.role == "identification"}
+    for name in names:
+        if name not in declared:
+            raise InputError(f"--unknown-payload {name}: not declared; payloads are {', '.join(declared)}")
+        if name not in carried:
+            raise InputError(f"--unknown-payload {name}: no identification session carries it")
+    if names and carried <= set(names):
+        raise InputError(
+            f"--unknown-payload {', '.join(names)}: every identification session carries what is not known; one with"
+            " a known payload, or with none, is needed to tell it from the arm"
+        )
+    bare = {name: Payload(name=name, mass=0.0) for name in names}
+    return replace(
+        experiment,
+        payloads=tuple(bare.get(payload.name, payload) for payload in experiment.payloads),
+        sessions=tuple(
+            replace(entry, payload=bare.get(entry.payload.name, entry.payload))
+            for entry in experiment.sessions
+        ),
+    )
+
+
+def with_payload_columns(record: Record, model: Model, names: Sequence[str]) -> Model:
+    """The model and the ten parameters of each of these payloads.
+
+    :raises InputError: the model has friction that depends on the load, which is not known with the payload.
+    """
+    if not names:
+        return model
+    loaded = [term.effect.name for term in model.terms if term.effect.uses_load]
+    if loaded:
+        raise InputError(
+            f"--unknown-payload: '{loaded[0]}' needs the load, which an unknown payload is part of; ask for the payload"
+            " with the model 'usual', declare what is found, and identify again"
+        )
+    places = [payload.name for payload in record.experiment.payloads]
+    slots = {f"payload_{places.index(name)}": float(slot) for slot, name in enumerate(dict.fromkeys(names))}
+    return model.with_terms([Term(UnknownPayload(), 0).chosen(slots)])
 
 
 def known_effects(experiment: Experiment) -> dict[str, Effect]:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from identify.dynamics.base_parameters import BaseParameters, base_parameters
 from identify.dynamics.geometry import Geometry
-from identify.dynamics.payload import payload_torque
+from identify.dynamics.payload import payload_regressor, payload_torque
 from identify.dynamics.standard_parameters import PARAMETERS_PER_JOINT
 from identify.effects.model import motor_shares
 from identify.recording import Experiment
@@ -122,6 +122,10 @@ class RigidBody:
                 torque = torque + payload_torque(tilted, payload, q, still, still)[:, joint]
             found.append(torque)
         return np.column_stack(found)
+
+    def payload_columns(self, joint: int, q: Array, dq: Array, ddq: Array) -> Array:
+        """(N, 10): torque of a joint per unit of each link parameter of a body on the last link."""
+        return payload_regressor(self.base.geometry, q, dq, ddq, [joint])[:, 0]
 
     def payload_gradient(self, joint: int, payload: Payload, q: Array, dq: Array, ddq: Array) -> Array:
         """(N, 3): derivative of a payload's torque over its centre of mass, N m per m."""

@@ -62,7 +62,8 @@ def identification_document(result: Identification) -> dict[str, Any]:
                 (entry, result.role_of(entry), squares[entry.file])
                 for entry in result.experiment.sessions
                 if entry.file in squares
-            ]
+            ],
+            result.unknown_payloads,
         ),
         "speeds": speeds(result),
         "signals": record.settings.report(),

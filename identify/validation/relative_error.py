@@ -1,5 +1,6 @@
 """How well a model predicts: the relative error ‖Y − Wχ‖ / ‖Y‖ and its parts (Tables III and IV)."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
@@ -91,17 +92,20 @@ def _errors(sums: list[Array]) -> dict[str, Any]:
     }
 
 
-def by_payload(sessions: list[tuple[SessionEntry, str, Array]]) -> list[dict[str, Any]]:
+def by_payload(
+    sessions: list[tuple[SessionEntry, str, Array]], unknown: Collection[str] = ()
+) -> list[dict[str, Any]]:
     """Relative error of each payload in each role.
 
     sessions : entry, how it was used, and its squared norms (residual, measured)
+    unknown  : names of payloads whose mass is not taken as declared
     """
     found: dict[tuple[str, str], Array] = {}
-    masses: dict[str, float] = {}
+    masses: dict[str, float | None] = {}
     for entry, role, squares in sessions:
         key = (entry.payload.name, role)
         found[key] = found.get(key, np.zeros(2)) + squares
-        masses[entry.payload.name] = entry.payload.mass
+        masses[entry.payload.name] = None if entry.payload.name in unknown else entry.payload.mass
     return [
         {"payload": payload, "mass": masses[payload], "role": role, "relative_error": ratio(*squares)}
         for (payload, role), squares in found.items()
