@@ -43,25 +43,47 @@ def samples_of_a_range(
     other = chosen_model(stored, beside)
     joint = stored.joint_or_first(joint)
     files = files_of_session(stored, shown, other, session)
-    curves = _curves_of(stored, shown, joint, files)
-    rows = visible_rows(curves["time"], start, stop)
-    signals = {name: curves[name][rows] for name in ("measured", "predicted", "error")}
+    time, signals = _visible(stored, shown, joint, files, start, stop)
     if other is not None:
-        behind = _curves_of(stored, other, joint, files)
-        if len(behind["time"]) == len(curves["time"]):
-            signals |= {f"{name} beside": behind[name][rows] for name in ("predicted", "error")}
-    origin, reduced = envelope(curves["time"][rows], signals, points)
+        time_beside, behind = _visible(stored, other, joint, files, start, stop)
+        if len(time_beside) == len(time):
+            signals |= {f"{name} beside": behind[name] for name in ("predicted", "error")}
+    origin, reduced = envelope(time, signals, points)
     head = np.array(origin, "<f8").tobytes() + np.array(reduced.shape, "<u4").tobytes()
     return Response(
         head + np.ascontiguousarray(reduced, "<f4").tobytes(), media_type="application/octet-stream"
     )
 
 
-def _curves_of(
-    stored: StoredExperiment, model: ShownModel, joint: str, files: list[str]
-) -> dict[str, np.ndarray]:
+def _visible(
+    stored: StoredExperiment,
+    model: ShownModel,
+    joint: str,
+    files: list[str],
+    start: float | None,
+    stop: float | None,
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Time (samples,) s of the visible range, and measured, predicted and error in it.
+
+    Of one session only that range is read from the mapped file; several are put end to end once and kept.
+    """
+    if len(files) == 1:
+        part = stored.stored_samples(model, joint, files)[files[0]]
+        rows = visible_rows(part["time"], start, stop)
+        seen = {name: part[name][rows] for name in ("time", "measured", "predicted", "moving")}
+        error = _error(seen)
+        return seen["time"], {"measured": seen["measured"], "predicted": seen["predicted"], "error": error}
     key: tuple[Path, str, tuple[str, ...]] = (model.folder, joint, tuple(files))
-    return _curves.get(key, lambda: end_to_end(stored.stored_samples(model, joint, files)))
+    curves = _curves.get(key, lambda: end_to_end(stored.stored_samples(model, joint, files)))
+    rows = visible_rows(curves["time"], start, stop)
+    return curves["time"][rows], {name: curves[name][rows] for name in ("measured", "predicted", "error")}
+
+
+def _error(part: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Measured less predicted, (samples,); NaN where the joint rests."""
+    error = np.asarray(part["measured"] - part["predicted"])
+    error[part["moving"] == 0] = np.nan
+    return error
 
 
 def end_to_end(sessions: Mapping[str, Mapping[str, np.ndarray]]) -> dict[str, np.ndarray]:
@@ -86,8 +108,7 @@ def end_to_end(sessions: Mapping[str, Mapping[str, np.ndarray]]) -> dict[str, np
         pause = np.arange(time[-1] + step, time[-1] + BETWEEN_SESSIONS, step)
         offset = float(time[-1]) + BETWEEN_SESSIONS
         pieces["time"] += [time, pause]
-        error = np.where(stored["moving"] > 0, measured - predicted, np.nan)
-        signals = {"measured": measured, "predicted": predicted, "error": error}
+        signals = {"measured": measured, "predicted": predicted, "error": _error(stored)}
         for name, values in signals.items():
             pieces[name] += [values.astype(np.float32), np.full(len(pause), np.nan, np.float32)]
     return {name: np.concatenate(parts[:-1]) for name, parts in pieces.items()}

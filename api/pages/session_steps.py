@@ -8,7 +8,7 @@ from fastapi.responses import HTMLResponse, Response
 from api.pages.account_pages import said_in_words
 from api.pages.layout import experiment_link, frame
 from api.pages.model_page import experiment_context
-from api.pages.plan_view import plan_view
+from api.pages.plan_view import plan_view, purpose_words
 from api.pages.rendering import PREFIX, page
 from api.pages.session_form import session_link
 from api.pages.stored_models import StoredExperiment
@@ -35,12 +35,13 @@ def session_page(request: Request, user: access.Viewer, experiment: str, session
     context |= experiment_context(stored, stored.joint_names[0], None, "model")
     context |= _steps(request, user, experiment, session)
     row = service.experiments.session(experiment, session)
-    context["view"] = None
+    context |= {"view": None, "purpose": None}
     if row.rig and row.plan and row.rig in service.rigs.files() and row.plan in service.plans.ids():
         measured = [
             each.payload["mass"] for each in service.experiments.sessions(experiment) if each.file is not None
         ]
         current = stored.current()
+        context["purpose"] = purpose_words(service.plans.report(row.plan))
         context["view"] = plan_view(
             service.plans.plan(row.plan),
             service.rigs.rig(row.rig),

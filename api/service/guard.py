@@ -26,6 +26,8 @@ from api.service.settings import ServiceSettings, is_loopback
 SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 GUARD_THREADS = 8
 """Threads for looking up who asks and writing the audit log."""
+READ_OVER_BYTES, READ_OVER_SECONDS = 64 * 1024 * 1024, 5.0
+"""How much of a body that is too large is read over, and for how long, before it is answered."""
 POLICY_VIOLATION = 1008
 """WebSocket close code for a refused connection (RFC 6455, 7.4.1)."""
 RESPONSE_HEADERS = {
@@ -54,6 +56,7 @@ class Guard:
         connection = HTTPConnection(scope)
         service = connection.app.state.service
         send = _with_headers(send)
+        unbounded = receive
         receive = _bounded(connection, receive, service.settings)
         try:
             _check_address(connection)
@@ -69,7 +72,7 @@ class Guard:
             if scope["type"] == "websocket" and user is None:
                 raise Problem(401, "Sign in, or send a bearer token.", {"WWW-Authenticate": "Bearer"})
         except Problem as problem:
-            await _refuse(problem, scope, receive, send)
+            await _refuse(problem, scope, unbounded, send)
             return
         if scope["type"] == "websocket" and user is not None:
             scope[STILL_WELCOME_KEY] = partial(self._still_welcome, connection, service, user)
@@ -207,5 +210,18 @@ async def _refuse(problem: Problem, scope: Scope, receive: Receive, send: Send) 
     if scope["type"] == "websocket":
         await send({"type": "websocket.close", "code": POLICY_VIOLATION, "reason": problem.detail[:120]})
         return
+    if problem.status == 413:
+        await _read_over(receive)
     response = problem_response(problem.status, problem.detail, scope["path"], problem.headers)
     await response(scope, receive, send)
+
+
+async def _read_over(receive: Receive) -> None:
+    """Let a body that is refused arrive, within reason: who still sends when the connection is closed never reads why."""
+    read = 0
+    with anyio.move_on_after(READ_OVER_SECONDS):
+        while read < READ_OVER_BYTES:
+            message = await receive()
+            read += len(message.get("body", b""))
+            if message["type"] != "http.request" or not message.get("more_body", False):
+                return

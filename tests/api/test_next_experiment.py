@@ -111,3 +111,19 @@ def test_a_diagnosis_does_not_outlive_the_fit_that_it_was_made_of(in_doubt, fini
     job = client.post(f"/experiments/{experiment}/models/refit").json()
     assert finished(client, job)["state"] == "done"
     assert client.get(f"/experiments/{experiment}/models/m1/diagnosis").status_code == 404
+
+
+def test_the_session_of_such_a_plan_says_what_it_is_for(in_doubt, data_folder, finished):
+    client, experiment = in_doubt
+    write_rig_of_one_joint(data_folder)
+    address = f"/experiments/{experiment}/models/m1/next-experiment"
+    assert finished(client, client.post(address, json={"joint": "j1"}).json())["state"] == "done"
+    made = client.post(f"{address}/plan", json={"joint": "j1"}).json()
+    session = {"rig": made["rig"], "plan": made["plan"], "payload": {"name": "none"}}
+    prepared = client.post(f"/experiments/{experiment}/sessions", json=session)
+    assert prepared.status_code == 201, prepared.text
+    page = client.get(
+        f"/pages/experiments/{experiment}/sessions/{prepared.json()['id']}", headers={"Accept": "text/html"}
+    )
+    assert page.status_code == 200
+    assert "Made to tell" in page.text

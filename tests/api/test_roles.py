@@ -7,6 +7,7 @@ import pytest
 from fastapi.routing import APIRoute, APIWebSocketRoute, iter_route_contexts
 from starlette.websockets import WebSocketDisconnect
 
+from api.service.access import declared_role
 from api.service.accounts import Role
 
 EVERYBODY = None
@@ -168,3 +169,27 @@ def test_a_route_that_says_no_role_stops_the_start(service, data_folder, monkeyp
     monkeypatch.setattr(audit, "router", careless)
     with pytest.raises(RuntimeError, match="/careless does not say which role"):
         create_application(ServiceSettings(data_folder=data_folder))
+
+
+PAGES_FOR_OTHERS = {
+    "/pages/sign-in": EVERYBODY,
+    "/pages/sign-out": VIEWER,
+    "/pages/stop": VIEWER,
+    "/pages/account/password": VIEWER,
+    "/pages/account/tokens": VIEWER,
+    "/pages/account/tokens/{token}/revoke": VIEWER,
+    "/pages/users": ADMIN,
+    "/pages/users/{name}/role": ADMIN,
+    "/pages/users/{name}/remove": ADMIN,
+}
+
+
+def test_what_a_page_changes_is_an_operators_business_but_for_a_few(service):
+    found = {
+        route.path: declared_role(route)
+        for route in iter_route_contexts(service.application.routes)
+        if (route.path or "").startswith("/pages") and set(route.methods or ()) - {"GET", "HEAD"}
+    }
+    assert set(PAGES_FOR_OTHERS) <= set(found)
+    wrong = {path: role for path, role in found.items() if role != PAGES_FOR_OTHERS.get(path, OPERATOR)}
+    assert wrong == {}

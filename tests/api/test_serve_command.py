@@ -1,5 +1,6 @@
 """`coulomb serve`, `users` and `reindex` as real processes."""
 
+import io
 import json
 import os
 import re
@@ -8,11 +9,14 @@ import subprocess
 import sys
 import threading
 import time
+from dataclasses import dataclass
 
 import httpx
 import pytest
+import typer
 from websockets.sync.client import connect
 
+from api import command_line
 from api.client import Client
 from daq.recovery import recording_state
 
@@ -31,6 +35,38 @@ def coulomb(*arguments, data, **options):
         check=False,
         **options,
     )
+
+
+@dataclass(frozen=True)
+class Answered:
+    """What a command left: as `subprocess.run` says it."""
+
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+@pytest.fixture
+def coulomb_here(data_folder, capsys, monkeypatch):
+    """The command line within this process, which spares the seconds that a new one takes to begin."""
+
+    def run(*arguments, given=None) -> Answered:
+        application = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+        application.callback()(command_line.coulomb)
+        monkeypatch.setattr(command_line, "application", application)
+        monkeypatch.setenv("COULOMB_DATA", str(data_folder))
+        monkeypatch.setattr(sys, "argv", ["coulomb", *arguments])
+        monkeypatch.setattr(sys, "stdin", io.StringIO(given or ""))
+        capsys.readouterr()
+        try:
+            command_line.main()
+            status = 0
+        except SystemExit as ended:
+            status = ended.code if isinstance(ended.code, int) else 0
+        said = capsys.readouterr()
+        return Answered(status, said.out, said.err)
+
+    return run
 
 
 @pytest.fixture
@@ -106,11 +142,11 @@ def test_users_and_tokens_made_on_the_command_line_are_those_of_the_running_serv
     ],
 )
 def test_wrong_arguments_are_answered_with_one_line_and_status_2(
-    data_folder, tmp_path, arguments, given, words
+    coulomb_here, tmp_path, arguments, given, words
 ):
     (tmp_path / "key.pem").touch()
     arguments = [each.replace("KEY", str(tmp_path / "key.pem")) for each in arguments]
-    found = coulomb(*arguments, data=data_folder, input=given)
+    found = coulomb_here(*arguments, given=given)
     assert found.returncode == 2
     assert words in found.stderr
     assert len(found.stderr.strip().splitlines()) == 1
@@ -125,30 +161,32 @@ def test_a_port_that_is_taken_is_named(serve, data_folder):
     assert f"--port {port}: something else listens there" in found.stderr
 
 
-def test_a_data_folder_that_cannot_be_made_is_named(tmp_path):
+def test_a_data_folder_that_cannot_be_made_is_named(coulomb_here, tmp_path):
     (tmp_path / "file").touch()
-    found = coulomb("reindex", "--data", str(tmp_path / "file" / "data"), data=tmp_path)
+    found = coulomb_here("reindex", "--data", str(tmp_path / "file" / "data"))
     assert found.returncode == 2
     assert "data folder" in found.stderr
 
 
-def test_reindex_says_how_many_there_are_and_which_are_broken(data_folder, write_measured_experiment):
+def test_reindex_says_how_many_there_are_and_which_are_broken(
+    coulomb_here, data_folder, write_measured_experiment
+):
     write_measured_experiment(data_folder / "experiments" / "good")
     bad = write_measured_experiment(data_folder / "experiments" / "bad") / "experiment.yaml"
     bad.write_text(bad.read_text().replace("format: 1", "format: 7"))
-    found = json.loads(coulomb("reindex", "--json", data=data_folder).stdout)
+    found = json.loads(coulomb_here("reindex", "--json").stdout)
     assert found["experiments"] == 2
     assert list(found["problems"]) == ["bad"]
     assert "format" in found["problems"]["bad"]
 
 
-def test_the_last_admin_cannot_be_removed_and_every_change_is_logged(data_folder):
-    coulomb("users", "add", "ada", "--role", "admin", data=data_folder, input=PASSWORD)
-    found = coulomb("users", "remove", "ada", data=data_folder)
+def test_the_last_admin_cannot_be_removed_and_every_change_is_logged(coulomb_here, data_folder):
+    coulomb_here("users", "add", "ada", "--role", "admin", given=PASSWORD)
+    found = coulomb_here("users", "remove", "ada")
     assert found.returncode == 2
     assert "last admin" in found.stderr
-    coulomb("users", "add", "root", "--role", "admin", data=data_folder, input=PASSWORD)
-    assert coulomb("users", "change", "ada", "--role", "viewer", data=data_folder).returncode == 0
+    coulomb_here("users", "add", "root", "--role", "admin", given=PASSWORD)
+    assert coulomb_here("users", "change", "ada", "--role", "viewer").returncode == 0
     from api.service.open_data import open_data
 
     with open_data(data_folder, None) as opened:

@@ -6,6 +6,7 @@ import httpx
 import pytest
 from playwright.sync_api import Page, expect
 
+from daq.excitation.standard_plan import standard_plan
 from daq.session_events import SessionState
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
@@ -14,12 +15,11 @@ PATIENCE = 200_000  # ms for what computes or moves
 FAULT_CYCLE = 3000
 
 
-def prepare(page: Page, address: str, seconds: int) -> None:
-    """From nothing to an armed session."""
-    page.goto(f"{address}/pages/new-session?rig=bench")
-    page.get_by_label("Seconds of a new plan").fill(str(seconds))
-    page.get_by_role("button", name="Make a plan").click()
-    page.wait_for_url(re.compile(r"plan="), timeout=PATIENCE)
+def prepare(page: Page, laboratory, seconds: int) -> None:
+    """From a plan that lies ready to an armed session."""
+    service = laboratory.application.state.service
+    service.plans.add(standard_plan(service.rigs.rig("bench"), seconds, name=f"bench {seconds} s"))
+    page.goto(f"{laboratory.address}/pages/new-session?rig=bench")
     page.get_by_label("Name of the new experiment").fill("motion")
     page.get_by_role("button", name="Prepare the session").click()
     page.wait_for_url(re.compile(r"/sessions/session-00"))
@@ -41,7 +41,7 @@ def test_the_stop_key_ends_the_motion_from_any_page(laboratory_with, visitor) ->
     laboratory = laboratory_with(pacing="real-time", cycle=0.01)
     ada = visitor(laboratory, "ada")
     page = ada.page
-    prepare(page, laboratory.address, 60)
+    prepare(page, laboratory, 60)
     ada.shot("session-armed")
     start(page)
     expect(page.locator("[data-position]")).not_to_have_text("–")
@@ -63,7 +63,7 @@ def test_the_stop_key_ends_the_motion_from_any_page(laboratory_with, visitor) ->
 def test_a_viewer_may_stop_by_one_press_of_the_button(laboratory_with, visitor) -> None:
     laboratory = laboratory_with(pacing="real-time", cycle=0.01)
     ada, vera = visitor(laboratory, "ada"), visitor(laboratory, "vera")
-    prepare(ada.page, laboratory.address, 60)
+    prepare(ada.page, laboratory, 60)
     start(ada.page)
     vera.open("live")
     vera.page.get_by_role("button", name=re.compile("STOP")).click()
@@ -75,7 +75,7 @@ def test_a_viewer_may_stop_by_one_press_of_the_button(laboratory_with, visitor) 
 def test_a_drive_fault_is_said_in_words_on_the_live_page(laboratory_with, visitor) -> None:
     laboratory = laboratory_with(faults={"emergency_at": FAULT_CYCLE, "emergency_code": 0x4310})
     ada = visitor(laboratory, "ada")
-    prepare(ada.page, laboratory.address, 60)
+    prepare(ada.page, laboratory, 60)
     ada.page.get_by_role("button", name="Start: the robot moves").click()
     fault = ada.page.locator("[data-fault]")
     expect(fault).to_contain_text("A fault ended the session.", timeout=PATIENCE)
@@ -90,7 +90,7 @@ def test_a_drive_fault_is_said_in_words_on_the_live_page(laboratory_with, visito
 def test_a_second_operator_sees_who_has_the_rig_and_cannot_take_it(laboratory_with, visitor) -> None:
     laboratory = laboratory_with()
     ada, grace = visitor(laboratory, "ada"), visitor(laboratory, "grace")
-    prepare(ada.page, laboratory.address, 20)
+    prepare(ada.page, laboratory, 20)
     grace.open("rig?rig=bench")
     expect(grace.page.get_by_text("ada has the rig").first).to_be_visible()
     expect(grace.page.get_by_role("button", name="Take it")).to_have_count(0)
@@ -112,7 +112,7 @@ def test_a_lost_connection_is_said_and_the_page_comes_back_by_itself(laboratory_
     laboratory = laboratory_with(pacing="real-time", cycle=0.01)
     ada = visitor(laboratory, "ada")
     page = ada.page
-    prepare(page, laboratory.address, 60)
+    prepare(page, laboratory, 60)
     start(page)
     expect(page.locator("[data-position]")).not_to_have_text("–")
     ada.context.set_offline(True)

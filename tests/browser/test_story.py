@@ -9,6 +9,9 @@ pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 
 PATIENCE = 200_000  # ms for what computes or moves
 NAMED = "grows with the load"
+FAILS, FALLEN = 0.03, 0.010
+"""Relative error of the usual model at least, and with the effect at most. The hidden friction is 8 to 15 % of the load; what
+is left with the right effect was measured as 0.6 % on this rig (encoder, servo and the torque's quantisation)."""
 
 
 def make_a_plan(page: Page, seconds: int) -> None:
@@ -65,7 +68,10 @@ def test_the_error_falls_from_sign_in_to_report(laboratory_with, visitor) -> Non
     ada.step("What is missing")
     expect(page.locator(".verdict .sentence")).to_contain_text(NAMED, timeout=PATIENCE)
     before = float(page.locator("[data-current-error]").get_attribute("data-current-error"))
-    assert before > 0.03
+    assert before > FAILS
+    # What adding it would leave is foretold, as a figure and as a picture.
+    expect(page.locator("#evidence")).to_contain_text("predicted with it")
+    foretold = page.locator("[data-foretold-error]").get_attribute("data-foretold-error")
     ada.shot("missing-before")
 
     page.keyboard.press("a")
@@ -73,7 +79,8 @@ def test_the_error_falls_from_sign_in_to_report(laboratory_with, visitor) -> Non
         "data-current-error", str(before), timeout=PATIENCE
     )
     after = float(page.locator("[data-current-error]").get_attribute("data-current-error"))
-    assert after < 0.5 * before
+    assert after < FALLEN
+    assert after == pytest.approx(float(foretold), rel=0.2)
     expect(page.locator(".verdict .sentence")).not_to_contain_text(NAMED, timeout=PATIENCE)
     ada.shot("missing-after")
 
