@@ -47,13 +47,14 @@ def experiment_robot(rig: Rig) -> Robot:
     return Robot(gravity=rig.robot.gravity, joints=joints, drive_gain_matrix=matrix)
 
 
-def open_experiment(folder: Path, rig: Rig, name: str | None = None) -> None:
-    """Make the experiment's folder and file, or check that those that are there belong to this rig.
+def open_experiment(folder: Path, rig: Rig, name: str | None = None) -> bool:
+    """Make the experiment's folder and file, or check that those that are there belong to this rig; whether it was made.
 
     Raises InputError where they belong to another robot.
     """
     path = folder / EXPERIMENT_FILE
-    if path.exists():
+    made = not path.exists()
+    if not made:
         there = [joint.name for joint in read_experiment_file(path).robot.joints]
         ours = [joint.name for joint in rig.robot.joints]
         if there != ours:
@@ -70,6 +71,17 @@ def open_experiment(folder: Path, rig: Rig, name: str | None = None) -> None:
         )
         write_experiment(folder, experiment)
     (folder / INCOMPLETE).mkdir(exist_ok=True)
+    return made
+
+
+def discard_unused(folder: Path) -> None:
+    """Remove an experiment's folder that was made for a session which then recorded nothing."""
+    if {path.name for path in folder.iterdir()} == {EXPERIMENT_FILE, INCOMPLETE} and not any(
+        (folder / INCOMPLETE).iterdir()
+    ):
+        (folder / INCOMPLETE).rmdir()
+        (folder / EXPERIMENT_FILE).unlink()
+        folder.rmdir()
 
 
 def next_recording(folder: Path) -> Path:

@@ -96,13 +96,15 @@ def export_session(recording: Path, target: Path) -> int:
     The CSV holds the rows in which everything came, since the contract knows no gaps within a row; MAT and Parquet
     hold all rows, NaN where nothing came.
 
-    Raises InputError for another ending, a file that is there already, or no recording.
+    Raises InputError for another ending, a file that is there already, a folder that is not, or no recording.
     """
     writer = next((write for end, write in _WRITERS.items() if target.name.endswith(f".{end}")), None)
     if writer is None:
         raise InputError(f"{target}: the name must end in .{', .'.join(FORMATS)}")
     if target.exists():
         raise InputError(f"{target}: is there already; remove it or choose another name")
+    if not target.parent.is_dir():
+        raise InputError(f"{target}: there is no folder {target.parent}")
     session = scaled_session(recording)
     # A half-written export must not look like a whole one.
     partial = target.with_name(f".partial-{target.name}")

@@ -33,8 +33,10 @@ _NAP = 0.005
 share of a core goes with the inverse of this: 28 % at 1 ms, 12 % at 5 ms on a full bus. A limit is seen 5 ms and
 two cycles after it was broken; the kernel's buffer holds 1.2 s."""
 
-_ANSWER_TIMEOUT = 0.25
-"""s to wait for the answers of simulated drives in another process"""
+_ANSWER_TIMEOUT = 2.0
+"""s to wait for the answers of simulated drives in another process: a busy machine may not let it run for so long"""
+_AFTER_SILENCE = 0.05
+"""s to wait for them once they have failed to come: drives that have gone must not hold up every cycle"""
 
 _DELIVERY_TIMEOUT = 10.0
 """s to wait until drives in this process have heard a SYNC, while other threads or processes have the cores"""
@@ -86,6 +88,7 @@ class SamplingLoop:
         self._silence = rig.supervision.silence
         self._received: list[NDArray[Any]] = []
         self._answers = 0
+        self._answering = True
         self._bus_off = False
         self._jitter = _Jitter(rig.cycle)
         self._last_row = time.monotonic()
@@ -111,12 +114,12 @@ class SamplingLoop:
         drains the bus is not waited for again.
         """
         expected = len(self.alignment.columns)
-        end = time.monotonic() + timeout
+        end = time.monotonic() + (timeout if self._answering else min(timeout, _AFTER_SILENCE))
         self._read()
         while self._answers < expected and (left := end - time.monotonic()) > 0:
             self._receiver.wait(left)
             self._read()
-        answered = self._answers >= expected
+        self._answering = answered = self._answers >= expected
         self._answers = 0
         return answered
 

@@ -22,7 +22,7 @@ from daq.child_process import start_process
 from daq.disk_space import require_space
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.excitation.plan_limits import require_within_limits
-from daq.experiment_folder import Role, admit, next_recording, open_experiment
+from daq.experiment_folder import Role, admit, discard_unused, next_recording, open_experiment
 from daq.live import LiveRows, LiveView
 from daq.plan_setpoints import plan_counts
 from daq.recorder import RecorderOrder, raw_log_of
@@ -122,6 +122,7 @@ class PayloadSession:
         self._threads: list[threading.Thread] = []
         self._ended: Told | None = None
         self._live: LiveView | None = None
+        self._made_experiment = False
 
     # ---- the steps ----
 
@@ -131,7 +132,7 @@ class PayloadSession:
         Raises InputError where the experiment's folder belongs to another robot or its disk is too full, StepOutOfTurn.
         """
         self._in_turn(SessionState.NEW, "check the rig")
-        open_experiment(self.experiment, self.rig)
+        self._made_experiment = open_experiment(self.experiment, self.rig)
         require_space(self.rig, self.experiment, self.plan.duration)
         ours, theirs = Pipe()
         recorder_end, acquisition_end = Pipe()
@@ -237,6 +238,9 @@ class PayloadSession:
             self._live = None
         if self._connection is not None:
             self._connection.close()
+        if self._made_experiment and self.file is None:
+            self._made_experiment = False
+            discard_unused(self.experiment)
 
     def __enter__(self) -> Self:
         return self

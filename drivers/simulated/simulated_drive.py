@@ -23,6 +23,8 @@ SUPPORTED_MODES = (
     Mode.CYCLIC_SYNCHRONOUS_TORQUE,
 )
 _POSITION_MODES = (Mode.INTERPOLATED_POSITION, Mode.CYCLIC_SYNCHRONOUS_POSITION)
+_MODES_WITH_HALT = (Mode.INTERPOLATED_POSITION, Mode.HOMING)
+"""the others among modes 6 to 10 have no halt (CiA 402-2: bit 8 is reserved there)"""
 _FOLLOWING_ERROR_CODE = 0x8611
 # A stopping axis counts as stopped when it has been this slow for this long; one count per servo period is the
 # least velocity that an encoder shows.
@@ -84,6 +86,7 @@ class SimulatedDrive:
         self._following_error_shown = False
         self._homing_active = False
         self._told_to_home = False
+        self._halted = False
         self._homed = False  # until power is lost
         self._index_pulse = 0
         self._hold: float | None = None
@@ -98,7 +101,7 @@ class SimulatedDrive:
             if position not in (slot.POSITION, slot.TEMPERATURE):
                 self.image[position] = 0
         self._homed = False
-        self._homing_active = self._told_to_home = False
+        self._homing_active = self._told_to_home = self._halted = False
         self._hold = None
         self.update_statusword()
 
@@ -118,6 +121,10 @@ class SimulatedDrive:
             elif not start:
                 self._homing_active = False
             self._told_to_home = start
+        halt = bool(controlword & cia402.HALT)
+        if halt and not self._halted:
+            self._demand_velocity = self.servo.velocity
+        self._halted = halt
         self.update_statusword()
 
     def take_mode(self) -> None:
@@ -186,7 +193,10 @@ class SimulatedDrive:
         if self.servo.limited and machine.powered:
             word |= cia402.INTERNAL_LIMIT_ACTIVE
         mode = image[slot.MODE_DISPLAY]
-        if mode == Mode.HOMING:
+        if self._halted and machine.enabled and mode in _MODES_WITH_HALT:
+            if self._demand_velocity == 0.0:
+                word |= cia402.TARGET_REACHED
+        elif mode == Mode.HOMING:
             if self._homed:
                 word |= cia402.HOMING_ATTAINED | cia402.TARGET_REACHED
         else:
@@ -288,6 +298,8 @@ class SimulatedDrive:
             image[slot.VELOCITY_DEMAND] = round(self._demand_velocity)
             self._demand = float(position)
             return servo.follow_velocity(self._demand_velocity, limit, duration)
+        if self._halted and mode in _MODES_WITH_HALT:
+            return self._halt(position, limit, duration)
         if mode == Mode.HOMING and self._homing_active:
             return self._search_index(position, limit, duration)
         self._demand = demand = self._from + self._slope * since_sync
@@ -301,6 +313,20 @@ class SimulatedDrive:
         self._supervise(error, duration)
         return servo.follow_position(demand, self._demand_velocity, position, limit, duration)
 
+    def _halt(self, position: int, limit: float, duration: float) -> float:
+        """Controlword bit 8: the axis stops along the ramp and holds, enabled, until the bit goes."""
+        self._slow_down(duration)
+        self._demand = self._from = self._to = float(position)
+        self._slope = self._slope_before = 0.0
+        self.image[slot.INTERPOLATION_DATA] = position
+        return self.servo.follow_velocity(self._demand_velocity, limit, duration)
+
+    def _slow_down(self, duration: float) -> None:
+        """Let the velocity demand fall along the ramp for `duration` s."""
+        change = self.quick_stop_deceleration * duration
+        velocity = self._demand_velocity
+        self._demand_velocity = velocity - math.copysign(min(change, abs(velocity)), velocity)
+
     def _supervise(self, error: float, duration: float) -> None:
         """Following error, objects 0x6065 and 0x6066."""
         if abs(error) <= self.following_window:
@@ -313,9 +339,7 @@ class SimulatedDrive:
 
     def _brake(self, position: int, limit: float, duration: float) -> float:
         """Quick stop and fault reaction: the velocity falls along the ramp, then the drive holds."""
-        change = self.quick_stop_deceleration * duration
-        velocity = self._demand_velocity
-        self._demand_velocity = velocity - math.copysign(min(change, abs(velocity)), velocity)
+        self._slow_down(duration)
         current = self.servo.follow_velocity(self._demand_velocity, limit, duration)
         self._demand = float(position)
         slow = max(_AT_REST * self.counts_per_radian, _AT_REST_COUNTS / duration)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from daq.excitation.standard_plan import standard_plan
+from daq.experiment_folder import open_experiment
 from daq.plan_setpoints import plan_counts
 from daq.recorder import raw_log_of
 from daq.rig import Rig
@@ -108,6 +109,7 @@ def test_a_payload_of_another_mass_is_refused(rig, tmp_path, short_plan):
         with pytest.raises(InputError, match=r"disk-7: weighs 6.97 kg .* 3.4584 kg on the scale"):
             session.confirm_payload(3.4584)
         assert session.state is SessionState.CHECKED
+    assert not (tmp_path / "e").exists()
 
 
 def test_a_plan_beyond_the_limits_is_refused_before_anything_is_touched(rig, tmp_path, short_plan):
@@ -138,7 +140,7 @@ def test_a_session_that_was_closed_without_a_start_leaves_no_recording(rig, arme
     session = armed_session(rig)
     session.close()
     assert session.state is SessionState.ABORTED
-    assert list(session.experiment.glob("**/session-*")) == []
+    assert not session.experiment.exists()
 
 
 @pytest.mark.parametrize(
@@ -186,9 +188,9 @@ def test_a_second_session_takes_the_next_number(rig, armed_session):
     assert len(load_experiment(session.experiment).sessions) == 2
 
 
-def test_another_robots_experiment_is_refused(rig, tmp_path, short_plan, armed_session):
-    session = armed_session(rig)
-    session.close()
+def test_another_robots_experiment_is_refused(rig, tmp_path):
+    folder = tmp_path / "experiment"
+    open_experiment(folder, rig)
     other = rig.model_copy(
         update={
             "robot": rig.robot.model_copy(
@@ -199,7 +201,7 @@ def test_another_robots_experiment_is_refused(rig, tmp_path, short_plan, armed_s
     )
     plan = standard_plan(other, 20.0)
     with (
-        PayloadSession(other, session.experiment, plan, rig.payload("none"), "operator") as second,
+        PayloadSession(other, folder, plan, rig.payload("none"), "operator") as second,
         pytest.raises(InputError, match="record into another experiment"),
     ):
         second.check()

@@ -9,7 +9,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from drivers.cia402 import INTERNAL_LIMIT_ACTIVE, Mode, State, state_of
+from drivers.cia402 import (
+    ENABLE_INTERPOLATION,
+    HALT,
+    INTERNAL_LIMIT_ACTIVE,
+    TARGET_REACHED,
+    Command,
+    Mode,
+    State,
+    state_of,
+)
 from drivers.errors import DriveError
 from drivers.simulated.settings import ServoSettings
 from drivers.sync_producer import SimulatedClock
@@ -194,6 +203,24 @@ def test_a_master_that_falls_silent_stops_the_axis(open_bench):
     watch = bench.drive.watch
     assert watch.wait_for(lambda: bool(watch.emergencies), 5.0)
     assert watch.emergencies[0].code == 0x8130
+
+
+def test_halt_stops_an_interpolated_motion_and_lets_it_go_on_while_the_drive_stays_enabled(open_bench):
+    bench = open_bench()
+    bench.bring_up(Mode.INTERPOLATED_POSITION)
+    enabled = Command.ENABLE_OPERATION | ENABLE_INTERPOLATION
+    start = bench.drive.position()
+    bench.run(200, lambda cycle: start + 50 * cycle, enabled)
+    assert bench.drive.position() > start + 5000
+    bench.run(300, lambda cycle: start + 10_000 + 50 * cycle, enabled | HALT)
+    stopped = bench.drive.position()
+    bench.run(100, lambda cycle: start + 25_000 + 50 * cycle, enabled | HALT)
+    assert bench.drive.position() == pytest.approx(stopped, abs=20)
+    word = bench.drive.statusword()
+    assert state_of(word) is State.OPERATION_ENABLED
+    assert word & TARGET_REACHED
+    bench.run(200, lambda cycle: stopped + 50 * cycle, enabled)
+    assert bench.drive.position() > stopped + 5000
 
 
 @pytest.mark.parametrize("method", [35, 37])
