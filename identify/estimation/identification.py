@@ -213,4 +213,11 @@ def identify(
         f"the linear form (30) is not identifiable on this record: on time that the fit did not see its relative "
         f"error is {linear_error:.3g}, the structured form's {structured_error:.3g}; the structured form stands for it"
     )
-    return Identification(experiment, model, terms, structured.fitted, structured, "structured", (remark,))
+    remarks = [remark]
+    if essential or estimator in ("robust", "instrumental"):
+        remarks.append(
+            "it is a weighted least squares estimate of all its parameters: no other estimator, no elimination"
+        )
+    return Identification(
+        experiment, model, terms, structured.fitted, structured, "structured", tuple(remarks)
+    )

@@ -135,3 +135,6 @@ def test_table_4_the_new_model_is_better_even_without_any_payload(tmp_path):
     bare = identify.load_experiment(tmp_path)
     errors = [identify.identify(bare, model).relative_error for model in ("usual", "load-velocity")]
     assert errors[1] < 0.81 * errors[0]
+    structured = identify.identify(bare, "load-velocity", essential=True)
+    assert structured.form == "structured"
+    assert any("no elimination" in remark for remark in structured.all_remarks)
