@@ -9,6 +9,7 @@ ms, against the limit of 1000 ms; then the server's time for a zoom against 150 
 
 import argparse
 import json
+import os
 import shutil
 import socket
 import statistics
@@ -63,11 +64,12 @@ def main() -> None:
         write_experiment(Path(folder) / "experiments" / EXPERIMENT, options.samples)
         address, stop = listen(Path(folder))
         try:
+            cold = first_look(address, Path(folder))
             if CHROMIUM is None:
                 print("No Chromium here (Debian package chromium): only the server is measured.")
             else:
                 paint(address, options.repeats)
-            zoom(address, options.samples, options.repeats)
+            zoom(address, options.samples, options.repeats, cold)
         finally:
             stop()
 
@@ -249,26 +251,41 @@ def _visit(context, address: str, close: bool = True) -> tuple[float, float, flo
     return tuple(figures)
 
 
-def zoom(address: str, samples: int, repeats: int) -> None:
+LINK = f"/pages/experiments/{EXPERIMENT}/samples"
+QUERY = {"joint": "j1", "version": "m2", "beside": "m1", "session": "session-00.csv", "points": 2400}
+
+
+def first_look(address: str, folder: Path) -> float:
+    """ms of the server's answer to the whole longest session, when nothing of it has been read since the machine began."""
+    os.sync()
+    for file in folder.rglob("*.npy"):
+        with file.open("rb") as stream:
+            os.posix_fadvise(stream.fileno(), 0, 0, os.POSIX_FADV_DONTNEED)
+    with httpx.Client(base_url=address) as client:
+        client.get("/me").raise_for_status()
+        begun = time.perf_counter()
+        client.get(LINK, params=QUERY).raise_for_status()
+        return 1e3 * (time.perf_counter() - begun)
+
+
+def zoom(address: str, samples: int, repeats: int, cold: float) -> None:
     """Print the time of the server's answer to zooms on the longest session, two models beside each other."""
-    link = f"{address}/pages/experiments/{EXPERIMENT}/samples"
-    query = {"joint": "j1", "version": "m2", "beside": "m1", "session": "session-00.csv", "points": 2400}
     seconds = samples * 1e-3
     ranges = {
-        "first look at the session": {},
-        "the whole session again": {},
+        "the whole session": {},
         "a tenth": {"start": 0.4 * seconds, "stop": 0.5 * seconds},
         "a second": {"start": 0.5 * seconds, "stop": 0.5 * seconds + 1},
     }
     print(
         f"\n{'zoom on ' + format(samples, ',') + ' samples':34}{'ms':>9}{'kB':>9}{'of limit':>10}   5 curves, median"
     )
-    with httpx.Client() as client:
+    print(f"{'the whole session, from the disk':34}{cold:9.1f}{'':9}{cold / ZOOM_LIMIT:9.2f}×   once")
+    with httpx.Client(base_url=address) as client:
         for words, window in ranges.items():
             taken, size = [], 0
-            for _ in range(1 if words.startswith("first") else repeats):
+            for _ in range(repeats):
                 begun = time.perf_counter()
-                answer = client.get(link, params=query | window)
+                answer = client.get(LINK, params=QUERY | window)
                 taken.append(1e3 * (time.perf_counter() - begun))
                 answer.raise_for_status()
                 size = len(answer.content)

@@ -34,11 +34,16 @@ ProposalChoice = Annotated[int, Query(ge=1, le=20)]
 
 @router.post("/apart")
 def find(request: Request, user: access.Operator, experiment: str, joint: JointChoice = None) -> HTMLResponse:
-    """Look for the experiment that tells the rivals of a joint apart."""
+    """Look for the experiment that tells the rivals of a joint apart.
+
+    The page asks by itself: while something else is computed nothing is begun, and the page that comes with it asks again.
+    """
     service = access.service_of(request)
     joint = StoredExperiment(service.experiments, experiment).joint_or_first(joint)
-    job = service.models.separate(experiment, user.name, joint)
-    return _answer(request, user, experiment, joint, job.id)
+    job = service.jobs.active(experiment)
+    if job is None:
+        job = service.models.separate(experiment, user.name, joint)
+    return _answer(request, user, experiment, joint, job.id if job.kind == "separate" else None)
 
 
 @router.get("/apart")
@@ -77,7 +82,7 @@ def _answer(
     if shown is None:
         raise Problem(409, "There is no model yet: measure or import a session first.")
     diagnosis = joint_diagnosis(stored, shown, joint)
-    context = apart_context(stored, shown, diagnosis, joint)
+    context = apart_context(stored, shown, diagnosis, joint) | {"begin": False}
     found = service.jobs.get(job) if job else None
     if found is not None and not found.state.final:
         query = urlencode({"joint": joint, "job": found.id})
@@ -85,7 +90,9 @@ def _answer(
         context |= {"progress": job_progress(found) | {"poll_link": poll}}
     elif found is not None and found.state != "done":
         context |= {"failed": found.words}
-    return page(request, "apart.html", **frame(request, user, "missing", experiment), apart=context)
+    return page(
+        request, "apart.html", **frame(request, user, "missing", experiment), apart=context, running=None
+    )
 
 
 def apart_context(
@@ -108,6 +115,7 @@ def apart_context(
         "find_link": f"{link}?{urlencode({'joint': joint})}",
         "progress": None,
         "failed": None,
+        "begin": True,
     }
 
 

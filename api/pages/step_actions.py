@@ -36,8 +36,10 @@ def fit(request: Request, user: access.Operator, experiment: str) -> Response:
 def diagnose(
     request: Request, user: access.Operator, experiment: str, joint: JointChoice = None
 ) -> HTMLResponse:
-    """Ask what the model that stands misses."""
-    access.service_of(request).models.diagnose(experiment, user.name)
+    """Ask what the model that stands misses. The page asks by itself: what is computed already is followed."""
+    service = access.service_of(request)
+    if service.jobs.active(experiment) is None:
+        service.models.diagnose(experiment, user.name)
     return body(request, user, experiment, joint)
 
 

@@ -11,7 +11,7 @@ PATIENCE = 200_000  # ms for what computes or moves
 NAMED = "grows with the load"
 FAILS, FALLEN = 0.03, 0.010
 """Relative error of the usual model at least, and with the effect at most. The hidden friction is 8 to 15 % of the load; what
-is left with the right effect was measured as 0.6 % on this rig (encoder, servo and the torque's quantisation)."""
+is left with the right effect was measured as 0.1 to 0.6 % on this rig (encoder, servo and the torque's quantisation)."""
 
 
 def make_a_plan(page: Page, seconds: int) -> None:
@@ -80,7 +80,7 @@ def test_the_error_falls_from_sign_in_to_report(laboratory_with, visitor) -> Non
     )
     after = float(page.locator("[data-current-error]").get_attribute("data-current-error"))
     assert after < FALLEN
-    assert after == pytest.approx(float(foretold), rel=0.2)
+    assert after < 1.1 * float(foretold)  # the fit also searches the effect's constants more finely
     expect(page.locator(".verdict .sentence")).not_to_contain_text(NAMED, timeout=PATIENCE)
     ada.shot("missing-after")
 
