@@ -57,13 +57,15 @@ class Robot:
         in_load = np.array([axis.friction.rotor_in_load for axis in axes])
         self._rotor_in_load = np.diag(np.where(in_load, rotor, 0.0))
         self._rotor_apart = np.where(in_load, 0.0, rotor)
-        self._rotor_apart_diagonal = np.diag(self._rotor_apart)
+        self._identity = np.eye(n)
         friction = [axis.friction for axis in axes]
         self._gears = [GearFriction(gear) for gear in friction]
         self._viscous = np.array([gear.viscous for gear in friction])
         self._offset = np.array([gear.offset for gear in friction])
         self._inverse_stribeck = np.array([1.0 / gear.stribeck_velocity for gear in friction])
+        self._columns = np.arange(n)
         # rows: back-driving, driving; columns: axes
+        self._quadrant_sign = np.array([[-1.0], [1.0]])
         self._load_share = np.array(
             [[g.load_backdriving for g in friction], [g.load_driving for g in friction]]
         )
@@ -192,36 +194,46 @@ class Robot:
         """(n,) ÿ at the middle of a stride: position y, velocity w; begin_w says which axes are at rest."""
         mass, bias, drive, factor, extra = self._torques(current, y, w)
         e = np.exp(-np.abs(w) * self._inverse_stribeck)
-        share = factor * (self._load_share + self._load_stribeck * e)
-        slopes = np.stack([1.0 - share[0], 1.0 + share[1]])
-        constants = factor * (self._dry + self._dry_stribeck * e) + extra
+        slopes = self._load_share + self._load_stribeck * e
+        constants = self._dry + self._dry_stribeck * e
+        if self._disturbed:
+            slopes = factor * slopes
+            constants = factor * constants + extra
+        slopes = 1.0 + self._quadrant_sign * slopes
         direction = np.sign(begin_w)
         stuck = begin_w == 0.0
+        rests = bool(
+            stuck.any()
+        )  # no axis comes to rest within a stride, so none is caught that was not let go in it
         between = np.zeros(self.axes, dtype=bool)
-        columns = np.arange(self.axes)
+        columns = self._columns
         quadrant = self._quadrant
         flips = np.zeros(self.axes, dtype=int)
         released = np.zeros(self.axes, dtype=bool)
         acceleration, load = np.zeros(self.axes), np.zeros(self.axes)
         for _ in range(MOST_CHANGES):
             slope = slopes[quadrant, columns]
-            left = slope[:, np.newaxis] * mass + self._rotor_apart_diagonal
+            left = slope[:, np.newaxis] * mass
+            left[columns, columns] += self._rotor_apart
             right = drive - direction * constants[quadrant, columns] - slope * bias
             if between.any():
                 left[between] = mass[between]
                 right[between] = -bias[between]
-            if stuck.any():
-                left[stuck] = np.eye(self.axes)[stuck]
+            if rests:
+                left[stuck] = self._identity[stuck]
                 right[stuck] = 0.0
             acceleration = np.asarray(np.linalg.solve(left, right), dtype=float)
             load = mass @ acceleration + bias
-            wrong = ~stuck & ~between & ((load * direction >= 0.0) != (quadrant == 1))
+            wrong = (load * direction >= 0.0) != (quadrant == 1)
+            wrong &= ~(stuck | between)
             if wrong.any():
                 flips[wrong] += 1
                 between |= wrong & (flips > 2)
                 quadrant = np.where(wrong & ~between, 1 - quadrant, quadrant)
                 continue
-            if not self._change_of_rest(drive, load, acceleration, factor, extra, stuck, released, direction):
+            if not rests or not self._change_of_rest(
+                drive, load, acceleration, factor, extra, stuck, released, direction
+            ):
                 break
             quadrant = np.where(load * direction >= 0.0, 1, 0)
         self._quadrant = quadrant
