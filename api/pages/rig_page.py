@@ -7,7 +7,7 @@ from fastapi.responses import HTMLResponse, Response
 
 from api.pages.account_pages import as_moment
 from api.pages.error_figures import JointUnits
-from api.pages.layout import frame
+from api.pages.layout import experiment_link, frame
 from api.pages.number_format import moment, significant
 from api.pages.rendering import PREFIX, page
 from api.pages.run_bar import onlooker_words
@@ -131,6 +131,8 @@ def _state(active: ActiveSession | None) -> dict[str, str]:
             "kind": "idle",
             "words": "At rest, bus closed",
             "todo": "Plan a session; its first step checks every node without powering it.",
+            "kept": "",
+            "sessions_link": "",
         }
     state, reason = active.state.value, active.payload_session.reason
     todo = {
@@ -143,11 +145,15 @@ def _state(active: ActiveSession | None) -> dict[str, str]:
         "aborted": "Somebody stopped it. Find out why before the next session; what was measured is kept.",
         "faulted": "Read the reason, mend it at the machine, then check the rig again; what was measured is kept.",
     }[state]
+    # What happened stands large; what became of the samples beneath it, with the way to them.
+    cause, _, kept = reason.partition("; ")
     kind = {"faulted": "fault", "aborted": "warn", "armed": "warn", "running": "warn"}.get(state, "good")
     return {
         "kind": kind,
-        "words": f"{state[0].upper()}{state[1:]}{f': {reason}' if reason else ''}",
+        "words": f"{state[0].upper()}{state[1:]}{f': {cause}' if cause else ''}",
         "todo": todo,
+        "kept": f"{kept[0].upper()}{kept[1:]}." if kept else "",
+        "sessions_link": experiment_link(active.experiment, "sessions"),
     }
 
 

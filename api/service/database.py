@@ -158,15 +158,16 @@ class Database:
     def __init__(self, url: str) -> None:
         try:
             address = make_url(url)
-            kind = address.get_backend_name()
-            if kind not in _APPEND_ONLY:
-                raise InputError(f"database address: {kind} is not supported; use sqlite or postgresql")
-            if address.drivername == "postgresql":
-                address = address.set(drivername=POSTGRESQL_DRIVER)
+        except Exception as error:
+            raise InputError(f"database address is not usable: {error}") from error
+        kind = address.get_backend_name()
+        if kind not in _APPEND_ONLY:
+            raise InputError(f"database address: {kind} is not supported; use sqlite or postgresql")
+        if address.drivername == "postgresql":
+            address = address.set(drivername=POSTGRESQL_DRIVER)
+        try:
             # A connection that the server closed meanwhile (a restart) is noticed and opened anew.
             self.engine: Engine = create_engine(address, pool_pre_ping=kind != "sqlite")
-        except InputError:
-            raise
         except ModuleNotFoundError as error:
             needed = "; install coulomb[postgresql]" if kind == "postgresql" else ""
             raise InputError(f"database address: its driver {error.name} is not installed{needed}") from error
@@ -184,7 +185,7 @@ class Database:
                     connection.execute(DDL(statement))
         except DBAPIError as error:
             words = " ".join(str(error.orig).split())
-            raise InputError(f"database {make_url(url)!r}: {words}") from error
+            raise InputError(f"database {address!r}: {words}") from error
 
     @contextmanager
     def transaction(self) -> Iterator[Session]:
