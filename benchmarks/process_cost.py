@@ -24,6 +24,7 @@ class Cost:
 def measure(command: list[str]) -> Cost:
     """Run a command to its end; stop with its words if it fails."""
     environment = {**os.environ, "PYTHONPATH": str(REPOSITORY)}
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)  # or every run would compile every module anew
     with tempfile.TemporaryFile("w+") as output, tempfile.TemporaryFile("w+") as errors:
         started = time.perf_counter()
         process = subprocess.Popen(command, stdout=output, stderr=errors, env=environment)
