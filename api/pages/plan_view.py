@@ -70,7 +70,7 @@ def plan_view(
         limits = axis.limits
         rows = [
             draw_plan_signal(
-                time, position[:, index], limits.position, "position", units.position, "position"
+                time, position[:, index], limits.position, "position", units.position, "position", width
             ),
             draw_plan_signal(
                 time,
@@ -79,6 +79,7 @@ def plan_view(
                 "speed",
                 units.speed,
                 "measured",
+                width,
             ),
         ]
         if torque is not None:

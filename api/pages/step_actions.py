@@ -120,6 +120,8 @@ def news(
     if fit != seen:
         return Response(headers={"HX-Refresh": "true"})
     job = service.jobs.active(experiment)
+    if job is not None and job.kind == "separate":
+        job = None  # shown in its own place, and no other page waits for it
     failed = failed_fit(service.jobs, experiment) if job is None and not fit else None
     return page(request, "news.html", **news_context(experiment, fit, job, failed))
 
