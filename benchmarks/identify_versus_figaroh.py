@@ -58,9 +58,9 @@ def main() -> None:
             "coulomb identify": [sys.executable, "-m", "api", "identify", str(chosen.experiment), "--json"],
             "figaroh 1.0.2": [chosen.figaroh_python, script, str(chosen.experiment), str(urdf)],
         }
-        costs = {}
-        for name, command in commands.items():
-            costs[name] = min((measure(command) for _ in range(chosen.runs)), key=lambda cost: cost.cpu)
+        # by turns, so that what else the machine does meets both alike
+        runs = [{name: measure(command) for name, command in commands.items()} for _ in range(chosen.runs)]
+        costs = {name: min((run[name] for run in runs), key=lambda cost: cost.cpu) for name in commands}
     ours, theirs = costs["coulomb identify"], costs["figaroh 1.0.2"]
     print(f"{'':24}{'coulomb identify':>18}{'figaroh 1.0.2':>16}{'ratio':>8}")
     rows = (
