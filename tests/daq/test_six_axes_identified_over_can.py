@@ -27,10 +27,7 @@ def robot():
     rig = Rig.load("tx40-simulated")
     axes = []
     for axis in rig.simulated["plant"]["axes"]:
-        friction = {
-            name: axis["friction"][name]
-            for name in ("viscous", "offset", "rotor_in_load", "stribeck_velocity")
-        }
+        friction = {name: axis["friction"][name] for name in ("viscous", "offset", "stribeck_velocity")}
         dry = axis["friction"]["dry_driving"]
         axes.append({**axis, "friction": {**friction, "dry_driving": dry, "dry_backdriving": dry}})
     plant = {**rig.simulated["plant"], "axes": axes}

@@ -203,19 +203,28 @@ def test_motor_six_feels_the_wrist_as_power_balance_demands():
     np.testing.assert_allclose(robot.joint_velocity / 1e-6, expected, rtol=1e-6, atol=1e-9)
 
 
+@pytest.mark.parametrize("rotor_in_load", [True, False])
 @pytest.mark.parametrize("seed", range(4))
-def test_in_sliding_every_gear_obeys_equation_25(seed):
+def test_in_sliding_every_gear_obeys_equation_25(seed, rotor_in_load):
     """Accelerations are consistent: motor torque = gear(load) + rotor, with the load that Pinocchio gives."""
     random = np.random.default_rng(seed)
-    robot = Robot(settings(coupling=None), PAYLOAD)
+    axes = [
+        {**axis, "friction": {**axis["friction"], "rotor_in_load": rotor_in_load}} for axis in SECTION["axes"]
+    ]
+    plain = settings({**SECTION, "axes": axes}, coupling=None)
+    robot = Robot(plain, PAYLOAD)
     q, v = random.uniform(-2, 2, 6), random.choice([-1, 1], 6) * random.uniform(0.05, 2, 6)
     current = random.uniform(-3, 3, 6)
     robot.set_state(q, v)
     robot.step(current, 1e-7)
     acceleration = (robot.joint_velocity - v) / 1e-7
-    plain = settings(coupling=None)
     model = oracle(plain.links, plain.gravity, PAYLOAD)
     load = pin.rnea(model, model.createData(), q, v, acceleration)
+    rotor = (
+        np.array([axis.motor.gear_ratio**2 * axis.motor.rotor_inertia for axis in plain.axes]) * acceleration
+    )
+    if rotor_in_load:
+        load, rotor = load + rotor, np.zeros(6)
     for j, axis in enumerate(plain.axes):
         f, s = axis.friction, np.sign(v[j])
         e = math.exp(-abs(v[j]) / f.stribeck_velocity)
@@ -223,8 +232,7 @@ def test_in_sliding_every_gear_obeys_equation_25(seed):
         driving += s * (f.dry_driving + f.dry_driving_stribeck * e)
         back = (1 - f.load_backdriving - f.load_backdriving_stribeck * e) * load[j]
         back += s * (f.dry_backdriving + f.dry_backdriving_stribeck * e)
-        apart = f.viscous * v[j] + f.offset
-        apart += axis.motor.gear_ratio**2 * axis.motor.rotor_inertia * acceleration[j]
+        apart = f.viscous * v[j] + f.offset + rotor[j]
         passed = axis.motor.gear_ratio * axis.motor.torque_constant * current[j] - apart
         if abs(load[j]) < 1e-3:  # between the flanks
             assert min(driving, back) - 1e-2 <= passed <= max(driving, back) + 1e-2
