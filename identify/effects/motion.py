@@ -147,6 +147,8 @@ class JointSummary:
     """candidate wave numbers of what is left over position, per rad, strongest first"""
     load_lines: tuple[float, ...] = ()
     """the same for what is left in proportion to the torque"""
+    line_width: float = 0.0
+    """per rad; a line may show at other wave numbers that are as near to it"""
     lines_searched: int = 1
     """how many independent wave numbers were looked at to find them"""
     loaded_sessions: int = field(default=0)

@@ -49,7 +49,9 @@ class TorqueRipple(Effect):
         if not lines:
             return []
         return [{"wave_number": line} for line in lines] + [
-            {"wave_number": lines[0], "second_wave_number": other} for other in lines[1:]
+            {"wave_number": lines[0], "second_wave_number": other}
+            for other in lines[1:]
+            if abs(other - lines[0]) > summary.line_width
         ]
 
     def refine(self, constants: Constants, summary: JointSummary) -> list[dict[str, float]]:

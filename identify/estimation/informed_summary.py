@@ -38,6 +38,7 @@ def informed_summaries(
                 own_inertia=max(0.0, inertia),
                 position_lines=lines.torque,
                 load_lines=lines.gain,
+                line_width=lines.width,
                 lines_searched=lines.searched,
             )
         )
