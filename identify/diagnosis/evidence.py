@@ -10,9 +10,10 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 
-def group_p_value(observation: Observation, joint: int, base: Index, extra: Index) -> float:
-    """Probability of a group of columns' estimates, or larger ones, were they all zero.
+def group_p_value(observation: Observation, joint: int, base: Index, extra: Index) -> tuple[float, Array]:
+    """Probability of a group of columns' estimates, or larger ones, were they all zero; and the estimates.
 
+    The estimates are those on all motion, one for each of `extra` that the joint's rows carry.
     Wald test with a covariance from the scores of blocks of time (cluster-robust, Liang and Zeger 1986; F with as
     many denominator degrees of freedom as blocks). Neighbouring blocks are joined to longer ones as for
     `std_robust`; the least favourable size counts.
@@ -24,7 +25,7 @@ def group_p_value(observation: Observation, joint: int, base: Index, extra: Inde
     inner = np.array([place[int(c)] for c in base if int(c) in place], np.intp)
     outer = np.array([place[int(c)] for c in extra if int(c) in place], np.intp)
     if not len(outer):
-        return 1.0
+        return 1.0, np.zeros(0)
     products = np.array([factors[joint].gram() for factors in observation.factors])
     wanted = np.concatenate([inner, outer])
     target = products.shape[1] - 2
@@ -36,6 +37,7 @@ def group_p_value(observation: Observation, joint: int, base: Index, extra: Inde
     whole = grams.sum(0) + 1e-11 * np.eye(len(wanted))
     inverse = np.linalg.pinv(whole, rcond=1e-10, hermitian=True)
     estimate = inverse @ scores.sum(0)
+    found = estimate[len(inner) :] / scale[len(inner) :]
     left = scores - grams @ estimate
     sessions = np.array([block.session for block in observation.blocks])
     tested = np.arange(len(inner), len(wanted))
@@ -53,8 +55,8 @@ def group_p_value(observation: Observation, joint: int, base: Index, extra: Inde
         strength = float(value @ np.linalg.pinv(covariance, rcond=1e-10, hermitian=True) @ value)
         rank = len(tested)
         if count <= rank + 1:
-            return 1.0
+            return 1.0, found
         freedom = count - rank
         statistic = strength / rank * freedom / (count - 1)
         worst = max(worst, float(fdtrc(rank, freedom, max(statistic, 0.0))))
-    return worst
+    return worst, found

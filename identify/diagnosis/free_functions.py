@@ -34,8 +34,8 @@ class _FreeFunction(Effect):
 
 class FreePosition(_FreeFunction):
     name = "q"
-    equation = "Σ a_k B_k(q)"
-    regressors = ("B_k(q)",)
+    equation = "Σ a_k B_k(q) + sign(q̇) Σ b_k B_k(q)"
+    regressors = ("B_k(q)", "B_k(q) sign(q̇)")
     variable = "q"
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
@@ -43,7 +43,8 @@ class FreePosition(_FreeFunction):
         return [{f"knot_{index:02d}": float(knot) for index, knot in enumerate(knots)}]
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
-        return hats(motion.q, np.array([constants[name] for name in sorted(constants)]))
+        shapes = hats(motion.q, np.array([constants[name] for name in sorted(constants)]))
+        return np.hstack([shapes, shapes * motion.direction[:, None]])
 
 
 class FreeSpeed(_FreeFunction):

@@ -22,10 +22,23 @@ SIGNIFICANCE = 0.01
 LEAST_DROP = 0.015
 """An effect must lower the held-out error of its joint by at least this part of it: what is smaller no operator would
 call missing, and small systematic errors of filters and encoders lie below it."""
+LEAST_OF_TORQUE = 2.5e-4
+"""Part of the joint's torque (root mean square) that an effect must explain: below lies what filters, stops and the
+rounding of encoders leave, on the quietest of machines."""
 DROP_PER_PARAMETER = 0.0025
 """How much more each further parameter or constant must bring."""
+MOST_FOLDS = 0.6
+"""Part of the folds in which an effect must lower the held-out error; one that acts at one place shows in some only."""
+PLAIN_DROP = 0.05
+STEADY = 1.8
+"""A smaller drop must be this many standard errors over the folds (one-sided, 5 % at nine degrees of freedom): some
+stretches with what is left of a reversal or a stop must not speak for all."""
 AS_GOOD = 0.97
-"""A simpler candidate is preferred if its gain is at least this part of the best one's."""
+"""A simpler candidate is preferred if its gain is at least this part of the best one's and the folds do not decide."""
+UNDECIDED = 2.0
+"""standard errors over the folds below which the lead of one candidate over another is not decided"""
+TOO_SMALL = 0.02
+"""part of the squared held-out error that is left, by which one candidate may do better without being preferred"""
 RIVAL_GAIN = 0.85
 """A candidate with at least this part of the best gain may be the cause as well, if the folds do not decide."""
 SUPERFLUOUS = 0.0025
@@ -65,16 +78,32 @@ class Finding:
         """Drop of the held-out error, part of it."""
         return 1 - float(np.sqrt(max(self.after.total, 0.0) / max(self.before.total, 1e-300)))
 
+    def as_good_as(self, other: "Finding") -> bool:
+        """Whether another finding's lead is too small to matter, or not decided by the folds."""
+        lead = self.after.fold - other.after.fold
+        if self.gain >= RIVAL_GAIN * other.gain and float(lead.sum()) <= TOO_SMALL * other.after.total:
+            return True
+        spread = float(np.std(lead, ddof=1)) / np.sqrt(len(lead))
+        return self.gain >= AS_GOOD * other.gain and float(lead.mean()) < UNDECIDED * spread
+
     @property
     def justified(self) -> bool:
         """Whether the evidence is enough to call the effect missing."""
-        improved = float(np.mean(self.after.fold < self.before.fold))
         return bool(
             self.drop >= LEAST_DROP + DROP_PER_PARAMETER * (self.complexity - 1)
+            and self.gain >= LEAST_OF_TORQUE**2 * self.measured
             and self.p_value < SIGNIFICANCE
-            and improved >= 0.6
+            and float(np.mean(self.after.fold < self.before.fold)) >= MOST_FOLDS
+            and (self.drop >= PLAIN_DROP or self.steadiness >= STEADY)
             and self.sessions_agree
         )
+
+    @property
+    def steadiness(self) -> float:
+        """Mean gain of the folds in standard errors: a few stretches of motion may not speak for all."""
+        gain = self.before.fold - self.after.fold
+        error = float(np.std(gain, ddof=1)) / np.sqrt(len(gain))
+        return float(gain.mean()) / max(error, 1e-300)
 
 
 @dataclass
@@ -129,8 +158,11 @@ class Selection:
             p_value = 1.0
             if fared.total < before.total:
                 extra = np.setdiff1d(candidate.columns(self.observation, fared.variant), base)
-                p_value = group_p_value(self.observation, joint, base, extra)
+                p_value, estimates = group_p_value(self.observation, joint, base, extra)
                 p_value = min(1.0, p_value * candidate.searched * self._tried(joint))
+                effect = candidate.term.effect
+                if len(estimates) == len(effect.parameters) and not effect.plausible(estimates):
+                    p_value = 1.0
             complexity = candidate.complexity(self.observation, fared.variant)
             found.append(
                 Finding(candidate, fared.variant, before, fared, measured, p_value, complexity, agrees)
@@ -158,7 +190,7 @@ class Selection:
         ranked: list[Finding] = []
         while rest:
             best = rest[0]
-            near = [f for f in rest if best.gain > 0 and f.gain >= AS_GOOD * best.gain]
+            near = [f for f in rest if best.gain > 0 and f.as_good_as(best)]
             near = [f for f in near if f.justified] or near or [best]
             chosen = min(near, key=lambda f: (f.complexity, -f.gain))
             ranked.append(chosen)
@@ -173,7 +205,7 @@ class Selection:
                 continue
             difference = other.after.fold - finding.after.fold
             spread = float(np.std(difference, ddof=1)) / np.sqrt(len(difference))
-            if abs(float(difference.mean())) < 2.0 * spread or other.gain > AS_GOOD * finding.gain:
+            if abs(float(difference.mean())) < UNDECIDED * spread or other.gain > AS_GOOD * finding.gain:
                 named.append(other.candidate.name)
         return tuple(named)
 
@@ -228,7 +260,8 @@ class Selection:
                 continue
             tried = self._tried(joint) ** 2 * int(np.prod([f.candidate.searched for f in pair]))
             extra = np.setdiff1d(trial.variants[0], base)
-            if group_p_value(self.observation, joint, base, extra) * tried < SIGNIFICANCE:
+            p_value, _ = group_p_value(self.observation, joint, base, extra)
+            if p_value * tried < SIGNIFICANCE:
                 best = drop, [(finding.candidate, finding.variant) for finding in pair]
         return best
 

@@ -23,6 +23,10 @@ HISTORY = 1.5
 """s of the past that a hidden state of a joint may remember"""
 LAGS = 24
 HISTORY_RIDGE = 1e-3
+NOISE_MEMORY = 0.3
+"""s in which what is left may be correlated without anybody calling it structure: filters, current noise"""
+PERSISTENCE = 1.0
+"""s before and after from which what persists is predicted"""
 LINE_BAND = 7
 """frequency bins that a line may be wide, its modulation included"""
 LINE_NEIGHBOURHOOD = 40
@@ -64,10 +68,12 @@ def leftover_structure(predictions: Sequence[Prediction]) -> list[Structure]:
     """Predict the residual from several sets of variables; the most telling first.
 
     Beside the neighbours in sets of variables: the history of the motion (a hidden state, such as something that
-    swings along) and a line in the spectrum over time (something that shakes without regard to the motion).
+    swings along), a line in the spectrum over time (something that shakes without regard to the motion), and what
+    persists in time whatever the motion does (something that drags now and then).
     """
     found = [_predictable(predictions, view) for view in VIEWS]
     found += [_from_history(predictions), _line_over_time(predictions)]
+    found += [_persisting(predictions, with_direction) for with_direction in (False, True)]
     return sorted(found, key=lambda structure: structure.share, reverse=True)
 
 
@@ -171,6 +177,44 @@ def _from_history(predictions: Sequence[Prediction]) -> Structure:
         weights.append(power)
     share = float(np.average(shares, weights=weights))
     return Structure(view, share, float(np.std(shares, ddof=1) / np.sqrt(FOLDS)))
+
+
+def _persisting(predictions: Sequence[Prediction], with_direction: bool) -> Structure:
+    """Predict the residual, or the residual in the direction of motion, from that shortly before and after.
+
+    Neighbours nearer than the noise remembers do not count. The share is that of the best multiple of their mean.
+    """
+    values, guesses, blocks = [], [], []
+    blocks_so_far = 0
+    for part in predictions:
+        moving = np.flatnonzero(part.moving)
+        time, value = part.time[moving], part.residual[moving]
+        if with_direction:
+            value = value * np.sign(part.velocity[moving])
+        sums = np.concatenate([[0.0], np.cumsum(value)])
+
+        def within(span: float, time: Array = time, sums: Array = sums) -> tuple[Array, NDArray[np.intp]]:
+            first = np.searchsorted(time, time - span, side="left")
+            last = np.searchsorted(time, time + span, side="right")
+            return sums[last] - sums[first], last - first
+
+        (near, few), (wide, many) = within(NOISE_MEMORY), within(PERSISTENCE)
+        count = many - few
+        known = count > 0
+        values.append(value[known])
+        guesses.append((wide - near)[known] / count[known])
+        blocks.append(((time[known] - time[0]) / (2 * PERSISTENCE)).astype(int) + blocks_so_far)
+        blocks_so_far = int(blocks[-1].max(initial=blocks_so_far)) + 1
+    view = ("time", "direction") if with_direction else ("time",)
+    value, guess, block = np.concatenate(values), np.concatenate(guesses), np.concatenate(blocks)
+    if len(value) < 4 * NEIGHBOURS * FOLDS:
+        return Structure(view, 0.0, np.inf)
+    products = np.bincount(block, value * guess)
+    common = float(products.sum())
+    share = common**2 / max(float(value @ value) * float(guess @ guess), 1e-300)
+    # The share counts as decided by the spread of the products over stretches that are independent of each other.
+    spread = float(np.sqrt(products @ products))
+    return Structure(view, share, share * spread / common) if common > 0 else Structure(view, 0.0, np.inf)
 
 
 def _line_over_time(predictions: Sequence[Prediction]) -> Structure:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from identify.diagnosis.selection import LEAST_OF_TORQUE
 from identify.diagnosis.structure import Structure
 
 ABOVE_FLOOR = 1.5
@@ -20,6 +21,8 @@ MANY = 3
 """Effects on one joint that must together do as well as one free function to be believed rather than it."""
 AS_WELL = 1.15
 """Factor within which an error is as good as another."""
+BETTER = 0.97
+"""The same for two effects of different variables: each has what the free function cannot know."""
 CLEARLY_BETTER = 0.8
 """A free function with less than this part of the error of one or two effects shows that they imitate it. Where they
 are the cause, their error is the noise, and nothing is clearly better."""
@@ -33,7 +36,7 @@ def imitated(after: float, free: float, missing: int, of_one_variable: bool) -> 
     of_one_variable : whether all the missing effects are functions of that same variable; then two of them are many
     """
     several = missing >= MANY and free < AS_WELL * after
-    together = missing > 1 and of_one_variable and free < after
+    together = missing > 1 and free < (1.0 if of_one_variable else BETTER) * after
     return missing > 0 and (free < CLEARLY_BETTER * after or several or together)
 
 
@@ -46,7 +49,9 @@ def verdict(
     floor         : noise floor, if known
     structure     : what a predictor without any model finds in what is left, the most telling first
     """
-    found = next((each for each in structure if each.found), None)
+    found = next(
+        (each for each in structure if each.found and each.share * after**2 >= LEAST_OF_TORQUE**2), None
+    )
     if found is not None and floor is not None and after < AT_THE_FLOOR * floor:
         found = next(
             (each for each in structure if each.found and {"time", "frequency"} & set(each.variables)), None

@@ -65,6 +65,10 @@ class Effect(ABC):
         """What is added to the fitted values when they are reported: 1 where they are deviations of a ratio from 1."""
         return 0.0
 
+    def plausible(self, values: Array) -> bool:
+        """Whether estimates of the parameters, (parameters,), have the signs that the physics asks for."""
+        return True
+
     @abstractmethod
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         """Columns on the rows of `motion.joint`, (samples, parameters), per unit of parameter."""

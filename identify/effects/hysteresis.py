@@ -30,6 +30,9 @@ class Presliding(Effect):
     def refine(self, constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
         return finer("presliding_distance", constants, 2.0)
 
+    def plausible(self, values: Array) -> bool:
+        return bool(values[0] > 0)
+
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         state = dahl_state(motion, constants["presliding_distance"])
         return (state - motion.direction)[:, None]

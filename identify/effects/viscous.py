@@ -137,9 +137,14 @@ class Stribeck(Effect):
 
 
 def stribeck_range(summary: JointSummary) -> tuple[float, float]:
-    """Range of q̇_s worth searching: from what the encoder resolves to a fifth of the top speed, rad/s."""
+    """Range of q̇_s worth searching, rad/s: from what encoder and motion show to a fifth of the top speed.
+
+    What fades below the slowest speeds driven is seen at reversals only, beside what is left of stops there.
+    """
     highest = 0.2 * summary.maximum_speed
-    return min(max(2.0 * summary.speed_resolution, 0.003 * summary.maximum_speed), 0.5 * highest), highest
+    slowest = 0.5 * float(summary.speed_quantiles[1])
+    lowest = max(2.0 * summary.speed_resolution, 0.003 * summary.maximum_speed, slowest)
+    return min(lowest, 0.5 * highest), highest
 
 
 def finer_stribeck(
