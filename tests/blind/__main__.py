@@ -1,17 +1,44 @@
-"""The blind bench: `python -m tests.blind [--cases N] [--seed S] [--write docs/blind.md]`."""
+"""The blind bench: `python -m tests.blind [--cases N] [--rigs N] [--seed S] [--write docs/blind.md]`."""
 
 from __future__ import annotations
 
 import argparse
+import multiprocessing
 from collections import defaultdict
 from concurrent.futures import ProcessPoolExecutor
-from itertools import repeat
+from itertools import chain, repeat
 from pathlib import Path
 
 from tests.blind.cases import draw
+from tests.blind.rigs import draw_rig
 from tests.blind.score import Score, diagnose_blindly
 
-AIM = {"null": 95, "noisy null": 95, "strong": 97, "weak": 90, "pair": 90, "uncatalogued": 85}
+AIM = {
+    "null": 95,
+    "noisy null": 95,
+    "strong": 97,
+    "weak": 90,
+    "pair": 90,
+    "uncatalogued": 85,
+    "rig null": 95,
+    "rig catalogued": 97,
+    "rig pair": 90,
+    "rig uncatalogued": 85,
+}
+HEAD = """# The diagnosis on hidden effects
+
+{count} experiments, seed {seed}; `make blind` prints this. The test joint (`tests/plants/single_joint.py`) has parameters,
+noise, payloads and motion of its own in every case; its effects are scaled: strong ones cause at least half of the
+residual's power, weak ones a fifth to under a half. The rigs are `drivers/simulated` over the virtual bus, three payload
+sessions of 30 s each; their effects are drawn from a range of what machines have.
+
+Right means: the hidden effect first and verdict `missing`; both of a pair named; `adequate` where nothing is hidden;
+`unexplained` where the effect is in no catalogue. Two names for what these payloads cannot tell apart count as one if the
+diagnosis says so. The last column counts the cases in which something was named beside what is hidden.
+
+| class | cases | right | part | aim | median time | something beside |
+|---|---|---|---|---|---|---|
+"""
 
 
 def table(scores: list[Score], seed: int) -> str:
@@ -19,62 +46,50 @@ def table(scores: list[Score], seed: int) -> str:
     by_kind: dict[str, list[Score]] = defaultdict(list)
     for score in scores:
         by_kind[score.case.kind].append(score)
-    lines = [
-        "# The diagnosis on hidden effects",
-        "",
-        f"{len(scores)} experiments of the test joint (`tests/plants/single_joint.py`), seed {seed}; `make blind` prints this.",
-        "Right means: the hidden effect first and verdict `missing`; both of a pair named; `adequate` where nothing is hidden;",
-        "`unexplained` where the effect is in no catalogue. Strong effects cause at least half of the residual's power, weak",
-        "ones a fifth to under a half.",
-        "",
-        "| class | cases | right | part | aim | median time |",
-        "|---|---|---|---|---|---|",
-    ]
+    lines = []
     for kind, aim in AIM.items():
         own = by_kind.get(kind, [])
         if own:
             right = sum(score.right for score in own)
             middle = sorted(score.seconds for score in own)[len(own) // 2]
-            lines.append(
-                f"| {kind} | {len(own)} | {right} | {100 * right / len(own):.0f} % | {aim} % | {middle:.1f} s |"
-            )
-    lines += [
-        "",
-        "What went wrong:",
-        "",
-        "| class | hidden | said | seed, rate, duration, repeats |",
-        "|---|---|---|---|",
-    ]
+            beside = sum(bool(score.beside) for score in own)
+            part = f"{100 * right / len(own):.0f} %"
+            lines.append(f"| {kind} | {len(own)} | {right} | {part} | {aim} % | {middle:.1f} s | {beside} |")
+    lines += ["", "What went wrong:", "", "| class | hidden | said | seed |", "|---|---|---|---|"]
     for score in scores:
         if not score.right:
-            case = score.case
-            hidden = (
-                ", ".join(f"{name} × {strength:.2g}" for name, strength in case.effects.items()) or "nothing"
-            )
             said = f"{score.verdict}: {', '.join(score.missing)}" if score.missing else score.verdict
-            where = f"{case.seed}, {case.rate:.0f} Hz, {case.duration:.0f} s, {case.repeats}"
-            lines.append(f"| {case.kind} | {hidden} | {said} | {where} |")
-    return "\n".join(lines) + "\n"
+            lines.append(f"| {score.case.kind} | {score.case} | {said} | {score.case.seed} |")
+    return HEAD.format(count=len(scores), seed=seed) + "\n".join(lines) + "\n"
 
 
-def _drawn_and_diagnosed(seed: int, index: int) -> Score:
+def _joint(seed: int, index: int) -> Score:
     return diagnose_blindly(draw(seed, index))
+
+
+def _rig(seed: int, index: int) -> Score:
+    return diagnose_blindly(draw_rig(seed, index))
 
 
 def main() -> None:
     """Draw the cases, diagnose them in two processes, print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--cases", type=int, default=240)
+    parser.add_argument("--cases", type=int, default=200, help="of the test joint")
+    parser.add_argument("--rigs", type=int, default=40, help="simulated rigs")
     parser.add_argument("--seed", type=int, default=2026)
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--write", type=Path)
     options = parser.parse_args()
     scores: list[Score] = []
-    with ProcessPoolExecutor(options.processes) as pool:
-        for score in pool.map(_drawn_and_diagnosed, repeat(options.seed), range(options.cases)):
+    # A session starts processes of its own, so that none may be forked from one that has threads.
+    start = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(options.processes, mp_context=start) as pool:
+        joints = pool.map(_joint, repeat(options.seed), range(options.cases))
+        rigs = pool.map(_rig, repeat(options.seed), range(options.rigs))
+        for score in chain(joints, rigs):
             scores.append(score)
             mark = "right" if score.right else "WRONG"
-            print(mark, score.case.kind, score.case.effects, score.verdict, *score.missing, flush=True)
+            print(mark, score.case.kind, score.case, score.verdict, *score.missing, flush=True)
     text = table(scores, options.seed)
     print(text)
     if options.write:

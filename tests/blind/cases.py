@@ -52,6 +52,19 @@ class Case:
     pace: float = 1.0
     shape: float = 1.0
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of what is hidden."""
+        return tuple(self.effects)
+
+    def experiment(self, folder: Path) -> Path:
+        """Write the record into the folder; what the diagnosis gets to see."""
+        return write_experiment(folder / "experiment", self.run())
+
+    def __str__(self) -> str:
+        hidden = ", ".join(f"{name} × {strength:.2g}" for name, strength in self.effects.items())
+        return f"{hidden or 'nothing'} (test joint, {self.rate:.0f} Hz, {self.duration:.0f} s, {self.repeats} repeats)"
+
     def run(self, effects: dict[str, float] | None = None) -> Record:
         """The plant's record, with other effects if asked."""
         return record(

@@ -10,43 +10,52 @@ from typing import Any
 
 import identify
 from tests.blind.cases import Case
-from tests.plants.single_joint import write_experiment
+from tests.blind.rigs import RigCase
 
-SAME_ON_THESE_DATA = ({"payload-mass", "drive-gain"},)
-"""Effects that leave the same trace where all payloads are wrong by the same factor; either name is right, if the other
-is given as indistinguishable."""
+SAME_ON_THESE_DATA = (
+    {"payload-mass", "drive-gain"},
+    {"payload-com", "gravity-tilt"},
+)
+"""Effects that leave the same trace where all payloads are wrong by the same factor, or hang at the same place; either
+name is right, if the other is given as indistinguishable."""
 
 
 @dataclass(frozen=True)
 class Score:
-    """What a diagnosis said of a case, and whether it was right."""
+    """What a diagnosis said of a case, and whether it was right.
 
-    case: Case
+    beside : what was named beside what is hidden
+    """
+
+    case: Case | RigCase
     verdict: str
     missing: tuple[str, ...]
     right: bool
+    beside: tuple[str, ...]
     seconds: float
 
 
-def diagnose_blindly(case: Case) -> Score:
+def diagnose_blindly(case: Case | RigCase) -> Score:
     """Write the record, show the diagnosis nothing else, and score what it says."""
     with tempfile.TemporaryDirectory() as scratch:
-        folder = write_experiment(Path(scratch, "experiment"), case.run())
+        folder = case.experiment(Path(scratch))
         began = time.perf_counter()
         said = identify.diagnose(identify.load_experiment(folder), "usual").to_json()["joints"][0]
         seconds = time.perf_counter() - began
-    return Score(case, said["verdict"], tuple(said["missing"]), _right(case, said), seconds)
-
-
-def _right(case: Case, said: dict[str, Any]) -> bool:
     missing = said["missing"]
-    if case.kind in ("null", "noisy null"):
+    beside = [name for name in missing if not any(_same(hidden, name, said) for hidden in case.names)]
+    return Score(case, said["verdict"], tuple(missing), _right(case, said), tuple(beside), seconds)
+
+
+def _right(case: Case | RigCase, said: dict[str, Any]) -> bool:
+    missing = said["missing"]
+    if case.kind.endswith("null"):
         return said["verdict"] == "adequate" and not missing
-    if case.kind == "uncatalogued":
+    if case.kind.endswith("uncatalogued"):
         return said["verdict"] == "unexplained"
-    if case.kind == "pair":
-        return all(any(_same(name, other, said) for other in missing) for name in case.effects)
-    (name,) = case.effects
+    if case.kind.endswith("pair"):
+        return all(any(_same(name, other, said) for other in missing) for name in case.names)
+    (name,) = case.names
     return said["verdict"] == "missing" and bool(missing) and _same(name, missing[0], said)
 
 

@@ -53,7 +53,7 @@ def right(scores: list[Score]) -> Counter[str]:
 def wrong(scores: list[Score]) -> list[tuple[str, tuple[str, ...], str, tuple[str, ...]]]:
     """What to print when a count is not what it was."""
     return [
-        (score.case.kind, tuple(score.case.effects), score.verdict, score.missing)
+        (score.case.kind, score.case.names, score.verdict, score.missing)
         for score in scores
         if not score.right
     ]
