@@ -1,11 +1,14 @@
 """Reading and writing objects of a node by SDO, with stated time-outs, retries and reasons in words."""
 
+import queue
 import struct
 import threading
+import time
 from typing import Any
 
 import can
 import canopen
+from canopen.sdo.constants import ABORT_TIMED_OUT, RESPONSE_ABORTED
 from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 
 from drivers.bus import reason_in_words
@@ -22,6 +25,20 @@ _FORMATS = {
 }
 
 
+_ANSWER_TO = {0x20: 0x60, 0x40: 0x40, 0x00: 0x20, 0x60: 0x00}
+"""Command specifier of the server's answer to that of the client's request (CiA 301, 7.2.4.3): initiate download and
+upload, download and upload of a segment."""
+_INITIATES = (0x20, 0x40)
+
+
+def _answers(request: bytes, response: bytes) -> bool:
+    """Whether a response is to this request: its kind, and for one that initiates a transfer index and subindex."""
+    asked = request[0] & 0xE0
+    if len(response) < 8 or (asked in _INITIATES and response[1:4] != request[1:4]):
+        return False
+    return response[0] == RESPONSE_ABORTED or response[0] & 0xE0 == _ANSWER_TO.get(asked)
+
+
 class SdoAccess:
     """SDO of one node; safe to use from several threads.
 
@@ -36,9 +53,32 @@ class SdoAccess:
         self.timeout = timeout
         self.retries = retries
         self._client = remote.sdo
-        self._client.RESPONSE_TIMEOUT = timeout
-        vars(self._client)["MAX_RETRIES"] = 1 + retries  # canopen counts attempts
+        # canopen takes the next answer for its own, whatever was asked: an answer that came after its time-out, and was
+        # asked for twice, would be read as that to the next question.
+        vars(self._client)["request_response"] = self._ask
         self._lock = threading.RLock()
+
+    def _ask(self, request: bytes) -> bytes:
+        """Send a request and wait for the answer to it; answers to what was asked earlier are passed over.
+
+        Raises SdoAbortedError when the node refuses, SdoCommunicationError when it does not answer.
+        """
+        client = self._client
+        client.responses = queue.Queue()
+        for _ in range(1 + self.retries):
+            client.send_request(request)
+            end = time.monotonic() + self.timeout
+            while (left := end - time.monotonic()) > 0:
+                try:
+                    response = client.responses.get(timeout=left)
+                except queue.Empty:
+                    break
+                if _answers(bytes(request), response):
+                    if response[0] == RESPONSE_ABORTED:
+                        raise SdoAbortedError(int.from_bytes(response[4:8], "little"))
+                    return response
+        client.abort(ABORT_TIMED_OUT)
+        raise SdoCommunicationError("No SDO response received")
 
     def read(self, index: int, subindex: int, kind: str, what: str = "") -> Any:
         """The value of an object; kind is int8 … uint32, float32.

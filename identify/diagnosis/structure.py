@@ -1,7 +1,7 @@
 """Is what is left noise? Two questions to the residual, both answered on motion that the answer did not see."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,8 @@ LEAST_SHARE = 0.12
 more than this wherever an effect is worth a twentieth of the torque's error to an operator."""
 DECIDED = 3.0
 """standard errors over the folds by which the share must differ from none"""
+BOUND = 6.0
+"""robust standard deviations (1.4826 times the median of the absolute values) beyond which a residual is cut"""
 MOST_SAMPLES = 20_000
 HISTORY = 1.5
 """s of the past that a hidden state of a joint may remember"""
@@ -71,10 +73,20 @@ def leftover_structure(predictions: Sequence[Prediction]) -> list[Structure]:
     swings along), a line in the spectrum over time (something that shakes without regard to the motion), and what
     persists in time whatever the motion does (something that drags now and then).
     """
+    predictions = _bounded(predictions)
     found = [_predictable(predictions, view) for view in VIEWS]
     found += [_from_history(predictions), _line_over_time(predictions)]
     found += [_persisting(predictions, with_direction) for with_direction in (False, True)]
     return sorted(found, key=lambda structure: structure.share, reverse=True)
+
+
+def _bounded(predictions: Sequence[Prediction]) -> list[Prediction]:
+    """The same with residuals cut at `BOUND`: a handful of samples beside a stop or a reversal is not structure."""
+    residual = np.concatenate([part.residual[part.moving] for part in predictions])
+    bound = BOUND * 1.4826 * float(np.median(np.abs(residual))) if len(residual) else 0.0
+    return [
+        replace(part, predicted=part.measured - np.clip(part.residual, -bound, bound)) for part in predictions
+    ]
 
 
 def variable(prediction: Prediction, name: str) -> Array:

@@ -1,0 +1,61 @@
+"""SDO with a node whose answers come late, twice, or for something else."""
+
+import struct
+
+import canopen
+import pytest
+
+from drivers.bus import BusSettings
+from drivers.canopen_network import CanopenNetwork
+from drivers.errors import DriveError
+from drivers.sdo import SdoAccess
+from drivers.virtual_bus import InProcessBus
+
+NODE = 5
+OBJECTS = {(0x6064, 0): 1234, (0x6041, 0): 0x0237, (0x6502, 0): 0x3E0}
+
+
+def answer(request, value):
+    """Expedited upload of four bytes."""
+    return bytes([0x43]) + request[1:4] + struct.pack("<I", value)
+
+
+@pytest.fixture
+def slow_node(request):
+    """An access to a node that holds back its answers to the first requests and then gives them all at once."""
+    channel = f"sdo-{request.node.name}"
+    settings = BusSettings(interface="virtual", channel=channel)
+    bus = InProcessBus(channel)
+    held = []
+
+    def make(withheld: int, **arguments):
+        def handle(can_id, data):
+            if can_id != 0x600 + NODE or data[0] != 0x40:
+                return
+            index, subindex = struct.unpack_from("<HB", data, 1)
+            held.append(answer(data, OBJECTS[index, subindex]))
+            if len(held) > withheld:
+                for one in held:
+                    bus.send_frame(0x580 + NODE, one)
+
+        bus.serve(handle)
+        remote = network.add_node(NODE, canopen.ObjectDictionary())
+        return SdoAccess(NODE, remote, **arguments)
+
+    with CanopenNetwork(settings) as network:
+        yield make
+    bus.shutdown()
+
+
+def test_answers_asked_for_twice_are_not_read_as_those_to_the_next_question(slow_node):
+    sdo = slow_node(withheld=2, timeout=0.05, retries=2)
+    assert sdo.read(0x6064, 0, "uint32") == 1234
+    # From here on the node repeats every answer it ever gave before the one that is asked for.
+    assert sdo.read(0x6041, 0, "uint32") == 0x0237
+    assert sdo.read(0x6502, 0, "uint32") == 0x3E0
+
+
+def test_a_node_that_answers_only_for_other_objects_has_not_answered(slow_node):
+    sdo = slow_node(withheld=1, timeout=0.02, retries=0)
+    with pytest.raises(DriveError, match=r"no answer within 0\.02 s, asked 1 times"):
+        sdo.read(0x6064, 0, "uint32")
