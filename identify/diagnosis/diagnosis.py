@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from identify.diagnosis.caution import caution, load_siblings
 from identify.diagnosis.look import Look
 from identify.diagnosis.selection import SUPERFLUOUS, Finding
-from identify.diagnosis.structure import Structure, leftover_structure
+from identify.diagnosis.structure import Structure, bounded, leftover_structure
 from identify.diagnosis.verdict import imitated, verdict
 from identify.diagnosis.where import where_it_fails
 from identify.effects.model import Model, Term
@@ -295,7 +295,7 @@ def _conclude(
 ) -> JointDiagnosis:
     before, after = look.predictions[joint], final.predictions[joint]
     structure = tuple(leftover_structure(after))
-    said = verdict(mean_error(before), mean_error(after), floor, structure, bool(missing))
+    said = verdict(mean_error(before), mean_error(bounded(after)), floor, structure, bool(missing))
     variable, free = look.best_free_function(joint)
     where = where_it_fails(before)
     of_one_variable = all(term.effect.variable == variable for term in missing)

@@ -73,14 +73,14 @@ def leftover_structure(predictions: Sequence[Prediction]) -> list[Structure]:
     swings along), a line in the spectrum over time (something that shakes without regard to the motion), and what
     persists in time whatever the motion does (something that drags now and then).
     """
-    predictions = _bounded(predictions)
+    predictions = bounded(predictions)
     found = [_predictable(predictions, view) for view in VIEWS]
     found += [_from_history(predictions), _line_over_time(predictions)]
     found += [_persisting(predictions, with_direction) for with_direction in (False, True)]
     return sorted(found, key=lambda structure: structure.share, reverse=True)
 
 
-def _bounded(predictions: Sequence[Prediction]) -> list[Prediction]:
+def bounded(predictions: Sequence[Prediction]) -> list[Prediction]:
     """The same with residuals cut at `BOUND`: a handful of samples beside a stop or a reversal is not structure."""
     residual = np.concatenate([part.residual[part.moving] for part in predictions])
     bound = BOUND * 1.4826 * float(np.median(np.abs(residual))) if len(residual) else 0.0

@@ -155,26 +155,6 @@ def test_three_payload_sessions_are_recorded_and_the_load_velocity_model_beats_t
     assert paper["relative_error"] < 0.8 * usual["relative_error"]
 
 
-@pytest.mark.slow
-def test_six_axes_on_one_bus_are_recorded_whole(rig_file, mount, tmp_path):
-    """Each drive a node of its own; SYNC takes the pace of the six answers."""
-    rig = Rig.load("tx40-simulated").model_dump(mode="json", exclude_none=True)
-    settings = yaml.safe_load(rig_file.read_text(encoding="utf-8"))
-    rig |= {key: settings[key] for key in ("bus", "cycle", "supervision")}
-    rig["simulated"]["sync_timeout"] = 5.0
-    path = tmp_path / "six.yaml"
-    path.write_text(yaml.safe_dump(rig), encoding="utf-8")
-    mount("none", path)
-    with armed(Rig.load(str(path)), tmp_path / "experiment", "none", 15.0) as session:
-        session.start()
-        assert session.wait(240) is SessionState.DONE, session.reason
-    with h5py.File(session.file) as file:
-        valid, position = file["valid"][:], file["position"][:]
-    assert valid.shape[1] == 6
-    assert np.mean((valid & 3 == 3).all(axis=1)) > 0.97
-    assert (np.ptp(position, axis=0) > 1000).all(), "every axis moved"
-
-
 def test_a_session_in_real_time_keeps_the_period_on_average_and_stores_its_jitter(rig, mount, tmp_path):
     """Slow motion and a long cycle: how punctual a simulated kernel is says nothing about us."""
     plan = ExcitationPlan(
