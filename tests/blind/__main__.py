@@ -9,9 +9,7 @@ from concurrent.futures import ProcessPoolExecutor
 from itertools import chain, repeat
 from pathlib import Path
 
-from tests.blind.cases import draw
-from tests.blind.rigs import draw_rig
-from tests.blind.score import Score, diagnose_blindly
+from tests.blind.score import Score, of_a_joint, of_a_rig
 
 AIM = {
     "null": 95,
@@ -29,8 +27,7 @@ HEAD = """# The diagnosis on hidden effects
 
 {count} experiments, seed {seed}; `make blind` prints this. The test joint (`tests/plants/single_joint.py`) has parameters,
 noise, payloads and motion of its own in every case; its effects are scaled: strong ones cause at least half of the
-residual's power, weak ones a fifth to under a half. The rigs are `drivers/simulated` over the virtual bus, three payload
-sessions of 30 s each; their effects are drawn from a range of what machines have.
+residual's power, weak ones a fifth to under a half. {rigs}
 
 Right means: the hidden effect first and verdict `missing`; both of a pair named; `adequate` where nothing is hidden;
 `unexplained` where the effect is in no catalogue. Two names for what these payloads cannot tell apart count as one if the
@@ -39,6 +36,8 @@ diagnosis says so. The last column counts the cases in which something was named
 | class | cases | right | part | aim | median time | something beside |
 |---|---|---|---|---|---|---|
 """
+RIGS = """The rigs are `drivers/simulated` over the virtual bus, three
+payload sessions of 30 s each; their effects are drawn from a range of what machines have."""
 
 
 def table(scores: list[Score], seed: int) -> str:
@@ -60,15 +59,12 @@ def table(scores: list[Score], seed: int) -> str:
         if not score.right:
             said = f"{score.verdict}: {', '.join(score.missing)}" if score.missing else score.verdict
             lines.append(f"| {score.case.kind} | {score.case} | {said} | {score.case.seed} |")
-    return HEAD.format(count=len(scores), seed=seed) + "\n".join(lines) + "\n"
-
-
-def _joint(seed: int, index: int) -> Score:
-    return diagnose_blindly(draw(seed, index))
-
-
-def _rig(seed: int, index: int) -> Score:
-    return diagnose_blindly(draw_rig(seed, index))
+    rigs = (
+        RIGS
+        if any(kind.startswith("rig") for kind in by_kind)
+        else "This run had no simulated rigs (`--rigs N`)."
+    )
+    return HEAD.format(count=len(scores), seed=seed, rigs=rigs) + "\n".join(lines) + "\n"
 
 
 def main() -> None:
@@ -84,8 +80,8 @@ def main() -> None:
     # A session starts processes of its own, so that none may be forked from one that has threads.
     start = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(options.processes, mp_context=start) as pool:
-        joints = pool.map(_joint, repeat(options.seed), range(options.cases))
-        rigs = pool.map(_rig, repeat(options.seed), range(options.rigs))
+        joints = pool.map(of_a_joint, repeat(options.seed), range(options.cases))
+        rigs = pool.map(of_a_rig, repeat(options.seed), range(options.rigs))
         for score in chain(joints, rigs):
             scores.append(score)
             mark = "right" if score.right else "WRONG"

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import identify
-from tests.blind.cases import Case
-from tests.blind.rigs import RigCase
+from tests.blind.cases import Case, draw
+from tests.blind.rigs import RigCase, draw_rig
 
 SAME_ON_THESE_DATA = (
     {"payload-mass", "drive-gain"},
@@ -45,6 +45,16 @@ def diagnose_blindly(case: Case | RigCase) -> Score:
     missing = said["missing"]
     beside = [name for name in missing if not any(_same(hidden, name, said) for hidden in case.names)]
     return Score(case, said["verdict"], tuple(missing), _right(case, said), tuple(beside), seconds)
+
+
+def of_a_joint(seed: int, index: int) -> Score:
+    """The score of the test joint's case of an index."""
+    return diagnose_blindly(draw(seed, index))
+
+
+def of_a_rig(seed: int, index: int) -> Score:
+    """The score of the simulated rig of an index."""
+    return diagnose_blindly(draw_rig(seed, index))
 
 
 def _right(case: Case | RigCase, said: dict[str, Any]) -> bool:
