@@ -21,7 +21,6 @@ from api.pages.stored_models import ShownModel, StoredExperiment
 from api.pages.verdict_words import rival_words
 from api.service import access
 from api.service.accounts import User
-from api.service.problems import Problem
 
 router = APIRouter(prefix=f"{PREFIX}/experiments/{{experiment}}/missing", include_in_schema=False)
 
@@ -78,9 +77,7 @@ def _answer(
     service = access.service_of(request)
     stored = StoredExperiment(service.experiments, experiment)
     joint = stored.joint_or_first(joint)
-    shown = stored.current()
-    if shown is None:
-        raise Problem(409, "There is no model yet: measure or import a session first.")
+    shown = stored.standing()
     diagnosis = joint_diagnosis(stored, shown, joint)
     context = apart_context(stored, shown, diagnosis, joint) | {"begin": False}
     found = service.jobs.get(job) if job else None

@@ -133,9 +133,7 @@ def body(
     service = access.service_of(request)
     stored = StoredExperiment(service.experiments, experiment)
     joint = stored.joint_or_first(joint)
-    shown = stored.current()
-    if shown is None:
-        raise Problem(409, "There is no model yet: measure or import a session first.")
+    shown = stored.standing()
     context = frame(request, user, "missing", experiment) | experiment_context(
         stored, joint, shown, "missing"
     )

@@ -80,6 +80,13 @@ class StoredExperiment:
         """The version that stands, or None before the first fit."""
         return self.model(self.story.line[-1]) if self.story.line else None
 
+    def standing(self) -> ShownModel:
+        """The version that stands. Raises the problem 409 before the first fit."""
+        shown = self.current()
+        if shown is None:
+            raise Problem(409, "There is no model yet: measure or import a session first.")
+        return shown
+
     def joint_or_first(self, joint: str | None) -> str:
         """The joint asked for, or the first. Raises the problem 404 for one that the robot does not have."""
         if joint is None:

@@ -12,10 +12,8 @@ from api.plan_model import RegressorModel
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.excitation.optimal_excitation import Request
 from daq.excitation.plan_report import make_plan
-from daq.session_events import SessionState
-from daq.session_workflow import PayloadSession
 from identify.estimation.identification import identify
-from identify.recording import load_experiment
+from tests.daq.rig_variants import with_faults
 
 pytestmark = pytest.mark.slow
 
@@ -34,22 +32,10 @@ def plan():
     return ExcitationPlan.load(PLAN)
 
 
-def record(rig, plan, folder, payloads=PAYLOADS):
-    for payload in payloads:
-        known = rig.payload(payload)
-        with PayloadSession(rig, folder, plan, known, "operator") as session:
-            assert session.check().ok
-            session.confirm_payload(known.mass)
-            session.arm()
-            session.start()
-            assert session.wait(200) is SessionState.DONE, session.reason
-    return load_experiment(folder)
-
-
 @pytest.fixture(scope="module")
-def clean(rig, plan, tmp_path_factory):
+def clean(rig, recorded, plan, tmp_path_factory):
     """Three payload sessions without a fault."""
-    return record(rig, plan, tmp_path_factory.mktemp("clean"))
+    return recorded(rig, plan, tmp_path_factory.mktemp("clean"), PAYLOADS)
 
 
 @pytest.fixture(scope="module")
@@ -58,12 +44,11 @@ def faults():
 
 
 @pytest.fixture(scope="module")
-def lossy(rig, plan, faults, tmp_path_factory):
+def lossy(rig, recorded, plan, faults, tmp_path_factory):
     """The same with one TPDO in a hundred lost and one in a hundred late."""
     lost, late = faults
-    drive = {**rig.simulated["drives"][0], "faults": {"lose_cycles": lost, "late_cycles": late}}
-    faulty = rig.model_copy(update={"simulated": {**rig.simulated, "drives": [drive]}})
-    return record(faulty, plan, tmp_path_factory.mktemp("lossy"))
+    faulty = with_faults(rig, lose_cycles=lost, late_cycles=late)
+    return recorded(faulty, plan, tmp_path_factory.mktemp("lossy"), PAYLOADS)
 
 
 def truth(rig) -> dict[str, float]:
@@ -96,7 +81,7 @@ def truth(rig) -> dict[str, float]:
     ],
 )
 def test_parameters_agree_on_a_motion_that_was_planned_just_now(
-    rig, tmp_path, model, criterion, seconds, payloads, seed
+    rig, recorded, tmp_path, model, criterion, seconds, payloads, seed
 ):
     """As a user gets it from `coulomb plan`; the plan stored for the demo is one of many."""
     known = tuple(rig.payload(name) for name in payloads)
@@ -104,7 +89,7 @@ def test_parameters_agree_on_a_motion_that_was_planned_just_now(
     noise = 0.01 * torque_limits(rig)
     request = Request(rig, planned_for, known, seconds, noise, criterion=criterion, seed=seed)
     fresh = make_plan(request, None).plan
-    found = deviations(rig, record(rig, fresh, tmp_path / "fresh", payloads))
+    found = deviations(rig, recorded(rig, fresh, tmp_path / "fresh", payloads))
     assert max(map(abs, found.values())) < 3.0, found
 
 
@@ -132,10 +117,10 @@ def test_parameters_agree_although_one_answer_in_a_hundred_is_lost_and_one_late(
 
 def test_one_answer_in_a_hundred_lost_and_one_late_are_marked_and_no_other(lossy, clean, faults):
     lost, late = (set(cycles) for cycles in faults)
-    for with_faults, without in zip(lossy.sessions, clean.sessions, strict=True):
+    for disturbed, undisturbed in zip(lossy.sessions, clean.sessions, strict=True):
         with (
-            h5py.File(lossy.folder / with_faults.file) as marked,
-            h5py.File(clean.folder / without.file) as whole,
+            h5py.File(lossy.folder / disturbed.file) as marked,
+            h5py.File(clean.folder / undisturbed.file) as whole,
         ):
             cycle, valid = marked["cycle"][:], marked["valid"][:, 0]
             came = valid & 3 == 3

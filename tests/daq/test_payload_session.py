@@ -16,18 +16,7 @@ from daq.rig import Rig
 from daq.session_events import SessionState, StepOutOfTurn
 from daq.session_workflow import PayloadSession
 from identify.recording import InputError, load_experiment
-
-
-def faulty(rig: Rig, **faults) -> Rig:
-    """The rig with a drive that fails on purpose."""
-    drive = {**rig.simulated["drives"][0], "faults": faults}
-    return rig.model_copy(update={"simulated": {**rig.simulated, "drives": [drive]}})
-
-
-def with_limits(rig: Rig, **limits) -> Rig:
-    axis = rig.axes[0]
-    changed = axis.model_copy(update={"limits": axis.limits.model_copy(update=limits)})
-    return rig.model_copy(update={"axes": (changed,)})
+from tests.daq.rig_variants import with_faults, with_limits
 
 
 def test_a_session_goes_from_plan_to_a_listed_recording(rig, armed_session, short_plan):
@@ -155,7 +144,7 @@ def test_a_session_that_was_closed_without_a_start_leaves_no_recording(rig, arme
 def test_a_failing_drive_ends_the_motion_with_its_reason_and_keeps_the_data(
     rig, armed_session, faults, words
 ):
-    session = armed_session(faulty(rig, **faults))
+    session = armed_session(with_faults(rig, **faults))
     session.start()
     assert session.wait(60) is SessionState.FAULTED
     assert re.search(words, session.reason), session.reason
@@ -166,7 +155,7 @@ def test_a_failing_drive_ends_the_motion_with_its_reason_and_keeps_the_data(
 
 def test_lost_and_late_answers_are_marked_exactly(rig, armed_session):
     """The plan of faults says which cycles; the recording must show these and no others."""
-    session = armed_session(faulty(rig, lose_cycles=[2000, 2001, 3000], late_cycles=[2500, 2600]))
+    session = armed_session(with_faults(rig, lose_cycles=[2000, 2001, 3000], late_cycles=[2500, 2600]))
     session.start()
     assert session.wait(60) is SessionState.DONE, session.reason
     with h5py.File(session.file) as file:

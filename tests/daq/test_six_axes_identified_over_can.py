@@ -9,13 +9,10 @@ import pytest
 
 from daq.excitation.standard_plan import standard_plan
 from daq.rig import Rig
-from daq.session_events import SessionState
-from daq.session_workflow import PayloadSession
 from identify.diagnosis.diagnosis import diagnose
 from identify.dynamics.base_parameters import base_parameters
 from identify.dynamics.geometry import Geometry
 from identify.estimation.identification import identify
-from identify.recording import load_experiment
 
 SHARED = 5
 """index of the motor that two joints share"""
@@ -35,18 +32,9 @@ def robot():
 
 
 @pytest.fixture(scope="module")
-def experiment(robot, tmp_path_factory):
+def experiment(robot, recorded, tmp_path_factory):
     folder = tmp_path_factory.mktemp("six") / "axes"
-    plan = standard_plan(robot, 16.0)
-    for name in ("none", "cylinder-2"):
-        payload = robot.payload(name)
-        with PayloadSession(robot, folder, plan, payload, "operator") as session:
-            assert session.check().ok
-            session.confirm_payload(payload.mass)
-            session.arm()
-            session.start()
-            assert session.wait(300) is SessionState.DONE, session.reason
-    return load_experiment(folder)
+    return recorded(robot, standard_plan(robot, 16.0), folder, ("none", "cylinder-2"), patience=300)
 
 
 def standard_parameters(plant) -> np.ndarray:

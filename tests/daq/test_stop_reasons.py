@@ -21,18 +21,7 @@ from daq.recovery import recording_state
 from daq.session_events import SessionState
 from daq.session_workflow import PayloadSession
 from identify.recording import InputError
-
-
-def with_faults(rig, **faults):
-    """The rig with a drive that fails on purpose."""
-    drive = {**rig.simulated["drives"][0], "faults": faults}
-    return rig.model_copy(update={"simulated": {**rig.simulated, "drives": [drive]}})
-
-
-def with_limits(rig, **limits):
-    axis = rig.axes[0]
-    changed = axis.model_copy(update={"limits": axis.limits.model_copy(update=limits)})
-    return rig.model_copy(update={"axes": (changed,)})
+from tests.daq.rig_variants import with_faults, with_limits
 
 
 def with_storage(rig, **storage):
@@ -110,46 +99,28 @@ def test_what_a_session_is_said_to_need_is_what_it_takes(rig, armed_session, sho
     assert taken < needed_megabytes(rig, short_plan.duration) < 20 * taken
 
 
-def test_a_disk_that_falls_below_its_reserve_during_the_motion(rig, armed_session, long_plan, small_disk):
+def test_a_disk_that_falls_below_its_reserve_during_the_motion(rig, small_disk, armed_session, long_plan):
     reserve = small_disk.free() / 1e6 - needed_megabytes(rig, long_plan.duration) - 1.0
-    session = PayloadSession(
-        with_storage(rig, disk_reserve=reserve),
-        small_disk.folder / "e",
-        long_plan,
-        rig.payload("none"),
-        "operator",
-    )
-    with session:
-        assert session.check().ok
-        session.confirm_payload(0.0)
-        session.arm()
-        session.start()
-        small_disk.when_recorded(session)
-        small_disk.fill(leave=reserve * 1e6 - 1e6)
-        assert session.wait(60) is SessionState.FAULTED
-        assert re.search(r"the disk has \d+ MB left, less than the \d+", session.reason)
-        assert_at_rest_and_kept(session, "full disk")
+    kept_free = with_storage(rig, disk_reserve=reserve)
+    session = armed_session(kept_free, plan=long_plan, folder=small_disk.folder / "e")
+    session.start()
+    small_disk.when_recorded(session)
+    small_disk.fill(leave=reserve * 1e6 - 1e6)
+    assert session.wait(60) is SessionState.FAULTED
+    assert re.search(r"the disk has \d+ MB left, less than the \d+", session.reason)
+    assert_at_rest_and_kept(session, "full disk")
 
 
-def test_a_disk_that_is_full_during_the_motion(rig, long_plan, small_disk):
-    session = PayloadSession(
-        with_storage(rig, disk_reserve=0.0),
-        small_disk.folder / "e",
-        long_plan,
-        rig.payload("none"),
-        "operator",
-    )
-    with session:
-        assert session.check().ok
-        session.confirm_payload(0.0)
-        session.arm()
-        session.start()
-        small_disk.when_recorded(session)
-        small_disk.fill(leave=0)
-        assert session.wait(60) is SessionState.FAULTED
-        assert "disk" in session.reason
-        rows = recording_state(session.file).rows
-        assert rows > 500
+def test_a_disk_that_is_full_during_the_motion(rig, small_disk, armed_session, long_plan):
+    to_the_last = with_storage(rig, disk_reserve=0.0)
+    session = armed_session(to_the_last, plan=long_plan, folder=small_disk.folder / "e")
+    session.start()
+    small_disk.when_recorded(session)
+    small_disk.fill(leave=0)
+    assert session.wait(60) is SessionState.FAULTED
+    assert "disk" in session.reason
+    rows = recording_state(session.file).rows
+    assert rows > 500
     assert small_disk.folder.joinpath("e", "incomplete", "session-00.h5").stat().st_size > 0
 
 
