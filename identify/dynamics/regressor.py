@@ -25,9 +25,9 @@ from identify.dynamics.geometry import Geometry
 from identify.dynamics.link_motion import LinkMotion, link_motions
 from identify.dynamics.standard_parameters import LINK_PARAMETERS, PARAMETERS_PER_JOINT
 
-BLOCK_SAMPLES = 2048
-"""Samples taken at once: about a hundred arrays of 16 kB are alive, which is what a core's second-level cache
-holds."""
+BLOCK_SAMPLES = 8192
+"""Samples taken at once: about a hundred arrays of 64 kB are alive. Measured, six joints: 0.83 µs a sample with 2048,
+0.67 with 4096, 0.60 with 8192; Python's own part of the work shrinks faster than the caches lose."""
 
 ROTOR = len(LINK_PARAMETERS)
 """Index of Ia among the parameters of a joint."""

@@ -97,9 +97,14 @@ class RigidBody:
         """Whether gravity, as declared, makes no torque on the joint (a vertical axis at the base, a
         level slide).
         """
+        return self._axes_along_gravity[joint]
+
+    @cached_property
+    def _axes_along_gravity(self) -> list[bool]:
+        """`axis_along_gravity` of every joint."""
         still = np.zeros((7, self.joints))
         q = np.linspace(-2.0, 2.0, 7)[:, None] + np.arange(self.joints)
-        return not np.any(np.abs(self.base.joint_columns(joint, q, still, still)) > 1e-9)
+        return [not np.any(np.abs(own) > 1e-9) for own in self.base.columns_of_joints(q, still, still)]
 
     def gravity_gradient(self, joint: int, chi: Array, payload: Payload, q: Array) -> Array:
         """(N, 2): torque per m/s² of gravity along two directions across the declared one.

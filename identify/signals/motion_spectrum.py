@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -105,12 +106,20 @@ def _pieces(session: Session) -> list[slice]:
 
 def _mean_power(pieces: list[Array], period: float) -> tuple[Array, Array]:
     """Frequencies above zero, Hz, and the mean power of the pieces under a Hann window (Welch)."""
-    window = np.hanning(len(pieces[0]))
+    window = _hann(len(pieces[0]))
     length = fast_length(len(window))
     power = np.mean(
         [np.abs(np.fft.rfft(window * (piece - piece.mean()), length)) ** 2 for piece in pieces], axis=0
     )
     return frequencies(length, period)[1:], np.asarray(power)[1:]
+
+
+@lru_cache(maxsize=4)
+def _hann(length: int) -> Array:
+    """The window, the same for every joint of a session; each is looked at three times."""
+    window = np.hanning(length)
+    window.flags.writeable = False
+    return window
 
 
 def _holding(frequency: Array, power: Array, part: float) -> float:
