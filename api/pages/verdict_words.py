@@ -55,10 +55,12 @@ def verdict_of(joint: Mapping[str, Any] | None, floor: float | None, titles: Map
         if floor is not None:
             rest = f"The noise floor is {percent(floor)}. {rest}"
         return Verdict("adequate", "Nothing is missing: what is left is noise.", rest)
+    look = "The error has structure; below is where it sits. Look at the machine there, or describe an effect of your own."
+    names = [titles.get(name, name) for name in joint["missing"]]
     return Verdict(
         "unexplained",
         "Something is left that no effect of the catalogue explains.",
-        "The error has structure; below is where it sits. Look at the machine there, or describe an effect of your own.",
+        f"{look} A part of it looks like {_listed(names)}." if names else look,
     )
 
 
@@ -93,6 +95,11 @@ def structure_words(joint: Mapping[str, Any] | None) -> str | None:
         STRUCTURE_WORDS.get(name, VARIABLE_WORDS.get(name, (name, ""))[0]) for name in found["variables"]
     ]
     beyond = " with the missing effects added" if joint and joint["missing"] else ""
+    if found["variables"] == ["moments"]:
+        return (
+            f"{percent(found['share'], 2)} of the power that is left{beyond} sits in a few moments that stand out of "
+            "the rest, away from reversals: something happened then."
+        )
     return (
         f"{percent(found['share'], 2)} of the power that is left{beyond} can be foretold from {listing(names)}, "
         "without any model: it is not noise."

@@ -11,7 +11,13 @@ from identify.diagnosis.caution import caution, load_siblings
 from identify.diagnosis.look import Look
 from identify.diagnosis.selection import SUPERFLUOUS, Finding
 from identify.diagnosis.structure import Structure, bounded, leftover_structure
-from identify.diagnosis.verdict import imitated, verdict
+from identify.diagnosis.verdict import (
+    MOST_OF_IT,
+    NEARLY_ALL,
+    imitated,
+    part_of_free_function,
+    verdict,
+)
 from identify.diagnosis.where import where_it_fails
 from identify.effects.model import Model, Term
 from identify.estimation.fitting import FittedModel, Progress, fit_model
@@ -299,8 +305,11 @@ def _conclude(
     variable, free = look.best_free_function(joint)
     where = where_it_fails(before)
     of_one_variable = all(term.effect.variable == variable for term in missing)
-    if imitated(final.selection.held_out_error(joint), free, len(missing), of_one_variable):
-        said, missing = "unexplained", ()
+    part = _part_of_free_function(missing, evidence, joint, variable, free)
+    if part < NEARLY_ALL and imitated(
+        final.selection.held_out_error(joint), free, len(missing), of_one_variable
+    ):
+        said, missing = "unexplained", missing[:1] if part > MOST_OF_IT else ()
         where.sort(key=lambda row: row["variable"] != variable)
     names = [term.effect.name for term in missing]
     strongest = _rivals(look, findings[0], findings) if findings and findings[0].justified else ()
@@ -323,6 +332,24 @@ def _conclude(
         noise_floor=floor,
         superfluous=look.superfluous(joint),
     )
+
+
+def _part_of_free_function(
+    missing: Sequence[Term],
+    evidence: dict[tuple[str, int], Finding],
+    joint: int,
+    variable: str,
+    free: float,
+) -> float:
+    """How much of what the best free function takes away the strongest missing effect does; 0 in another variable."""
+    first = evidence.get((missing[0].effect.name, joint)) if missing else None
+    if first is None or first.candidate.term.effect.variable != variable:
+        return 0.0
+    before, after = (
+        float(np.sqrt(max(fared.total, 0.0) / max(first.measured, 1e-300)))
+        for fared in (first.before, first.after)
+    )
+    return part_of_free_function(before, after, free)
 
 
 def mean_error(predictions: Sequence[Prediction]) -> float:

@@ -1,4 +1,4 @@
-"""Is what is left noise? Two questions to the residual, both answered on motion that the answer did not see."""
+"""Is what is left noise? Several questions to the residual, each answered on motion that the answer did not see."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.diagnosis.disturbance import Foretold, remembered, standing_out
 from identify.estimation.prediction import Prediction
 
 Array = NDArray[np.float64]
@@ -16,6 +17,8 @@ FOLDS = 8
 LEAST_SHARE = 0.12
 """Part of the residual's power that must be predictable before it is called structure. The mean of neighbours finds
 more than this wherever an effect is worth a twentieth of the torque's error to an operator."""
+LEAST_REMEMBERED = 0.2
+"""The same for what is foretold from itself in time: noise with a memory of 0.2 s reaches a tenth."""
 DECIDED = 3.0
 """standard errors over the folds by which the share must differ from none"""
 BOUND = 6.0
@@ -25,14 +28,14 @@ HISTORY = 1.5
 """s of the past that a hidden state of a joint may remember"""
 LAGS = 24
 HISTORY_RIDGE = 1e-3
-NOISE_MEMORY = 0.3
-"""s in which what is left may be correlated without anybody calling it structure: filters, current noise"""
-PERSISTENCE = 1.0
-"""s before and after from which what persists is predicted"""
 LINE_BAND = 7
 """frequency bins that a line may be wide, its modulation included"""
 LINE_NEIGHBOURHOOD = 40
 """bins to either side that a line must stand out from"""
+SHORTEST_SPECTRUM = 4 * LINE_NEIGHBOURHOOD
+"""samples"""
+EVERYWHERE = 0.25
+"""quantile over the halves of the sessions that counts as the line's share"""
 LINE_STANDS_OUT = 15.0
 """times the usual power of its neighbourhood; a band of 7 bins of noise has this once in 10⁹ times"""
 
@@ -44,16 +47,18 @@ class Structure:
     variables : what it was predicted from
     share     : part of the power explained, negative where the prediction is worse than none
     deviation : standard error of the share over the folds
+    least     : share below which it is called noise
     """
 
     variables: tuple[str, ...]
     share: float
     deviation: float
+    least: float = LEAST_SHARE
 
     @property
     def found(self) -> bool:
         """Whether there is structure."""
-        return self.share > LEAST_SHARE and self.share > DECIDED * self.deviation
+        return self.share > self.least and self.share > DECIDED * self.deviation
 
 
 VIEWS: tuple[tuple[str, ...], ...] = (
@@ -70,14 +75,22 @@ def leftover_structure(predictions: Sequence[Prediction]) -> list[Structure]:
     """Predict the residual from several sets of variables; the most telling first.
 
     Beside the neighbours in sets of variables: the history of the motion (a hidden state, such as something that
-    swings along), a line in the spectrum over time (something that shakes without regard to the motion), and what
-    persists in time whatever the motion does (something that drags now and then).
+    swings along), a line in the spectrum over time (something that shakes without regard to the motion), and
+    disturbances that come and go whatever the motion does (`disturbance.py`).
     """
-    predictions = bounded(predictions)
-    found = [_predictable(predictions, view) for view in VIEWS]
-    found += [_from_history(predictions), _line_over_time(predictions)]
-    found += [_persisting(predictions, with_direction) for with_direction in (False, True)]
+    cut = bounded(predictions)
+    found = [_predictable(cut, view) for view in VIEWS]
+    found += [_from_history(cut), _line_over_time(cut)]
+    found += [
+        _foretold(("time",), remembered(cut), LEAST_REMEMBERED),
+        _foretold(("time", "direction"), remembered(cut, with_direction=True), LEAST_REMEMBERED),
+        _foretold(("moments",), standing_out(predictions), LEAST_SHARE),
+    ]
     return sorted(found, key=lambda structure: structure.share, reverse=True)
+
+
+def _foretold(view: tuple[str, ...], found: Foretold, least: float) -> Structure:
+    return Structure(view, found.share, found.deviation, least)
 
 
 def bounded(predictions: Sequence[Prediction]) -> list[Prediction]:
@@ -191,62 +204,50 @@ def _from_history(predictions: Sequence[Prediction]) -> Structure:
     return Structure(view, share, float(np.std(shares, ddof=1) / np.sqrt(FOLDS)))
 
 
-def _persisting(predictions: Sequence[Prediction], with_direction: bool) -> Structure:
-    """Predict the residual, or the residual in the direction of motion, from that shortly before and after.
-
-    Neighbours nearer than the noise remembers do not count. The share is that of the best multiple of their mean.
-    """
-    values, guesses, blocks = [], [], []
-    blocks_so_far = 0
-    for part in predictions:
-        moving = np.flatnonzero(part.moving)
-        time, value = part.time[moving], part.residual[moving]
-        if with_direction:
-            value = value * np.sign(part.velocity[moving])
-        sums = np.concatenate([[0.0], np.cumsum(value)])
-
-        def within(span: float, time: Array = time, sums: Array = sums) -> tuple[Array, NDArray[np.intp]]:
-            first = np.searchsorted(time, time - span, side="left")
-            last = np.searchsorted(time, time + span, side="right")
-            return sums[last] - sums[first], last - first
-
-        (near, few), (wide, many) = within(NOISE_MEMORY), within(PERSISTENCE)
-        count = many - few
-        known = count > 0
-        values.append(value[known])
-        guesses.append((wide - near)[known] / count[known])
-        blocks.append(((time[known] - time[0]) / (2 * PERSISTENCE)).astype(int) + blocks_so_far)
-        blocks_so_far = int(blocks[-1].max(initial=blocks_so_far)) + 1
-    view = ("time", "direction") if with_direction else ("time",)
-    value, guess, block = np.concatenate(values), np.concatenate(guesses), np.concatenate(blocks)
-    if len(value) < 4 * NEIGHBOURS * FOLDS:
-        return Structure(view, 0.0, np.inf)
-    products = np.bincount(block, value * guess)
-    common = float(products.sum())
-    share = common**2 / max(float(value @ value) * float(guess @ guess), 1e-300)
-    # The share counts as decided by the spread of the products over stretches that are independent of each other.
-    spread = float(np.sqrt(products @ products))
-    return Structure(view, share, share * spread / common) if common > 0 else Structure(view, 0.0, np.inf)
-
-
 def _line_over_time(predictions: Sequence[Prediction]) -> Structure:
     """Share of the residual's power in its strongest narrow band over time, beyond that of its neighbourhood.
 
-    A resonance or slow noise is broad: the band must stand out from the bands beside it.
+    A resonance or slow noise is broad: the band must stand out from the bands beside it. What shakes whatever the
+    motion does so all the time: the share is one that three quarters of the halves of sessions have at the same
+    frequency. The steps of an encoder are a line too, at another frequency for every speed.
     """
-    shares = []
+    spectra = []
     for part in predictions:
         residual = np.where(part.moving, part.residual, 0.0)
-        if len(residual) < 8 * LINE_NEIGHBOURHOOD:
-            continue
-        power = np.abs(np.fft.rfft(residual * np.hanning(len(residual)))) ** 2
-        band = np.convolve(power, np.ones(LINE_BAND), "same")
-        peak = int(np.argmax(band[LINE_BAND:-LINE_BAND])) + LINE_BAND
-        around = power[max(0, peak - LINE_NEIGHBOURHOOD) : peak + LINE_NEIGHBOURHOOD + 1]
-        usual = LINE_BAND * float(np.median(around)) / np.log(2)
-        stands_out = band[peak] > LINE_STANDS_OUT * usual
-        shares.append((band[peak] - usual) / max(float(power.sum()), 1e-300) if stands_out else 0.0)
-    if not shares:
+        step = float(np.median(np.diff(part.time)))
+        spectra += [
+            _spectrum(half, step) for half in np.array_split(residual, 2) if len(half) >= SHORTEST_SPECTRUM
+        ]
+    if not spectra:
         return Structure(("frequency",), 0.0, np.inf)
-    spread = float(np.std(shares, ddof=1) / np.sqrt(len(shares))) if len(shares) > 1 else 0.0
-    return Structure(("frequency",), float(np.mean(shares)), spread)
+    peaks = {spectrum.frequency[int(np.argmax(spectrum.share))] for spectrum in spectra}
+    best = max(
+        (np.array([spectrum.share_at(peak) for spectrum in spectra]) for peak in peaks),
+        key=lambda shares: float(np.quantile(shares, EVERYWHERE)),
+    )
+    spread = float(np.std(best, ddof=1) / np.sqrt(len(best))) if len(best) > 1 else 0.0
+    return Structure(("frequency",), float(np.quantile(best, EVERYWHERE)), spread)
+
+
+@dataclass(frozen=True)
+class _Spectrum:
+    """Share of the power in the band around each frequency in Hz, 0 where the band does not stand out."""
+
+    frequency: Array
+    share: Array
+
+    def share_at(self, frequency: float) -> float:
+        """The largest share within a band of a frequency."""
+        near = int(np.argmin(np.abs(self.frequency - frequency)))
+        return float(self.share[max(0, near - LINE_BAND) : near + LINE_BAND + 1].max())
+
+
+def _spectrum(residual: Array, step: float) -> _Spectrum:
+    from scipy.ndimage import median_filter
+
+    power = np.abs(np.fft.rfft(residual * np.hanning(len(residual)))) ** 2
+    band = np.convolve(power, np.ones(LINE_BAND), "same")
+    usual = LINE_BAND * np.asarray(median_filter(power, 2 * LINE_NEIGHBOURHOOD + 1)) / np.log(2)
+    share = np.where(band > LINE_STANDS_OUT * usual, band - usual, 0.0) / max(float(power.sum()), 1e-300)
+    share[:LINE_BAND] = share[-LINE_BAND:] = 0.0
+    return _Spectrum(np.fft.rfftfreq(len(residual), step), share)

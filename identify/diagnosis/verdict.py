@@ -7,6 +7,8 @@ import numpy as np
 from identify.diagnosis.selection import LEAST_OF_TORQUE
 from identify.diagnosis.structure import Structure
 
+WITHOUT_MOTION = {"time", "frequency", "moments"}
+"""Structure that comes and goes without regard to the motion, which a noise floor from repeats counts as noise."""
 ABOVE_FLOOR = 1.5
 """An error this many times the noise floor leaves structure even where no predictor finds it (a hidden state)."""
 AT_THE_FLOOR = 1.05
@@ -27,6 +29,12 @@ CLEARLY_BETTER = 0.8
 """A free function with less than this part of the error of one or two effects shows that they imitate it. Where they
 are the cause, their error is the noise, and nothing is clearly better."""
 
+NEARLY_ALL = 0.9
+"""Part of what a free function takes away with which an effect of the same variable is the cause, not its imitation: a
+spring with a little play explains nine tenths as a straight line, one that acts on one side only two thirds at most."""
+MOST_OF_IT = 0.5
+"""The same for an effect that is named although the rest is unexplained: the cause acts like it, but not quite."""
+
 
 def imitated(after: float, free: float, missing: int, of_one_variable: bool) -> bool:
     """Whether effects of the catalogue only imitate a dependence on one variable that it does not know.
@@ -38,6 +46,15 @@ def imitated(after: float, free: float, missing: int, of_one_variable: bool) -> 
     several = missing >= MANY and free < AS_WELL * after
     together = missing > 1 and free < (1.0 if of_one_variable else BETTER) * after
     return missing > 0 and (free < CLEARLY_BETTER * after or several or together)
+
+
+def part_of_free_function(before: float, after: float, free: float) -> float:
+    """How much of what a free function of its variable takes away an effect takes away; of squared errors.
+
+    before, after, free : relative held-out errors without either, with the effect, with the free function; where the
+                          free function takes nothing away, the effect has no part in it
+    """
+    return max(0.0, before**2 - after**2) / (before**2 - free**2) if free < before else 0.0
 
 
 def verdict(
@@ -54,7 +71,7 @@ def verdict(
     )
     if found is not None and floor is not None and after < AT_THE_FLOOR * floor:
         found = next(
-            (each for each in structure if each.found and {"time", "frequency"} & set(each.variables)), None
+            (each for each in structure if each.found and WITHOUT_MOTION & set(each.variables)), None
         )
     above = floor is not None and after > ABOVE_FLOOR * floor
     if not missing:
