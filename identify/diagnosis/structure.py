@@ -250,4 +250,4 @@ def _spectrum(residual: Array, step: float) -> _Spectrum:
     usual = LINE_BAND * np.asarray(median_filter(power, 2 * LINE_NEIGHBOURHOOD + 1)) / np.log(2)
     share = np.where(band > LINE_STANDS_OUT * usual, band - usual, 0.0) / max(float(power.sum()), 1e-300)
     share[:LINE_BAND] = share[-LINE_BAND:] = 0.0
-    return _Spectrum(np.fft.rfftfreq(len(residual), step), share)
+    return _Spectrum(np.asarray(np.fft.rfftfreq(len(residual), step), float), share)
