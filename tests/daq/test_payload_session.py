@@ -2,6 +2,8 @@
 
 import json
 import re
+import shutil
+import subprocess
 
 import can
 import h5py
@@ -209,3 +211,18 @@ def test_the_raw_log_is_read_back_by_python_can(rig, armed_session):
     assert len(syncs) >= rows
     positions = np.array([int.from_bytes(message.data[:4], "little", signed=True) for message in answers])
     assert any(np.array_equal(positions[k : k + rows], counts) for k in range(len(positions) - rows + 1))
+
+
+def test_the_raw_log_is_read_by_can_utils_frame_by_frame(rig, armed_session, tmp_path):
+    if shutil.which("log2asc") is None:
+        pytest.skip("log2asc is not installed (Debian package can-utils)")
+    session = armed_session(rig)
+    session.start()
+    assert session.wait(60) is SessionState.DONE
+    log, asc, back = raw_log_of(session.file), tmp_path / "session.asc", tmp_path / "back.log"
+    channel = log.read_text().split(maxsplit=2)[1]
+    subprocess.run(["log2asc", "-I", log, "-O", asc, channel], check=True, timeout=60)
+    subprocess.run(["asc2log", "-I", asc, "-O", back], check=True, timeout=60)
+    recorded = [line.split()[2] for line in log.read_text().splitlines()]
+    assert len(recorded) > 1000
+    assert [line.split()[2] for line in back.read_text().splitlines()] == recorded
