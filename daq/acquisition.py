@@ -101,6 +101,7 @@ class Acquisition:
         self._terminated = False
         self._stop_asked: str | None = None
         self._arm_asked = self._start_asked = False
+        self._recording = False
 
     def run(self) -> None:
         """Check, arm, move, end. Returns when everything is closed and said."""
@@ -153,7 +154,7 @@ class Acquisition:
         loop = SamplingLoop(self.rig, streams, receiver, rows, frames)
         self._tell(Told("checked", check=check, remarks=tuple(remarks), clock_source=receiver.clock_source))
         asked = self._wait(drives, lambda: self._arm_asked)
-        trouble = asked or self._recorder_ready()
+        trouble = asked or self._await_recorder(drives)
         if trouble is not None:
             return trouble, {}
         drives.stream()
@@ -163,14 +164,13 @@ class Acquisition:
         counters = {**loop.counters(), "remarks": remarks}
         return sequence_reason, counters
 
-    def _recorder_ready(self) -> StopReason | None:
-        if not self._recorder.poll(_HANDSHAKE):
+    def _await_recorder(self, drives: RigDrives) -> StopReason | None:
+        """Wait until the recorder's files are there; a reason to end instead, or None."""
+        latest = time.monotonic() + _HANDSHAKE
+        reason = self._wait(drives, lambda: self._recording or time.monotonic() > latest)
+        if reason is None and not self._recording:
             return StopReason(StopCause.RECORDER, f"the recorder was not ready within {_HANDSHAKE:g} s")
-        try:
-            word = self._recorder.recv()
-        except (EOFError, OSError):
-            return StopReason(StopCause.RECORDER, "the recorder died before it was ready")
-        return None if word == "ready" else StopReason(StopCause.FULL_DISK, word)
+        return reason
 
     def _trajectory(self, held: NDArray[Any]) -> Trajectory:
         """From the targets (n,) at which the joints are held to the plan's begin, and through the plan."""
@@ -260,13 +260,16 @@ class Acquisition:
         return drives.trouble() or self._recorder_trouble()
 
     def _recorder_trouble(self) -> StopReason | None:
+        """Take what the recorder said: `ready` once, whoever waits for it by then; all else is trouble."""
         try:
             if self._arm_asked and self._recorder.poll():
                 word = self._recorder.recv()
                 if word != "ready":
                     return StopReason(StopCause.FULL_DISK, word)
+                self._recording = True
         except (EOFError, OSError):
-            return StopReason(StopCause.RECORDER, "the recorder died; what it had flushed is on disk")
+            flushed = "; what it had flushed is on disk" if self._recording else " before it was ready"
+            return StopReason(StopCause.RECORDER, f"the recorder died{flushed}")
         return None
 
     def _listen(self, timeout: float) -> None:
