@@ -13,7 +13,7 @@ from identify.diagnosis.selection import SUPERFLUOUS, Finding
 from identify.diagnosis.structure import Structure, bounded, leftover_structure
 from identify.diagnosis.verdict import (
     MOST_OF_IT,
-    NEARLY_ALL,
+    acts_like,
     imitated,
     part_of_free_function,
     verdict,
@@ -306,9 +306,8 @@ def _conclude(
     where = where_it_fails(before)
     of_one_variable = all(term.effect.variable == variable for term in missing)
     part = _part_of_free_function(missing, evidence, joint, variable, free)
-    if part < NEARLY_ALL and imitated(
-        final.selection.held_out_error(joint), free, len(missing), of_one_variable
-    ):
+    error = final.selection.held_out_error(joint)
+    if imitated(error, free, len(missing), of_one_variable) and not acts_like(part, error, free):
         said, missing = "unexplained", missing[:1] if part > MOST_OF_IT else ()
         where.sort(key=lambda row: row["variable"] != variable)
     names = [term.effect.name for term in missing]

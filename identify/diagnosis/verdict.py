@@ -32,6 +32,8 @@ are the cause, their error is the noise, and nothing is clearly better."""
 NEARLY_ALL = 0.9
 """Part of what a free function takes away with which an effect of the same variable is the cause, not its imitation: a
 spring with a little play explains nine tenths as a straight line, one that acts on one side only two thirds at most."""
+LARGE_PART = 0.8
+"""The same where all the effects together do better than the free function."""
 MOST_OF_IT = 0.5
 """The same for an effect that is named although the rest is unexplained: the cause acts like it, but not quite."""
 
@@ -57,6 +59,16 @@ def part_of_free_function(before: float, after: float, free: float) -> float:
     return max(0.0, before**2 - after**2) / (before**2 - free**2) if free < before else 0.0
 
 
+def acts_like(part: float, after: float, free: float) -> bool:
+    """Whether effects are the cause although a free function would do: the strongest takes nearly all that the free
+    function takes, or `LARGE_PART` of it where they do better together than the free function.
+
+    part        : of the strongest effect, `part_of_free_function`
+    after, free : relative held-out errors with all the effects, and with the free function instead
+    """
+    return part >= NEARLY_ALL or (part >= LARGE_PART and after < free)
+
+
 def verdict(
     before: float, after: float, floor: float | None, structure: Sequence[Structure], missing: bool
 ) -> str:
@@ -66,18 +78,17 @@ def verdict(
     floor         : noise floor, if known
     structure     : what a predictor without any model finds in what is left, the most telling first
     """
-    found = next(
-        (each for each in structure if each.found and each.share * after**2 >= LEAST_OF_TORQUE**2), None
-    )
-    if found is not None and floor is not None and after < AT_THE_FLOOR * floor:
-        found = next(
-            (each for each in structure if each.found and WITHOUT_MOTION & set(each.variables)), None
-        )
+    telling = [each for each in structure if each.found and each.share * after**2 >= LEAST_OF_TORQUE**2]
+    if floor is not None and after < AT_THE_FLOOR * floor:
+        telling = [each for each in telling if WITHOUT_MOTION & set(each.variables)]
+    found = telling[0] if telling else None
     above = floor is not None and after > ABOVE_FLOOR * floor
     if not missing:
         return "unexplained" if found is not None or above else "adequate"
-    share = max(0.0, found.share) if found is not None else 0.0
-    noise = min(after, floor) if floor is not None else after * float(np.sqrt(1 - min(share, 1.0)))
+    share = min(found.share, 1.0) if found is not None else 0.0
+    noise = after if floor is None else min(after, floor)
+    if floor is None or (found is not None and WITHOUT_MOTION & set(found.variables)):
+        noise = min(noise, after * float(np.sqrt(1 - share)))
     excess_before = max(before**2 - noise**2, 1e-300)
     excess_after = max(after**2 - noise**2, 0.0)
     explained = 1 - excess_after / excess_before

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identify.diagnosis.structure import Structure
-from identify.diagnosis.verdict import MOST_OF_IT, NEARLY_ALL, imitated, part_of_free_function, verdict
+from identify.diagnosis.verdict import acts_like, imitated, part_of_free_function, verdict
 
 
 def spring_parts(force: np.ndarray, noise: float = 0.02) -> float:
@@ -20,18 +20,26 @@ def spring_parts(force: np.ndarray, noise: float = 0.02) -> float:
 
 def test_a_spring_with_a_little_play_keeps_its_name():
     q = np.linspace(-1, 1, 2001)
-    assert spring_parts(np.sign(q) * np.maximum(np.abs(q) - 0.12, 0)) > NEARLY_ALL
+    part = spring_parts(np.sign(q) * np.maximum(np.abs(q) - 0.12, 0))
+    assert acts_like(part, after=0.03, free=0.02)
 
 
 @pytest.mark.parametrize("beyond", [0.2, 0.4, 0.6])
 def test_a_bumper_on_one_side_is_no_spring(beyond):
     q = np.linspace(-1, 1, 2001)
-    assert spring_parts(np.maximum(q - beyond, 0)) < NEARLY_ALL
+    part = spring_parts(np.maximum(q - beyond, 0))
+    assert not acts_like(part, after=0.03, free=0.02)
 
 
 def test_a_free_function_that_takes_nothing_away_gives_no_effect_a_part():
     assert part_of_free_function(0.02, 0.01, 0.03) == 0.0
-    assert 0 < MOST_OF_IT < NEARLY_ALL < 1
+    assert not acts_like(0.0, after=0.01, free=0.03)
+
+
+def test_effects_that_together_beat_the_free_function_are_the_cause_if_the_first_takes_a_large_part():
+    assert acts_like(0.85, after=0.010, free=0.011)
+    assert not acts_like(0.85, after=0.011, free=0.010)
+    assert not acts_like(0.7, after=0.010, free=0.011)
 
 
 def test_a_free_function_that_does_clearly_better_overrules_an_effect():
@@ -43,3 +51,9 @@ def test_a_free_function_that_does_clearly_better_overrules_an_effect():
 def test_what_does_not_follow_the_motion_counts_even_at_the_floor(view):
     assert verdict(0.05, 0.05, 0.05, [Structure(view, 0.4, 0.05)], False) == "unexplained"
     assert verdict(0.05, 0.05, 0.05, [Structure(("q", "dq"), 0.4, 0.05)], False) == "adequate"
+
+
+def test_an_effect_that_explains_a_little_of_a_disturbance_does_not_explain_it_whatever_the_floor():
+    jumps = [Structure(("time", "direction"), 0.87, 0.13)]
+    assert verdict(0.069, 0.061, 0.072, jumps, True) == "unexplained"
+    assert verdict(0.069, 0.010, 0.072, jumps, True) == "missing"
