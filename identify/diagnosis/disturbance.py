@@ -152,7 +152,7 @@ def _means(part: Prediction, width: float, with_direction: bool) -> tuple[Array,
     value = np.where(part.moving, part.residual, 0.0)
     if with_direction:
         value = value * np.sign(part.velocity)
-    count = np.bincount(place, part.moving)
+    count = np.bincount(place, part.moving).astype(float)
     whole = float(np.median(np.bincount(place)))
     count[count < 0.5 * whole] = 0
     return np.where(count > 0, np.bincount(place, value) / np.maximum(count, 1), 0.0), count
