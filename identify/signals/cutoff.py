@@ -10,7 +10,9 @@ third of the
    acceleration; never above 0.4 of the sampling frequency.
 3. Y and W are low-passed at 2 f_m, and decimated so that this is 0.8 of the new Nyquist frequency; higher
 if fewer than
-   100 decimated samples were left.
+   100 decimated samples were left; lower, down to f_m / 2, where the torque that the inertia makes of the encoder's
+   noise would stand out of the measured torque's own noise (`encoder_noise`). The positions are then low-passed at
+   2.5 times this cut-off.
 
 What the user sets in the experiment stays. Every number is reported with its reason.
 """
@@ -23,12 +25,16 @@ import numpy as np
 
 from identify.recording import Experiment, InputError, Session
 from identify.signals import parallel_filter
+from identify.signals.encoder_noise import encoder_noise
 from identify.signals.motion_spectrum import POWER_HELD, MotionSpectrum, motion_spectrum
 from identify.signals.settings import Choice, SignalSettings
 from identify.signals.zero_phase import HIGHEST_CUTOFF
 
 POSITION_TIMES_MOTION = 5.0
 DECIMATION_TIMES_MOTION = 2.0
+LEAST_TIMES_MOTION = 0.5
+"""Of the motion's bandwidth: no noise lowers the parallel filter further. Where reversals set the bandwidth, the
+positions are then still low-passed at six times the fundamental of the motion."""
 HIGHEST_REASON = f"{HIGHEST_CUTOFF:g} of the sampling frequency, the highest possible"
 LARGEST_NOISE_SHARE = 0.5
 """Noise in the acceleration, in parts of the motion's power."""
@@ -78,8 +84,12 @@ def choose_from_sessions(experiment: Experiment, sessions: Sequence[Session]) ->
             f"holds {POWER_HELD:.0%} of the power of the {what} of {widest}, the joint that reaches highest",
         )
     ]
-    decimation = _decimation(set_by_user.decimation_cutoff, motion, sessions, highest, choices)
-    wanted = POSITION_TIMES_MOTION * max(motion, decimation / DECIMATION_TIMES_MOTION)
+    noisiest = _noisiest(experiment, sessions, found) if set_by_user.decimation_cutoff is None else None
+    decimation = _decimation(set_by_user.decimation_cutoff, motion, noisiest, sessions, highest, choices)
+    reach = decimation / DECIMATION_TIMES_MOTION
+    if set_by_user.decimation_cutoff is not None:
+        reach = max(reach, motion)
+    wanted = POSITION_TIMES_MOTION * reach
     position = []
     for joint, name in enumerate(names):
         value = _set_for(set_by_user.position_cutoff, joint)
@@ -92,7 +102,12 @@ def choose_from_sessions(experiment: Experiment, sessions: Sequence[Session]) ->
 
 
 def _decimation(
-    given: float | None, motion: float, sessions: Sequence[Session], highest: float, choices: list[Choice]
+    given: float | None,
+    motion: float,
+    noisiest: tuple[float, str] | None,
+    sessions: Sequence[Session],
+    highest: float,
+    choices: list[Choice],
 ) -> float:
     duration = sum(
         (piece.stop - piece.start) * session.sampling_period
@@ -102,6 +117,13 @@ def _decimation(
     value = DECIMATION_TIMES_MOTION * motion
     fewest = FEWEST_DECIMATED * parallel_filter.DECIMATION_OF_NYQUIST / (2 * duration)
     reason = f"{DECIMATION_TIMES_MOTION:g} times the motion's bandwidth"
+    if noisiest is not None and noisiest[0] < value:
+        cutoff, joint = noisiest
+        value = max(cutoff, LEAST_TIMES_MOTION * motion)
+        reason = (
+            f"less than {DECIMATION_TIMES_MOTION:g} times the motion's bandwidth, because from {cutoff:.3g} Hz the"
+            f" noise of the encoder of {joint} adds to the torque of its inertia"
+        )
     if value < fewest:
         value, reason = fewest, f"leaves {FEWEST_DECIMATED} decimated samples of {duration:.3g} s of motion"
     if value > highest:
@@ -113,6 +135,18 @@ def _decimation(
     return value
 
 
+def _noisiest(
+    experiment: Experiment, sessions: Sequence[Session], found: Sequence[Sequence[MotionSpectrum | None]]
+) -> tuple[float, str]:
+    """The lowest cut-off that the encoders' noise asks for, and the joint that does."""
+    cutoffs = []
+    for joint, description in enumerate(experiment.robot.joints):
+        noise = encoder_noise(sessions, found[joint], experiment.drive_gain, joint)
+        if noise is not None:
+            cutoffs.append((noise.highest_cutoff(), description.name))
+    return min(cutoffs)
+
+
 def _position(
     wanted: float,
     decimation: float,
@@ -122,7 +156,7 @@ def _position(
 ) -> tuple[float, str]:
     """The position cut-off of one joint and the reason."""
     value, reason = wanted, f"{POSITION_TIMES_MOTION:g} times the motion's bandwidth"
-    if wanted > POSITION_TIMES_MOTION * motion * 1.01:
+    if abs(wanted / (POSITION_TIMES_MOTION * motion) - 1) > 0.01:
         ratio = POSITION_TIMES_MOTION / DECIMATION_TIMES_MOTION
         reason = f"{ratio:g} times the cut-off of the parallel filter"
     for spectrum in spectra:

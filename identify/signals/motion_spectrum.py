@@ -72,7 +72,7 @@ def motion_spectrum(session: Session, joint: int) -> MotionSpectrum | None:
     motion away from the small fast one.
     """
     period = session.sampling_period
-    pieces = [np.array(session.position[rows, joint], dtype=float) for rows in _pieces(session)]
+    pieces = [np.array(session.position[rows, joint], dtype=float) for rows in pieces_of(session)]
     release(session.position)
     noise = np.median([np.std(np.diff(piece, 2)) for piece in pieces]) / np.sqrt(6.0)
     if np.ptp(np.concatenate([piece[:: max(1, len(piece) // 4096)] for piece in pieces])) <= AT_REST * noise:
@@ -91,7 +91,7 @@ def _levelled(values: Array) -> Array:
     return values - np.linspace(values[0], values[-1], len(values))
 
 
-def _pieces(session: Session) -> list[slice]:
+def pieces_of(session: Session) -> list[slice]:
     """Rows of the pieces to look at: equally long, evenly spread over the long segments of a session."""
     longest = max(piece.stop - piece.start for piece in session.segments)
     length = min(longest, LONGEST_BLOCK)
