@@ -260,6 +260,7 @@ class _Views:
             q=motion.q[:, joint],
             dq=motion.dq[:, joint],
             ddq=motion.ddq[:, joint],
+            direction=np.sign(motion.dq[:, joint]),
             period=motion.period,
             load=self._load[:, joint],
             model_torque=self._load[:, joint],

@@ -40,10 +40,20 @@ class Offset(Effect):
         return np.ones((len(motion.q), 1))
 
 
-def quadrants(load: Array, velocity: Array) -> tuple[Array, Array]:
+def quadrants(load: Array, direction: Array) -> tuple[Array, Array]:
     """P⁺ and P⁻ of eq. (27)-(28), with the power sign of the model's own load."""
-    power_sign = np.sign(load * velocity)
+    power_sign = np.sign(load) * direction
     return 0.5 * (1 + power_sign), 0.5 * (1 - power_sign)
+
+
+def quadrant_directions(load: Array, direction: Array) -> tuple[Array, Array]:
+    """P⁺ sign(dq) and P⁻ sign(dq).
+
+    Their sum is the direction and their difference the load's sign also where a reversal makes the direction a mean
+    of both: eq. (30) keeps the dependences between its columns, none is fitted to what the reversal leaves of one.
+    """
+    sign = np.sign(load)
+    return 0.5 * (direction + sign), 0.5 * (direction - sign)
 
 
 def rotor_grid(summary: JointSummary) -> list[dict[str, float]]:
@@ -114,9 +124,8 @@ class LoadFrictionAsymmetric(Effect):
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         load = motion.gear_load(constants["rotor_inertia"])
-        driving, driven = quadrants(load, motion.dq)
-        load_friction = np.abs(load) * motion.direction
-        return np.column_stack([driving * load_friction, driven * load_friction, 0.5 * np.sign(load)])
+        driving, driven = quadrant_directions(load, motion.direction)
+        return np.column_stack([driving * np.abs(load), driven * np.abs(load), 0.5 * np.sign(load)])
 
 
 class LoadStribeck(Effect):
@@ -152,9 +161,8 @@ class LoadStribeck(Effect):
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         load = motion.gear_load(constants["rotor_inertia"])
-        driving, driven = quadrants(load, motion.dq)
-        fading = np.abs(load) * motion.direction
-        fading *= np.exp(-np.abs(motion.dq) / constants["stribeck_velocity"])
+        driving, driven = quadrant_directions(load, motion.direction)
+        fading = np.abs(load) * np.exp(-np.abs(motion.dq) / constants["stribeck_velocity"])
         return np.column_stack([driving * fading, driven * fading])
 
 

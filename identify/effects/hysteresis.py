@@ -78,13 +78,12 @@ class Backlash(Effect):
         return np.column_stack([motion.load_slope * place, -np.gradient(rate, motion.period)])
 
 
-def monotone_pieces(position: Array) -> tuple[NDArray[np.intp], Array, Array]:
+def monotone_pieces(position: Array, direction: Array) -> tuple[NDArray[np.intp], Array, Array]:
     """Cut a course of positions at its reversals.
 
     Returns the piece of every sample (samples,), and the direction and first position of every piece.
     """
-    step = np.diff(position, prepend=position[:1])
-    direction = np.sign(step)
+    direction = np.sign(direction)
     moving = direction != 0
     if not moving.any():
         return np.zeros(len(position), np.intp), np.ones(1), position[:1]
@@ -102,7 +101,7 @@ def monotone_pieces(position: Array) -> tuple[NDArray[np.intp], Array, Array]:
 
 def dahl_state(motion: JointMotion, distance: float) -> Array:
     """State z of Dahl's model, -1..1, exact between reversals: z = s + (z0 - s) exp(-|q - q0|/distance)."""
-    piece, direction, origin = monotone_pieces(motion.q)
+    piece, direction, origin = monotone_pieces(motion.q, motion.direction)
     key = ("dahl", motion.joint, distance)
     state = motion.memory.recall(key, float(motion.time[0]))
     value = direction[0] if state is None else state
@@ -119,7 +118,7 @@ def dahl_state(motion: JointMotion, distance: float) -> Array:
 
 def play_position(motion: JointMotion, width: float) -> Array:
     """Position of the link behind a gap of `width` (rad), pushed by the motor at either flank."""
-    piece, direction, origin = monotone_pieces(motion.q)
+    piece, direction, origin = monotone_pieces(motion.q, motion.direction)
     key = ("play", motion.joint, width)
     kept = motion.memory.recall(key, float(motion.time[0]))
     value = motion.q[0] - 0.5 * width * direction[0] if kept is None else kept

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from identify.effects.dry_friction import quadrants
+from identify.effects.dry_friction import quadrant_directions, quadrants
 from identify.effects.effect import Constants, Effect, geometric_grid
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.viscous import finer_stribeck, stribeck_range, stribeck_step
@@ -43,13 +43,13 @@ class LoadVelocity(Effect):
         return finer_stribeck(constants, summary, stribeck_step(summary, 9))
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
-        driving, driven = quadrants(motion.load, motion.dq)
+        driving, driven = quadrants(motion.load, motion.direction)
         fading = np.exp(-np.abs(motion.dq) / constants["stribeck_velocity"])
         # one known load beside the base parameters: its a_m and a_g are the paper's M_ae/M_aw split by quadrant
         loads = np.column_stack([motion.inertial, motion.known_load])
-        signs = motion.direction
         split = [loads * factor[:, None] for factor in (driving, driving * fading, driven, -driven * fading)]
-        dry = [driving * signs, driving * fading * signs, driven * signs, driven * fading * signs]
+        ahead, back = quadrant_directions(motion.load, motion.direction)
+        dry = [ahead, fading * ahead, back, fading * back]
         return np.hstack([*split, np.column_stack(dry)])
 
 
@@ -73,11 +73,12 @@ class GearFriction(LoadVelocity):
     parameters = (*SPLIT, *DRY)
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
-        driving, driven = quadrants(motion.load, motion.dq)
+        driving, driven = quadrants(motion.load, motion.direction)
         fading = np.exp(-np.abs(motion.dq) / constants["stribeck_velocity"])
-        load, signs = motion.load, motion.direction
+        load = motion.load
         split = [driving * load, driving * fading * load, driven * load, -driven * fading * load]
-        dry = [driving * signs, driving * fading * signs, driven * signs, driven * fading * signs]
+        ahead, back = quadrant_directions(motion.load, motion.direction)
+        dry = [ahead, fading * ahead, back, fading * back]
         return np.column_stack([*split, *dry])
 
 

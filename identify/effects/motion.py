@@ -55,6 +55,8 @@ class JointMotion:
     q: Array
     dq: Array
     ddq: Array
+    direction: Array
+    """sign(dq), the sign of eq. (5), -1 to 1; it turns where the positions as recorded turn"""
     period: float
     load: Array
     model_torque: Array
@@ -82,11 +84,6 @@ class JointMotion:
     def gear_load(self, rotor_inertia: float) -> Array:
         """What the gear carries: the load less what turns the rotor, which sits on the motor's side of the gear."""
         return self.load - rotor_inertia * self.ddq
-
-    @cached_property
-    def direction(self) -> Array:
-        """sign(dq), the sign of eq. (5)."""
-        return np.sign(self.dq)
 
     @cached_property
     def load_slope(self) -> Array:

@@ -102,6 +102,7 @@ class JointContext:
             q=block.q[:, joint],
             dq=block.dq[:, joint],
             ddq=block.ddq[:, joint],
+            direction=block.direction[:, joint],
             period=block.sampling_period,
             load=self.load[:, joint],
             model_torque=self.torque[:, joint],

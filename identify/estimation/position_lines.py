@@ -82,7 +82,7 @@ def position_lines(
     covered = span
     if lines:
         passed = speed * lines[0] < 2 * np.pi * decimation_cutoff
-        covered = _covered(q[passed], lines[0])
+        covered = _covered(q[passed], lines[0]) or span
     return PositionLines(lines, _strongest(weighted, span), 2 * np.pi / covered, searched)
 
 

@@ -12,6 +12,7 @@ from identify.effects.motion import JointSummary
 from identify.estimation.rigid_body import RigidBody
 from identify.recording import Experiment, InputError, Session, SessionEntry
 from identify.signals import MotionBlock, SignalSettings, choose_signal_settings, motion_blocks
+from identify.signals.position_noise import SAMPLES, position_rounding, position_step
 from identify.signals.running_extremes import running_maximum, running_minimum
 
 Array = NDArray[np.float64]
@@ -32,9 +33,6 @@ parameter gets better"""
 
 REST_SPEED = 2e-3
 """part of the top speed below which a joint may be at rest"""
-
-RESOLUTION_SAMPLES = 50_000
-"""positions looked at to find the encoder's step; the step shows within the first moves"""
 
 LARGEST_HELD = 128 << 20
 """bytes of filtered motion and regressor held between passes; what a longer record needs more is computed again"""
@@ -176,10 +174,8 @@ class Record:
                 start=float(session.time[0]),
                 duration=float(session.time[-1] - session.time[0]),
                 period=session.sampling_period,
-                position_step=_position_step(session.position[:RESOLUTION_SAMPLES]),
-                position_rounding=_position_rounding(
-                    session.position[session.segments[0]][:RESOLUTION_SAMPLES]
-                ),
+                position_step=position_step(session.position[:SAMPLES]),
+                position_rounding=position_rounding(session.position[session.segments[0]][:SAMPLES]),
                 commanded=_commanded(session.command),
                 has_external=session.external is not None,
                 remarks=session.remarks,
@@ -395,29 +391,11 @@ def _odd(length: float) -> int:
     return max(3, 2 * round(0.5 * (length - 1)) + 1)
 
 
-def _position_step(position: Array) -> Array:
-    """(n,) smallest step other than rounding, infinite where there is none."""
-    steps = np.abs(np.diff(position, axis=0))
-    rounding = 1e-12 * np.maximum(1.0, np.abs(position).max(axis=0))
-    return np.where(steps > rounding, steps, np.inf).min(axis=0)
-
-
-def _position_rounding(position: Array) -> Array:
-    """(n,) step of a rounding that would give these positions the scatter of their third differences.
-
-    Third differences leave of the motion itself its jerk times the period cubed: next to nothing. A record whose
-    digits are rounded more coarsely in places than in others has the scatter of both.
-    """
-    if len(position) < 8:
-        return np.full(position.shape[1], np.inf)
-    return np.sqrt(12.0 / 20.0) * np.std(np.diff(position, 3, axis=0), axis=0)
-
-
 def _commanded(command: Array) -> NDArray[np.bool_]:
     """(n,) whether a column is ever other than zero; looks no further than needed."""
     found = np.zeros(command.shape[1], bool)
-    for first in range(0, len(command), RESOLUTION_SAMPLES):
-        found |= np.any(command[first : first + RESOLUTION_SAMPLES], axis=0)
+    for first in range(0, len(command), SAMPLES):
+        found |= np.any(command[first : first + SAMPLES], axis=0)
         if found.all():
             break
     return found

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from identify.estimation.context import FittedTorque, JointContext, slot_rows
 from identify.signals import MotionBlock
+from identify.signals.running_extremes import running_maximum
 
 Array = NDArray[np.float64]
 
@@ -18,9 +19,10 @@ LATEST = 0.1
 class ReversalNoise:
     """What is not known of the instant of a reversal, for weighting the samples around it.
 
-    Dry friction steps from one side to the other when dq changes its sign. The instant is known to a sample period,
-    and to what the rounding of the encoder leaves; the step's error, through the parallel filter, stands beside
-    `deviation`, the residual's own. Samples around a reversal then count as much less as their error is larger.
+    Dry friction steps from one side to the other when the joint turns round. The instant is known to a sample period,
+    to what the rounding of the encoder leaves, and to what the recorded positions say of it (`signals.reversals`); the
+    step's error, through the parallel filter, stands beside `deviation`, the residual's own. Samples around a reversal
+    then count as much less as their error is larger.
 
     deviation, speed : (n,) N m, rad/s
     """
@@ -30,18 +32,31 @@ class ReversalNoise:
 
     def weights(self, block: MotionBlock, joint: int, dry: Array) -> Array:
         """(M,) weight of each decimated sample of a joint; `dry` (N,) is its fitted dry friction."""
-        dq, ddq = block.dq[:, joint], block.ddq[:, joint]
-        direction = np.sign(dq)
-        turns = np.flatnonzero(direction[1:] * direction[:-1] < 0) + 1
-        error = np.zeros((len(dq), 1))
+        ddq = block.ddq[:, joint]
+        heading = np.sign(block.direction[:, joint])
+        moving = np.flatnonzero(heading)
+        turns = moving[1:][heading[moving[1:]] != heading[moving[:-1]]]
+        found = _deviation(block, joint, turns)
         late = np.hypot(
             block.sampling_period / np.sqrt(12), self.speed[joint] / np.maximum(abs(ddq[turns]), 1e-9)
         )
-        late = np.minimum(late, LATEST)
-        step = np.abs(dry[turns] - dry[np.maximum(turns - 1, 0)])
+        late = np.minimum(np.hypot(late, found), LATEST)
+        # the direction passes from one side to the other within root three deviations
+        around = 1 + np.ceil(np.sqrt(3.0) * found / block.sampling_period).astype(int)
+        step = np.abs(dry[np.minimum(turns + around, len(dry) - 1)] - dry[np.maximum(turns - around, 0)])
+        error = np.zeros((len(ddq), 1))
         error[turns, 0] = step * late / block.sampling_period
         spread = block.decimate(error)[:, 0] / max(float(self.deviation[joint]), 1e-30)
         return 1.0 / np.sqrt(1.0 + spread**2)
+
+
+def _deviation(block: MotionBlock, joint: int, turns: NDArray[np.intp]) -> Array:
+    """s, of the instants that were found beside the recorded positions; 0 at the other turns."""
+    own = block.reversals[joint]
+    found = np.zeros(len(block.dq))
+    rows = np.clip(np.ceil(own.instant).astype(int), 0, len(found) - 1)
+    found[rows] = own.deviation * block.sampling_period
+    return running_maximum(found, 3)[turns]
 
 
 def dry_friction(context: JointContext, fitted: FittedTorque | None) -> Array:

@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from identify.recording import InputError, Session
 from identify.recording.samples import release
 from identify.signals import differentiation, parallel_filter, zero_phase
+from identify.signals.position_noise import SAMPLES, position_rounding, position_step
+from identify.signals.reversals import Reversals, direction_of_motion, find_reversals
 from identify.signals.settings import SignalSettings
 
 Array = NDArray[np.float64]
@@ -47,6 +49,10 @@ class MotionBlock:
     """(N, n) rad/s or m/s"""
     ddq: Array
     """(N, n) rad/s² or m/s²"""
+    direction: Array
+    """(N, n) sign of the velocity, -1 to 1: of dq, but turning where the positions as recorded turn"""
+    reversals: tuple[Reversals, ...]
+    """Of each joint, in rows of the block"""
     command: Array
     """(N, n) unit of the drive gain"""
     external: Array | None
@@ -135,9 +141,11 @@ def motion_blocks(
         )
     largest = largest_block or max(LARGEST_BLOCK // session.n, 4 * grid.around)
     per_block = max(1, largest // grid.factor)
+    rounding = _rounding(session)
     for index, segment, own in kept:
         for begin in range(own.start, own.stop, per_block):
-            yield _block(session, settings, grid, index, segment, own[begin - own.start :][:per_block])
+            piece = own[begin - own.start :][:per_block]
+            yield _block(session, settings, grid, rounding, index, segment, piece)
             for array in (session.time, session.position, session.command):
                 release(array)
 
@@ -154,7 +162,13 @@ def left_out(session: Session, settings: SignalSettings) -> tuple[str, ...]:
 
 
 def _block(
-    session: Session, settings: SignalSettings, grid: _Grid, index: int, segment: slice, own: range
+    session: Session,
+    settings: SignalSettings,
+    grid: _Grid,
+    rounding: Array,
+    index: int,
+    segment: slice,
+    own: range,
 ) -> MotionBlock:
     rows_in_segment = (segment.stop - segment.start - 1) // grid.stride + 1
     first = max(own.start * grid.factor - grid.around, 0)
@@ -163,8 +177,13 @@ def _block(
 
     around = differentiation.memory(session.sampling_period, settings.position_cutoff)
     wide = slice(max(start - around, segment.start), min(stop + around, segment.stop))
-    derivatives = differentiation.differentiate(
-        np.asarray(session.position[wide]), session.sampling_period, settings.position_cutoff
+    recorded = np.asarray(session.position[wide])
+    derivatives = differentiation.differentiate(recorded, session.sampling_period, settings.position_cutoff)
+    reversals = tuple(
+        find_reversals(
+            recorded[:, joint], derivatives[1][:, joint], cutoff, session.sampling_period, rounding[joint]
+        ).in_rows(start - wide.start, grid.stride)
+        for joint, cutoff in enumerate(settings.position_cutoff)
     )
     q, dq, ddq = (values[start - wide.start : stop - wide.start : grid.stride] for values in derivatives)
 
@@ -184,6 +203,8 @@ def _block(
         q=q,
         dq=dq,
         ddq=ddq,
+        direction=direction_of_motion(dq, reversals),
+        reversals=reversals,
         command=command,
         external=measured(session.external),
         temperature=measured(session.temperature),
@@ -193,6 +214,14 @@ def _block(
         cutoff=settings.decimation_cutoff,
         sampling_period=grid.period,
     )
+
+
+def _rounding(session: Session) -> Array:
+    """(n,) step of the encoder, or of a rounding that would scatter the positions alike."""
+    first = np.array(session.position[session.segments[0]][:SAMPLES])
+    release(session.position)
+    step = position_step(first)
+    return np.maximum(np.where(np.isfinite(step), step, 0.0), position_rounding(first))
 
 
 ANTI_ALIAS = 0.25

@@ -14,7 +14,8 @@ from identify.effects.motion import BlockMemory
 
 
 def motion(position: np.ndarray, time: np.ndarray, memory: BlockMemory) -> SimpleNamespace:
-    return SimpleNamespace(joint=0, time=time, q=position, memory=memory)
+    direction = np.sign(np.diff(position, prepend=position[:1]))
+    return SimpleNamespace(joint=0, time=time, q=position, direction=direction, memory=memory)
 
 
 def wandering(seed: int, count: int = 600) -> np.ndarray:

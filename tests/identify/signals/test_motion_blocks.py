@@ -12,9 +12,12 @@ from identify.signals.motion import left_out
 
 
 def gathered(session, chosen, largest=None):
-    """Decimated time and q, dq, ddq and command through the parallel filter, of all blocks."""
+    """Decimated time and q, dq, ddq, direction and command through the parallel filter, of all blocks."""
     blocks = [
-        (block.decimated_time, block.decimate(np.hstack([block.q, block.dq, block.ddq, block.command])))
+        (
+            block.decimated_time,
+            block.decimate(np.hstack([block.q, block.dq, block.ddq, block.direction, block.command])),
+        )
         for block in motion_blocks(session, chosen, largest)
     ]
     return np.concatenate([time for time, _ in blocks]), np.concatenate([columns for _, columns in blocks])
