@@ -109,7 +109,7 @@ class _SessionPower:
         self.position_density = 2 * period * acceleration / second_difference
         self.torque_density = 2 * period * np.mean([np.abs(own) ** 2 for own in self._torque], axis=0)
 
-    def _spectrum(self, values: Array) -> Array:
+    def _spectrum(self, values: Array) -> NDArray[np.complex128]:
         window = np.hanning(len(values))
         window /= np.linalg.norm(window)
         return np.fft.rfft(window * (values - values.mean()), fast_length(len(values)))[1:]
