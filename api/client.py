@@ -306,6 +306,16 @@ class Client:
         """Give the rig back."""
         return self._post(f"/rigs/{rig}/release")
 
+    def home(self, rig: str, joint: str, method: int | None = None, reset_faults: bool = False) -> Json:
+        """Let one joint's drive look for its home; returns at once. The axis moves: stand by the machine."""
+        return self._post(
+            f"/rigs/{rig}/homing", {"joint": joint, "method": method, "reset_faults": reset_faults}
+        )
+
+    def homing(self, rig: str) -> Json | None:
+        """The homing under way on a rig, or the last one."""
+        return self._get(f"/rigs/{rig}/homing")
+
     def recover(self, experiment: str, session: str) -> Json:
         """Close a recording that was cut off; it is identified with the others if there is enough of it."""
         return self._post(f"/experiments/{experiment}/sessions/{session}/recover")

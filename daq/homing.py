@@ -53,11 +53,14 @@ def joints_to_home(rig: Rig, named: tuple[str, ...] = ()) -> list[int]:
 class Homing:
     """The rig's drives, ready to be homed; a context manager.
 
+    stop : set from any thread, it brings the axis that is being homed to rest; no axis is homed afterwards
+
     Raises BusError when the bus cannot be opened.
     """
 
-    def __init__(self, rig: Rig) -> None:
+    def __init__(self, rig: Rig, stop: threading.Event | None = None) -> None:
         self.rig = rig
+        self._stopped = stop or threading.Event()
         self._drives = RigDrives(rig)
 
     def __enter__(self) -> "Homing":
@@ -84,15 +87,15 @@ class Homing:
 
         method : of 0x6098; None leaves the drive's own
 
-        Raises DriveError when the drive reports an error or does not finish in time. Whatever is raised, an interruption
-        by the operator too, the axis is stopped first.
+        Raises DriveError when the drive reports an error, does not finish in time or was stopped. Whatever is raised, an
+        interruption by the operator too, the axis is stopped first.
         """
         axis, drive = self.rig.axes[index], self._drives.drives[index]
         drive.produce_heartbeat(self.rig.supervision.heartbeat_period)
         with self._heartbeats(index):
             drive.set_nmt_state("OPERATIONAL")
             try:
-                drive.home(method)
+                drive.home(method, self._stopped.is_set)
             except BaseException:
                 with contextlib.suppress(DriverError):
                     drive.quick_stop()

@@ -213,27 +213,37 @@ class StateMachine:
         if state is State.FAULT:
             raise self._stuck("fault reset", State.SWITCH_ON_DISABLED, state, self.timeouts.transition)
 
-    def home(self, method: int | None = None) -> None:
+    def home(self, method: int | None = None, stopped: Callable[[], bool] = lambda: False) -> None:
         """Run the drive's homing (mode 6) and wait until it is attained; the drive must be enabled.
 
-        method : 0x6098; None leaves the drive's own
+        method  : 0x6098; None leaves the drive's own
+        stopped : whether somebody stopped it meanwhile; asked from before the start on
 
-        Raises DriveError when the drive reports a homing error or does not finish in time.
+        Raises DriveError when the drive reports a homing error, does not finish in time, or was stopped; the axis may
+        still move then.
         """
+
+        def unless_stopped() -> None:
+            if stopped():
+                raise DriveError(self.node, "homing", received="it was stopped")
+
+        unless_stopped()
         if method is not None:
             self.sdo.write_verified(0x6098, 0, "int8", method, "setting the homing method")
         self.set_mode(Mode.HOMING)
         self.enable()
         enabled = Command.ENABLE_OPERATION.value
         self.sdo.write(cia402.CONTROLWORD, 0, "uint16", enabled, "homing")
+        unless_stopped()
         self.sdo.write(cia402.CONTROLWORD, 0, "uint16", enabled | cia402.START_HOMING, "homing")
         attained = cia402.HOMING_ATTAINED | cia402.TARGET_REACHED
 
         def finished(word: int) -> bool:
             at_end = word & attained == attained or word & cia402.HOMING_ERROR
-            return bool(at_end) or cia402.state_of(word) is not State.OPERATION_ENABLED
+            return bool(at_end) or stopped() or cia402.state_of(word) is not State.OPERATION_ENABLED
 
         word = self._wait(self.statusword, finished, self.timeouts.homing)
+        unless_stopped()
         if word & cia402.HOMING_ERROR or word & attained != attained:
             raise DriveError(
                 self.node,

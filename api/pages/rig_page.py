@@ -62,6 +62,19 @@ def take(request: Request, user: access.Operator, rig: Annotated[str, Form(max_l
     return rig_state(request, user, rig)
 
 
+@router.post("/rig/home")
+def home(
+    request: Request,
+    user: access.Operator,
+    rig: Annotated[str, Form(max_length=64)],
+    joint: Annotated[str, Form(max_length=64)],
+) -> Response:
+    """Let a joint's drive look for its home."""
+    service = access.service_of(request)
+    service.homings.start(_known(service, rig), user, joint=joint, client=access.client_address(request))
+    return rig_state(request, user, rig)
+
+
 @router.post("/rig/release")
 def release(request: Request, user: access.Operator, rig: Annotated[str, Form(max_length=64)]) -> Response:
     """Give the rig back."""
@@ -106,6 +119,12 @@ def rig_context(service: Service, rig_id: str, own_name: str) -> dict[str, Any]:
         "events": [_event(event) for event in reversed(active.events[-12:])] if active else [],
         "active": active,
         "moving": active is not None and active.state in MOVING,
+        "homed_by_drive": [
+            axis.joint
+            for axis in settings.axes
+            if axis.homing == "drive" and settings.bus.interface != "virtual"
+        ],
+        "homing": service.homings.run(rig_id),
     }
 
 

@@ -8,6 +8,7 @@ from api.pages.number_format import duration, listing
 from api.pages.rendering import PREFIX
 from api.service import access
 from api.service.application import Service
+from api.service.homing_desk import HomingRun
 from api.service.routes.rigs import stop_rig
 from api.service.session_desk import MOVING, ActiveSession
 from daq.session_events import SessionState
@@ -23,6 +24,10 @@ def run_state(request: Request, user: access.Viewer) -> dict[str, Any]:
         service.rigs.look(rig, user)
     active = moving_session(service)
     if active is None:
+        for rig in service.rigs.files():
+            homing = service.homings.run(rig)
+            if homing is not None and service.homings.moving(rig):
+                return _homing_state(service, homing, user.name)
         return {"running": False, "rig_state": "good", "rig_words": "Nothing moves", "onlookers": ""}
     progress = active.payload_session.progress
     armed = active.state == SessionState.ARMED
@@ -37,6 +42,20 @@ def run_state(request: Request, user: access.Viewer) -> dict[str, Any]:
         "rig_state": "warn",
         "rig_words": "Armed" if armed else "Moving",
         "onlookers": onlooker_words(service, active.rig, user.name),
+    }
+
+
+def _homing_state(service: Service, homing: HomingRun, own_name: str) -> dict[str, Any]:
+    return {
+        "running": True,
+        "title": f"{homing.joint} looks for its home",
+        "detail": f"{homing.rig}, by {homing.operator}",
+        "left": "",
+        "fraction": 0.0,
+        "note": "Stops the motion at once, without a question.",
+        "rig_state": "warn",
+        "rig_words": "Homing",
+        "onlookers": onlooker_words(service, homing.rig, own_name),
     }
 
 

@@ -20,6 +20,7 @@ from api.service.audit import AuditLog
 from api.service.database import Database, open_database
 from api.service.experiment_store import ExperimentStore
 from api.service.guard import Guard
+from api.service.homing_desk import HomingDesk
 from api.service.jobs import JobRunner
 from api.service.live_feed import LiveFeed
 from api.service.model_desk import ModelDesk
@@ -70,6 +71,7 @@ class Service:
     planner: Planner
     separating: SeparatingPlanner
     sessions: SessionDesk
+    homings: HomingDesk
     samples: SessionCache
     live: LiveFeed
     scale: WeighingScale
@@ -95,6 +97,7 @@ def create_application(settings: ServiceSettings) -> FastAPI:
         service.live.start()
         yield
         # The robot first: it comes to rest before anything else is given up.
+        await run_in_threadpool(service.homings.close)
         await run_in_threadpool(service.sessions.close)
         await service.live.close()
         await run_in_threadpool(service.jobs.close)
@@ -169,6 +172,7 @@ def _create_service(settings: ServiceSettings) -> Service:
         planner=Planner(rigs, plans, jobs),
         separating=SeparatingPlanner(experiments, models, rigs, plans),
         sessions=sessions,
+        homings=HomingDesk(rigs, sessions, audit),
         samples=SessionCache(),
         live=LiveFeed(rigs, sessions, settings.live_rate),
         scale=WeighingScale(settings.scale_port),

@@ -45,8 +45,9 @@ class _Server(uvicorn.Server):
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
         """Called by uvicorn on SIGINT and SIGTERM."""
-        sessions = self.config.app.state.service.sessions  # type: ignore[union-attr]
-        threading.Thread(target=sessions.stop_all, args=("the service was told to end",)).start()
+        service = self.config.app.state.service  # type: ignore[union-attr]
+        for desk in (service.homings, service.sessions):
+            threading.Thread(target=desk.stop_all, args=("the service was told to end",)).start()
         super().handle_exit(sig, frame)
 
 

@@ -5,7 +5,8 @@ wait for it.
 """
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from threading import Lock
 from typing import Any
@@ -78,6 +79,8 @@ class SessionDesk:
         self._lock = Lock()
         self.on_change: Listener = lambda active: None
         """Called after every event of a session, from that session's thread."""
+        self.homing: Callable[[str], bool] = lambda rig: False
+        """Says whether a joint of a rig looks for its home; set by the homing desk."""
         rigs.moving = self._moving
 
     # --- looking
@@ -88,7 +91,18 @@ class SessionDesk:
 
     def _moving(self, rig: str) -> bool:
         active = self._active.get(rig)
-        return active is not None and active.state in MOVING
+        return self.homing(rig) or (active is not None and active.state in MOVING)
+
+    @contextmanager
+    def without_session(self, rig: str) -> Iterator[None]:
+        """No session has the rig's bus, and none takes it within. Raises the problem 409 if one has."""
+        with self._lock:
+            active = self._active.get(rig)
+            if active is not None and not active.state.ended:
+                raise Problem(
+                    409, f"The session {active.id} of {active.experiment} has this rig; finish or discard it."
+                )
+            yield
 
     # --- before the motion
 
@@ -303,6 +317,8 @@ class SessionDesk:
         return self._active[row.rig or ""]
 
     def _free_bus(self, rig: str) -> None:
+        if self.homing(rig):
+            raise Problem(409, "A joint of this rig looks for its home; wait for it, or stop it.")
         other = self._active.get(rig)
         if other is None:
             return

@@ -74,6 +74,8 @@ TABLE: dict[tuple[str, str], Role | None] = {
     ("POST", "/rigs/{rig}/take"): OPERATOR,
     ("POST", "/rigs/{rig}/release"): OPERATOR,
     ("POST", "/rigs/{rig}/hand-over"): OPERATOR,
+    ("POST", "/rigs/{rig}/homing"): OPERATOR,
+    ("GET", "/rigs/{rig}/homing"): VIEWER,
     ("POST", "/rigs/{rig}/stop"): VIEWER,
     ("WEBSOCKET", "/rigs/{rig}/live"): VIEWER,
     ("GET", "/plans"): VIEWER,

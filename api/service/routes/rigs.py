@@ -1,14 +1,14 @@
 """Rigs: what they are, who has them, and the stop."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import anyio
 import anyio.to_thread
 from fastapi import APIRouter, Path, Request
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, ConfigDict, Field
 
 from api.service import access
-from api.service.access import service_of
+from api.service.access import client_address, service_of
 from api.service.accounts import NAME_PATTERN, Role, User
 from api.service.openapi import ResourceRoute, problems
 from api.service.problems import Problem, not_found
@@ -51,6 +51,32 @@ class HandOver(BaseModel):
     """To whom the rig goes."""
 
     to: Annotated[str, Field(pattern=NAME_PATTERN, examples=["grace"])]
+
+
+class HomingOrder(BaseModel):
+    """Which joint is to look for its home, and how."""
+
+    joint: str = Field(examples=["j3"])
+    method: Annotated[int, Field(ge=-128, le=127)] | None = Field(
+        default=None,
+        description="homing method 0x6098 (37: here is home, without motion); left out, the drive's own",
+        examples=[37],
+    )
+    reset_faults: bool = Field(default=False, description="reset the drives' faults first", examples=[False])
+
+
+class HomingView(BaseModel):
+    """A homing, under way or the last one."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    joint: str = Field(examples=["j3"])
+    method: int | None = Field(examples=[37])
+    operator: str = Field(examples=["ada"])
+    state: Literal["homing", "done", "stopped", "failed"] = Field(examples=["done"])
+    words: str = Field(description="what was found, or why it ended", examples=["homed; stands at 0.02 rad"])
+    position: float | None = Field(description="rad or m, where the joint stands once homed", examples=[0.02])
+    within_limits: bool | None = Field(examples=[True])
 
 
 class Stopped(BaseModel):
@@ -137,6 +163,32 @@ def hand_over(request: Request, user: access.Operator, rig: RigId, change: HandO
     return RigSummary.model_validate(_summary(request, rig))
 
 
+@router.post("/rigs/{rig}/homing", status_code=202, responses=problems(409, 503))
+def home(request: Request, user: access.Operator, rig: RigId, order: HomingOrder) -> HomingView:
+    """Let one joint's drive look for its home: the axis moves, and no limit of the rig file watches it.
+
+    Returns at once; ask how it goes, and stop it as any motion with `POST /rigs/{rig}/stop`.
+    """
+    homings = service_of(request).homings
+    return HomingView.model_validate(
+        homings.start(
+            _known(request, rig),
+            user,
+            joint=order.joint,
+            method=order.method,
+            reset_faults=order.reset_faults,
+            client=client_address(request),
+        )
+    )
+
+
+@router.get("/rigs/{rig}/homing")
+def get_homing(request: Request, _user: access.Viewer, rig: RigId) -> HomingView | None:
+    """The homing under way on this rig, or the last one; null if there was none since the service started."""
+    run = service_of(request).homings.run(_known(request, rig))
+    return None if run is None else HomingView.model_validate(run)
+
+
 @router.post("/rigs/{rig}/stop")
 async def stop(request: Request, user: access.SignedIn, rig: RigId) -> Stopped:
     """Bring the rig to rest, now. Open to everybody who is signed in, always; harmless when repeated."""
@@ -145,10 +197,13 @@ async def stop(request: Request, user: access.SignedIn, rig: RigId) -> Stopped:
 
 async def stop_rig(request: Request, user: User, rig: str) -> Stopped:
     """Stop in a thread of its own, so that no slow request is ahead of it."""
-    sessions = service_of(request).sessions
-    return Stopped(
-        stopped=await anyio.to_thread.run_sync(sessions.stop, rig, user, limiter=_stop_limiter(request))
-    )
+    service = service_of(request)
+
+    def stop_all() -> bool:
+        homing = service.homings.stop(rig, f"stopped by {user.name}")
+        return service.sessions.stop(rig, user) or homing
+
+    return Stopped(stopped=await anyio.to_thread.run_sync(stop_all, limiter=_stop_limiter(request)))
 
 
 def _stop_limiter(request: Request) -> anyio.CapacityLimiter:
