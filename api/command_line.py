@@ -41,13 +41,13 @@ def _register_commands(asked: str) -> None:
 def main() -> None:
     """Run the command line; the entry point of the script `coulomb`."""
     # Read when NumPy is loaded. The computations use one thread for linear algebra anyway (`single_threaded`), and
-    # threads that OpenBLAS starts all the same spin while they wait: a seventh of the processor time of `identify`.
+    # threads that OpenBLAS starts all the same spin while they wait: a sixth of the processor time of `identify`.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         _run()
     finally:
         # The interpreter would walk through all that was ever imported, twice, to free it one by one; the end of the
-        # process frees it at once. That walk was another seventh.
+        # process frees it at once. That walk was a ninth.
         gc.freeze()
 
 
