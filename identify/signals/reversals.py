@@ -36,8 +36,8 @@ one (a joint that sets off from friction alone turns at most 1/pi^2 away), and h
 SMOOTH = 10.0
 """How much likelier than all others together the smooth course is held before the positions are looked at: an instant
 that is moved without need is worse than one that is not, since most reversals are smooth."""
-LEAST_SPREAD = 0.15
-"""Of a sampling period: no instant is known better, since courses are not exactly cubic."""
+CUBIC = 0.01
+"""Periods of the cut-off: deviation of an instant found beside a corner, whose sides are not exactly cubics."""
 TURNS_WITHIN_STOP = 0.25
 """Of a stop: where in it friction steps. Held at rest, friction follows the torque, from what is left when the
 joint arrives to the whole breakaway torque; its mean is that of a step between the arrival and half of the stop."""
@@ -97,7 +97,7 @@ def direction_of_motion(velocity: Array, reversals: Sequence[Reversals]) -> Arra
     """
     direction = np.sign(velocity)
     for joint, own in enumerate(reversals):
-        spread = np.maximum(np.sqrt(3.0) * own.deviation, LEAST_SPREAD)
+        spread = np.maximum(np.sqrt(3.0) * own.deviation, 1e-9)
         early = np.floor(np.minimum(own.crossing, own.instant - spread)).astype(int)
         late = np.ceil(np.maximum(own.crossing, own.instant + spread)).astype(int)
         for number in range(len(own.crossing)):
@@ -138,7 +138,7 @@ def _instants(around: Array, crossing: Array, unit: float, rounding: float) -> t
     weight = np.exp(logarithm - logarithm.max(axis=1, keepdims=True))
     weight /= weight.sum(axis=1, keepdims=True)
     mean = np.sum(weight * instant, axis=1)
-    spread = np.append(SPREAD_WITHIN_STOP * stop, 0.0) ** 2
+    spread = np.append(np.hypot(SPREAD_WITHIN_STOP * stop, CUBIC * unit), 0.0) ** 2
     return mean, np.sqrt(np.sum(weight * ((instant - mean[:, None]) ** 2 + spread), axis=1))
 
 
