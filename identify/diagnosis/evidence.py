@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.diagnosis.held_out import DEPENDENT, RIDGE
 from identify.estimation.observation import Observation
 from identify.estimation.statistics import FEWEST_CLUSTERS, joined
 
@@ -20,43 +21,64 @@ def group_p_value(observation: Observation, joint: int, base: Index, extra: Inde
     """
     from scipy.special import fdtrc
 
-    columns = observation.joint_columns[joint]
-    place = {int(column): index for index, column in enumerate(columns)}
-    inner = np.array([place[int(c)] for c in base if int(c) in place], np.intp)
-    outer = np.array([place[int(c)] for c in extra if int(c) in place], np.intp)
-    if not len(outer):
+    place = {int(column): index for index, column in enumerate(observation.joint_columns[joint])}
+    inner = [place[int(c)] for c in base if int(c) in place]
+    outer = [place[int(c)] for c in extra if int(c) in place]
+    if not outer:
         return 1.0, np.zeros(0)
-    products = np.array([factors[joint].gram() for factors in observation.factors])
-    wanted = np.concatenate([inner, outer])
-    target = products.shape[1] - 2
-    grams = products[:, wanted][:, :, wanted]
-    scores = products[:, wanted, target]
+    b = len(inner)
+    products = np.array([_products(factors[joint].r, [*inner, *outer]) for factors in observation.factors])
+    grams, scores = products[:, :, :-1], products[:, :, -1]
     scale = np.sqrt(np.maximum(np.diag(grams.sum(0)), 1e-300))
-    grams = grams / scale[:, None] / scale[None, :]
-    scores = scores / scale
-    whole = grams.sum(0) + 1e-11 * np.eye(len(wanted))
-    inverse = np.linalg.pinv(whole, rcond=1e-10, hermitian=True)
-    estimate = inverse @ scores.sum(0)
-    found = estimate[len(inner) :] / scale[len(inner) :]
-    left = scores - grams @ estimate
+    grams, scores = grams / np.outer(scale, scale), scores / scale
+    whole, score = grams.sum(0), scores.sum(0)
+    own, combination = _seen_beside(whole, b)
+    rank = own.shape[1]
+    if not rank:
+        return 1.0, np.zeros(len(outer))
+    onto = np.vstack([-combination @ own, own])
+    power = np.einsum("ij,ik,kj->j", onto, whole, onto)
+    value = onto.T @ score / power
+    estimate = own @ value
+    rest = _solved(whole[:b, :b], score[:b]) - combination @ estimate
+    left = (scores - grams @ np.concatenate([rest, estimate])) @ onto / power
     sessions = np.array([block.session for block in observation.blocks])
-    tested = np.arange(len(inner), len(wanted))
     worst = 0.0
     for size in (1, 2, 4):
         groups = joined(sessions, size)
         count = int(groups.max()) + 1
         if size > 1 and count < FEWEST_CLUSTERS:
             break
-        clustered = np.zeros((count, len(wanted)))
-        np.add.at(clustered, groups, left)
-        influence = clustered @ inverse[:, tested]
-        covariance = influence.T @ influence * count / max(count - 1, 1)
-        value = estimate[tested]
-        strength = float(value @ np.linalg.pinv(covariance, rcond=1e-10, hermitian=True) @ value)
-        rank = len(tested)
         if count <= rank + 1:
-            return 1.0, found
+            worst = 1.0
+            break
+        influence = np.zeros((count, rank))
+        np.add.at(influence, groups, left)
+        covariance = influence.T @ influence * count / max(count - 1, 1)
+        strength = float(value @ np.linalg.pinv(covariance, rcond=1e-10, hermitian=True) @ value)
         freedom = count - rank
         statistic = strength / rank * freedom / (count - 1)
         worst = max(worst, float(fdtrc(rank, freedom, max(statistic, 0.0))))
-    return worst, found
+    return worst, estimate / scale[b:]
+
+
+def _products(rows: Array, columns: list[int]) -> Array:
+    """WᵀW and, in the last column, WᵀY of some columns of a block's triangular factor."""
+    wanted = rows[:, columns]
+    return wanted.T @ np.column_stack([wanted, rows[:, -2]])
+
+
+def _seen_beside(products: Array, base: int) -> tuple[Array, Array]:
+    """Combinations (columns) of the further columns that are seen beside the base, and what of the base is in each.
+
+    products : WᵀW, columns of unit power, the base first. What is left of a dependent column is rounding and the
+               difference of two searches: it would pass for evidence.
+    """
+    combination = _solved(products[:base, :base], products[:base, base:])
+    left = products[base:, base:] - products[base:, :base] @ combination
+    power, directions = np.linalg.eigh((left + left.T) / 2)
+    return directions[:, power > DEPENDENT], combination
+
+
+def _solved(products: Array, right: Array) -> Array:
+    return np.linalg.solve(products + RIDGE * np.eye(len(products)), right) if len(products) else right

@@ -6,7 +6,7 @@ gives each candidate's fit, and the same combination on the blocks left out give
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,10 +52,12 @@ class FoldedProducts:
     """Products of all columns, by fold, for the rows of each joint.
 
     folds : (blocks,) index of the fold that each block belongs to
+    known : weight with which a candidate's estimate on all data enters that without a fold; above zero where a fold
+            left out may leave nothing that tells its parameters
     """
 
-    def __init__(self, observation: Observation, weights: Array, folds: Index) -> None:
-        self.observation, self.weights, self.folds = observation, weights, folds
+    def __init__(self, observation: Observation, weights: Array, folds: Index, known: float = 0.0) -> None:
+        self.observation, self.weights, self.folds, self.known = observation, weights, folds, known
         self.count = int(folds.max()) + 1
         self.local: list[dict[int, int]] = []
         self.products: list[Array] = []
@@ -93,7 +95,8 @@ class FoldedProducts:
         best = int(np.argmax([gain for _, gain in trained]))
         errors = []
         for reduced in folds:
-            fits = [reduced.fit(option) for option in options]
+            aided = reduced.aided(whole, self.known)
+            fits = [aided.fit(option) for option in options]
             chosen = int(np.argmax([gain for _, gain in fits]))
             errors.append(reduced.error(options[chosen], fits[chosen][0]))
         return HeldOut(whole.error(options[best], trained[best][0]), np.array(errors), best)
@@ -164,6 +167,10 @@ class _Reduced:
         else:
             left, elsewhere = rest, judged
         return cls(left, np.diag(rest)[:-1], elsewhere)
+
+    def aided(self, whole: "_Reduced", weight: float) -> "_Reduced":
+        """The same with some of what all data say of the columns added to the training set."""
+        return self if weight == 0 else replace(self, left=self.left + weight * whole.left)
 
     def fit(self, option: Index) -> tuple[Array, float]:
         """Parameters of some columns and how much they lower the squared error of the training set."""

@@ -33,18 +33,22 @@ PLAIN_DROP = 0.05
 STEADY = 1.8
 """A smaller drop must be this many standard errors over the folds (one-sided, 5 % at nine degrees of freedom): some
 stretches with what is left of a reversal or a stop must not speak for all."""
-AS_GOOD = 0.97
-"""A simpler candidate is preferred if its gain is at least this part of the best one's and the folds do not decide."""
-UNDECIDED = 2.0
-"""standard errors over the folds below which the lead of one candidate over another is not decided"""
-TOO_SMALL = 0.02
-"""part of the squared held-out error that is left, by which one candidate may do better without being preferred"""
 RIVAL_GAIN = 0.85
-"""A candidate with at least this part of the best gain may be the cause as well, if the folds do not decide."""
+"""A candidate with at least this part of the best gain may be the cause as well, if the evidence does not decide."""
+AS_GOOD = 0.99
+"""With this part of the best gain a candidate is as good whatever the evidence: what a large effect leaves of its own
+approximation, a more flexible candidate takes up."""
+TOO_SMALL = 0.004
+"""part of the squared held-out error that is left, by which one candidate may do better without being preferred"""
+DECIDED = 1e-3
+"""Probability below which one candidate explains what another does not."""
 SUPERFLUOUS = 0.0025
 """Part of the held-out error that a term must be worth to stay."""
 SESSION_TOLERANCE = 0.02
 """Part by which an effect may raise the squared error on a session left out whole."""
+KNOWN = 0.05
+"""Weight of what all sessions say of an effect beside the others, when one is left out: one session with one load often
+tells nothing of parameters that a change of load would tell, and a guess at them is no prediction."""
 WAITING = 0.5
 """Part of the strongest joint's drop below which another joint waits for the next look."""
 PAIRED = 10
@@ -55,18 +59,20 @@ PAIRED = 10
 class Finding:
     """How one candidate fares beside the present model.
 
-    before, after : held-out squared error of the joint without and with it; trained_* the same on the fit's data
+    before, after : held-out squared error of the joint without and with it
+    declared      : that of the model with all payloads as declared, beside which all candidates can be compared: some
+                    are judged beside a payload ratio that the others would compete with
     """
 
     candidate: Candidate
     variant: int
     before: HeldOut
     after: HeldOut
+    declared: float
     measured: float
     p_value: float
     complexity: int
     sessions_agree: bool
-    rivals: tuple[str, ...] = ()
 
     @property
     def gain(self) -> float:
@@ -78,13 +84,10 @@ class Finding:
         """Drop of the held-out error, part of it."""
         return 1 - float(np.sqrt(max(self.after.total, 0.0) / max(self.before.total, 1e-300)))
 
-    def as_good_as(self, other: "Finding") -> bool:
-        """Whether another finding's lead is too small to matter, or not decided by the folds."""
-        lead = self.after.fold - other.after.fold
-        if self.gain >= RIVAL_GAIN * other.gain and float(lead.sum()) <= TOO_SMALL * other.after.total:
-            return True
-        spread = float(np.std(lead, ddof=1)) / np.sqrt(len(lead))
-        return self.gain >= AS_GOOD * other.gain and float(lead.mean()) < UNDECIDED * spread
+    @property
+    def standing(self) -> float:
+        """Drop of the squared held-out error from the model that all candidates compare with."""
+        return self.declared - self.after.total
 
     @property
     def justified(self) -> bool:
@@ -124,7 +127,7 @@ class Selection:
         observation = self.observation
         self.motion = FoldedProducts(observation, self.weights, folds_of_motion(observation, FOLDS))
         sessions = folds_of_sessions(observation)
-        self.sessions = FoldedProducts(observation, self.weights, sessions) if sessions.max() > 0 else None
+        self.sessions = FoldedProducts(observation, self.weights, sessions, KNOWN) if sessions.max() > 0 else None
 
     def base(self, declared: bool = False) -> Index:
         """Columns of the present model; `declared` takes the payloads as declared."""
@@ -138,17 +141,21 @@ class Selection:
         free = self.motion.evaluate(joint, self.base(), nothing)[0]
         declared = self.motion.evaluate(joint, self.base(declared=True), nothing)[0]
         better = min(free, declared, key=lambda fared: fared.total)
-        found = self._judge(joint, self.base(), free, ordinary)
         load_friction = [c for c in own if c.name in LOAD_FRICTION]
-        found += self._judge(joint, self.base(declared=True), better, load_friction)
-        found += self._judge(
-            joint, self.base(declared=True), declared, [c for c in own if c.name in DECLARED_LOAD]
-        )
-        return self._ranked(found)
+        loads = [c for c in own if c.name in DECLARED_LOAD]
+        judged = [
+            *self._judge(joint, False, free, ordinary, declared.total),
+            *self._judge(joint, True, better, load_friction, declared.total),
+            *self._judge(joint, True, declared, loads, declared.total),
+        ]
+        return self._ranked(judged)
 
-    def _judge(self, joint: int, base: Index, before: HeldOut, listed: Sequence[Candidate]) -> list[Finding]:
+    def _judge(
+        self, joint: int, as_declared: bool, before: HeldOut, listed: Sequence[Candidate], declared: float
+    ) -> list[Finding]:
         if not listed:
             return []
+        base = self.base(as_declared)
         trials = [candidate.trial(self.observation) for candidate in listed]
         after = self.motion.evaluate(joint, base, trials)
         agree = self._sessions_agree(joint, listed, trials)
@@ -165,7 +172,7 @@ class Selection:
                     p_value = 1.0
             complexity = candidate.complexity(self.observation, fared.variant)
             found.append(
-                Finding(candidate, fared.variant, before, fared, measured, p_value, complexity, agrees)
+                Finding(candidate, fared.variant, before, fared, declared, measured, p_value, complexity, agrees)
             )
         return found
 
@@ -185,29 +192,46 @@ class Selection:
         ]
 
     def _ranked(self, found: list[Finding]) -> list[Finding]:
-        """By gain; a simpler one that is nearly as good goes before a more complex one."""
-        rest = sorted(found, key=lambda finding: finding.gain, reverse=True)
+        """By standing; a simpler one that is nearly as good goes before a more complex one."""
+        rest = sorted(found, key=lambda finding: finding.standing, reverse=True)
         ranked: list[Finding] = []
         while rest:
             best = rest[0]
-            near = [f for f in rest if best.gain > 0 and f.as_good_as(best)]
-            near = [f for f in near if f.justified] or near or [best]
-            chosen = min(near, key=lambda f: (f.complexity, -f.gain))
+            near = [best, *(f for f in rest[1:] if self._as_good(f, best))]
+            near = [f for f in near if f.justified] or near
+            chosen = min(near, key=lambda f: (f.complexity, -f.standing))
             ranked.append(chosen)
             rest.remove(chosen)
         return ranked
 
+    def _as_good(self, finding: Finding, best: Finding) -> bool:
+        """Whether the lead of another over a finding is too small to matter, or not decided."""
+        if best.standing <= 0 or finding.standing < RIVAL_GAIN * best.standing:
+            return False
+        lead = finding.after.total - best.after.total
+        small = lead <= TOO_SMALL * best.after.total or finding.standing >= AS_GOOD * best.standing
+        return small or not self._decided(best, finding)
+
+    def _decided(self, finding: Finding, other: Finding) -> bool:
+        """Whether a finding certainly explains what another does not: its columns beside the other's (encompassing;
+        Davidson, MacKinnon 1981, Econometrica 49(3), for models of which none contains the other)."""
+        names = {finding.candidate.name, other.candidate.name}
+        base = self.base(declared=not names.isdisjoint((*DECLARED_LOAD, *LOAD_FRICTION)))
+        base = np.union1d(base, other.candidate.columns(self.observation, other.variant))
+        extra = np.setdiff1d(finding.candidate.columns(self.observation, finding.variant), base)
+        return group_p_value(self.observation, finding.candidate.judged, base, extra)[0] < DECIDED
+
     def rivals(self, finding: Finding, found: Sequence[Finding]) -> tuple[str, ...]:
-        """Effects that explain the data alike: nearly the gain, and the folds do not decide between them."""
-        named = []
-        for other in found:
-            if other is finding or other.gain < RIVAL_GAIN * finding.gain or finding.gain <= 0:
-                continue
-            difference = other.after.fold - finding.after.fold
-            spread = float(np.std(difference, ddof=1)) / np.sqrt(len(difference))
-            if abs(float(difference.mean())) < UNDECIDED * spread or other.gain > AS_GOOD * finding.gain:
-                named.append(other.candidate.name)
-        return tuple(named)
+        """Effects that explain the data alike: nearly the gain, and the evidence does not decide against them."""
+        if finding.standing <= 0:
+            return ()
+        return tuple(
+            other.candidate.name
+            for other in found
+            if other is not finding
+            and other.standing >= RIVAL_GAIN * finding.standing
+            and not self._decided(finding, other)
+        )
 
     def additions(
         self, found: Sequence[Sequence[Finding]], least: Sequence[float]
