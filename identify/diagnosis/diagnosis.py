@@ -190,7 +190,7 @@ def diagnose_record(
         open_ = [[f for f in own if f.candidate.term.key not in refused] for own in listed]
         chosen = look.selection.additions(open_, least) if index < MOST_LOOKS - 1 else []
         if not chosen:
-            exchanged = _exchanged(look, added, refused) if index < MOST_LOOKS - 1 else None
+            exchanged = _exchanged(look, added, refused, doubts) if index < MOST_LOOKS - 1 else None
             if exchanged is None:
                 break
             added = exchanged
@@ -229,14 +229,20 @@ def _fit_with(record: Record, fitted: FittedModel, added: Sequence[tuple[Term, i
 
 
 def _exchanged(
-    look: Look, added: Sequence[tuple[Term, int]], refused: set[tuple[str, int]]
+    look: Look,
+    added: Sequence[tuple[Term, int]],
+    refused: set[tuple[str, int]],
+    doubts: dict[tuple[str, int], tuple[str, ...]],
 ) -> list[tuple[Term, int]] | None:
     """The added terms with one that imitated another effect exchanged for it; None where there is none.
 
+    doubts : for an added effect those that explained the data alike when it was added
+
     What was exchanged does not come back.
     """
-    for place, (term, _) in enumerate(added):
-        better = look.replacement(term) if len(added) > 1 else None
+    for place, (term, judged) in enumerate(added):
+        named = doubts.get((term.effect.name, judged), ())
+        better = look.replacement(term, named) if len(added) > 1 else None
         if better is not None and better[0].key not in refused:
             refused.add(term.key)
             return [*added[:place], better, *added[place + 1 :]]

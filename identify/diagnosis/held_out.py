@@ -18,6 +18,8 @@ Index = NDArray[np.intp]
 
 RIDGE = 1e-12
 """relative; keeps the elimination of nearly dependent columns stable without moving any estimate noticeably"""
+STAGGER = 3
+"""stretches by which the folds of one session lie behind those of the next"""
 DEPENDENT = 1e-6
 """A candidate column of whose power less than this is left beside the base adds nothing that could be seen."""
 
@@ -35,11 +37,13 @@ class HeldOut:
 
     trained : on the data of the fit, the best variant on all data
     fold    : (folds,) on each fold left out, with the variant chosen without that fold
+    power   : (folds,) squared norm of what the candidate predicts there beside the base
     variant : the best variant on all data
     """
 
     trained: float
     fold: Array
+    power: Array
     variant: int
 
     @property
@@ -93,13 +97,14 @@ class FoldedProducts:
         ]
         trained = [whole.fit(option) for option in options]
         best = int(np.argmax([gain for _, gain in trained]))
-        errors = []
+        errors, power = [], []
         for reduced in folds:
             aided = reduced.aided(whole, self.known)
             fits = [aided.fit(option) for option in options]
             chosen = int(np.argmax([gain for _, gain in fits]))
             errors.append(reduced.error(options[chosen], fits[chosen][0]))
-        return HeldOut(whole.error(options[best], trained[best][0]), np.array(errors), best)
+            power.append(reduced.power(options[chosen], fits[chosen][0]))
+        return HeldOut(whole.error(options[best], trained[best][0]), np.array(errors), np.array(power), best)
 
     def _system(self, base: Index, columns: Index, without: int | None) -> "_System":
         """Weighted products over all joints, [base, columns, Y], less those of a fold."""
@@ -193,18 +198,24 @@ class _Reduced:
     def error(self, option: Index, values: Array) -> float:
         """Squared error on the judged rows with these parameters."""
         whole = self.judged[-1, -1]
-        if not len(option):
-            return float(whole)
-        inner = self.judged[np.ix_(option, option)]
-        return float(whole - 2 * values @ self.judged[option, -1] + values @ inner @ values)
+        return float(whole - 2 * values @ self.judged[option, -1] + self.power(option, values))
+
+    def power(self, option: Index, values: Array) -> float:
+        """Squared norm of the columns' share on the judged rows with these parameters."""
+        return float(values @ self.judged[np.ix_(option, option)] @ values)
 
 
 def folds_of_motion(observation: Observation, per_session: int) -> Index:
-    """Fold of every block: the k-th stretch of every session makes fold k, so that each session stays in each fit."""
+    """Fold of every block: every session is cut into stretches, and stays in each fit with the others.
+
+    The stretches of a fold are not those of one time since the start: what changes as a session goes on (a joint that
+    warms up) must be seen at every time in some session.
+    """
     found = np.zeros(len(observation.blocks), np.intp)
     for session in range(len(observation.entries)):
         own = observation.blocks_of(session)
-        found[own] = np.arange(len(own)) * per_session // max(1, len(own))
+        stretch = np.arange(len(own)) * per_session // max(1, len(own))
+        found[own] = (stretch + STAGGER * session) % per_session
     return found
 
 

@@ -88,13 +88,17 @@ class Look:
                 return self.selection.worth(joint, base, columns)
         return 0.0
 
-    def replacement(self, term: Term) -> tuple[Term, int] | None:
-        """An effect that would do clearly better in the place of a term of the model, and its joint."""
+    def replacement(self, term: Term, rivals: Sequence[str]) -> tuple[Term, int] | None:
+        """An effect that would do clearly better in the place of a term of the model, and its joint.
+
+        rivals : effects that explained the data alike when the term was added
+        """
         for slot, columns in zip(self.fitted.slots, self.selection.observation.slot_columns, strict=False):
             if slot.term.key == term.key:
                 joint = self.judged_on(term)
                 complexity = len(columns) + len(term.constants or ())
                 found = self.selection.replacement(joint, columns, complexity)
+                found = found or self.selection.decided_since(joint, columns, rivals)
                 if found is not None:
                     candidate, variant = found
                     return candidate.term.chosen(candidate.constants[variant]), joint

@@ -29,6 +29,10 @@ DROP_PER_PARAMETER = 0.0025
 """How much more each further parameter or constant must bring."""
 MOST_FOLDS = 0.6
 """Part of the folds in which an effect must lower the held-out error; one that acts at one place shows in some only."""
+ACTS = 0.1
+"""Part of the power in the fold where an effect acts most, with which it acts in a fold: only these are asked."""
+FEWEST_FOLDS = 3
+"""folds in which an effect must act to be called missing"""
 PLAIN_DROP = 0.05
 STEADY = 1.8
 """A smaller drop must be this many standard errors over the folds (one-sided, 5 % at nine degrees of freedom): some
@@ -40,7 +44,7 @@ AS_GOOD = 0.99
 approximation, a more flexible candidate takes up."""
 TOO_SMALL = 0.004
 """part of the squared held-out error that is left, by which one candidate may do better without being preferred"""
-DECIDED = 1e-3
+DECIDED = 0.01
 """Probability below which one candidate explains what another does not."""
 SUPERFLUOUS = 0.0025
 """Part of the held-out error that a term must be worth to stay."""
@@ -96,15 +100,21 @@ class Finding:
             self.drop >= LEAST_DROP + DROP_PER_PARAMETER * (self.complexity - 1)
             and self.gain >= LEAST_OF_TORQUE**2 * self.measured
             and self.p_value < SIGNIFICANCE
-            and float(np.mean(self.after.fold < self.before.fold)) >= MOST_FOLDS
+            and self.acts.sum() >= FEWEST_FOLDS
+            and float(np.mean((self.after.fold < self.before.fold)[self.acts])) >= MOST_FOLDS
             and (self.drop >= PLAIN_DROP or self.steadiness >= STEADY)
             and self.sessions_agree
         )
 
     @property
+    def acts(self) -> NDArray[np.bool_]:
+        """(folds,) where the effect acts at all: what is over after a while must not be asked of the rest."""
+        return self.after.power >= ACTS * self.after.power.max()
+
+    @property
     def steadiness(self) -> float:
-        """Mean gain of the folds in standard errors: a few stretches of motion may not speak for all."""
-        gain = self.before.fold - self.after.fold
+        """Mean gain of the folds in which it acts, in standard errors: a few stretches may not speak for all."""
+        gain = (self.before.fold - self.after.fold)[self.acts]
         error = float(np.std(gain, ddof=1)) / np.sqrt(len(gain))
         return float(gain.mean()) / max(error, 1e-300)
 
@@ -127,7 +137,9 @@ class Selection:
         observation = self.observation
         self.motion = FoldedProducts(observation, self.weights, folds_of_motion(observation, FOLDS))
         sessions = folds_of_sessions(observation)
-        self.sessions = FoldedProducts(observation, self.weights, sessions, KNOWN) if sessions.max() > 0 else None
+        self.sessions = (
+            FoldedProducts(observation, self.weights, sessions, KNOWN) if sessions.max() > 0 else None
+        )
 
     def base(self, declared: bool = False) -> Index:
         """Columns of the present model; `declared` takes the payloads as declared."""
@@ -172,7 +184,9 @@ class Selection:
                     p_value = 1.0
             complexity = candidate.complexity(self.observation, fared.variant)
             found.append(
-                Finding(candidate, fared.variant, before, fared, declared, measured, p_value, complexity, agrees)
+                Finding(
+                    candidate, fared.variant, before, fared, declared, measured, p_value, complexity, agrees
+                )
             )
         return found
 
@@ -218,8 +232,8 @@ class Selection:
         names = {finding.candidate.name, other.candidate.name}
         base = self.base(declared=not names.isdisjoint((*DECLARED_LOAD, *LOAD_FRICTION)))
         base = np.union1d(base, other.candidate.columns(self.observation, other.variant))
-        extra = np.setdiff1d(finding.candidate.columns(self.observation, finding.variant), base)
-        return group_p_value(self.observation, finding.candidate.judged, base, extra)[0] < DECIDED
+        columns = finding.candidate.columns(self.observation, finding.variant)
+        return self._p_value(finding.candidate.judged, base, columns) < DECIDED
 
     def rivals(self, finding: Finding, found: Sequence[Finding]) -> tuple[str, ...]:
         """Effects that explain the data alike: nearly the gain, and the evidence does not decide against them."""
@@ -307,6 +321,32 @@ class Selection:
             return None
         _, candidate, variant = min(better, key=lambda row: row[0])
         return candidate, variant
+
+    def decided_since(
+        self, joint: int, columns: Index, rivals: Sequence[str]
+    ) -> tuple[Candidate, int] | None:
+        """The rival of a term of the model that explains what the term does not, and leaves it nothing to explain.
+
+        columns : the term's. What one look left undecided may be decided when other effects are in the model.
+        """
+        listed = [c for c in self.candidates if c.judged == joint and c.name in rivals]
+        base = self.base(declared=any(c.name in (*DECLARED_LOAD, *LOAD_FRICTION) for c in listed))
+        base = np.setdiff1d(base, columns)
+        present, *others = self.motion.evaluate(
+            joint, base, [Trial((columns,)), *(c.trial(self.observation) for c in listed)]
+        )
+        for candidate, other in sorted(zip(listed, others, strict=True), key=lambda row: row[1].total):
+            own = candidate.columns(self.observation, other.variant)
+            if (
+                other.total < (1 - TOO_SMALL) * present.total
+                and self._p_value(joint, np.union1d(base, columns), own) < DECIDED
+                and self._p_value(joint, np.union1d(base, own), columns) > SIGNIFICANCE
+            ):
+                return candidate, other.variant
+        return None
+
+    def _p_value(self, joint: int, base: Index, columns: Index) -> float:
+        return group_p_value(self.observation, joint, base, np.setdiff1d(columns, base))[0]
 
     def _tried(self, joint: int) -> int:
         """Number of candidates of a joint, for the correction of the evidence."""

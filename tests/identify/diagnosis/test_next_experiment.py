@@ -110,13 +110,13 @@ def test_the_proposal_separates_more_than_the_data_so_far_and_the_best_comes_fir
 
 
 def test_what_was_run_separates_about_as_much_as_was_expected(bare, planned, tmp_path):
-    """Within a factor of two: the plant's controller, noise and stick at the reversals are not those of the plan."""
+    """Within two and a half times: the plant's controller, noise and stick at the reversals are not those of the plan."""
     best = planned.proposals[0]
     folder = Path(shutil.copytree(bare, tmp_path / "after"))
     append_session(folder, "next.csv", best.payload, run(best, DISK, seed=91))
     found = next_experiment(identify.load_experiment(folder), rivals=planned.rivals).so_far
     assert found is not None
-    assert 0.5 * best.separation < found < 2.0 * best.separation
+    assert 0.4 * best.separation < found < 2.5 * best.separation
 
 
 def test_proposals_stay_within_the_motion_that_the_joint_has_shown(bare, planned):
