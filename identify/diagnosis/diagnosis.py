@@ -8,7 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.diagnosis.caution import caution, load_siblings
+from identify.diagnosis.elsewhere import fails_elsewhere
 from identify.diagnosis.look import Look
+from identify.diagnosis.sampling_hold import WORDS as HOLD_WORDS
+from identify.diagnosis.sampling_hold import is_sampling_hold
 from identify.diagnosis.selection import SUPERFLUOUS, Finding
 from identify.diagnosis.structure import Structure, bounded, leftover_structure
 from identify.diagnosis.verdict import (
@@ -22,7 +25,7 @@ from identify.diagnosis.where import where_it_fails
 from identify.effects.model import Model, Term
 from identify.estimation.fitting import FittedModel, Progress, fit_model
 from identify.estimation.identification import known_effects, number, open_record, requested_model
-from identify.estimation.prediction import Prediction, relative_error
+from identify.estimation.prediction import Prediction, predict, relative_error
 from identify.estimation.record import Record
 from identify.estimation.small_algebra import single_threaded
 from identify.recording import Experiment
@@ -201,7 +204,11 @@ def diagnose_record(
             evidence.update({f.candidate.key: f for own in open_ for f in own if f.candidate is candidate})
         present = _fit_with(record, fitted, added)
         added = _settled(present, added)
+    held = {term.key for term, _ in added if is_sampling_hold(present, term)}
+    added.sort(key=lambda row: row[0].key in held)
     floors = noise_floors(record)
+    checked = [predict(present, entry) for entry in record.entries("validation")]
+    unseen = [[parts[joint] for parts in checked] for joint in range(record.joints)]
     joints = tuple(
         _conclude(
             first,
@@ -209,8 +216,10 @@ def diagnose_record(
             joint,
             found[joint],
             tuple(t for t, judged in added if judged == joint),
+            held,
             evidence,
             floors[joint],
+            unseen[joint],
             {name: named for (name, judged), named in doubts.items() if judged == joint},
         )
         for joint in range(record.joints)
@@ -236,7 +245,8 @@ def _exchanged(
 ) -> list[tuple[Term, int]] | None:
     """The added terms with one that imitated another effect exchanged for it; None where there is none.
 
-    doubts : for an added effect those that explained the data alike when it was added
+    doubts : for an added effect those that explained the data alike when it was added; what is exchanged for one that
+             only a change of load would tell from it stays its rival
 
     What was exchanged does not come back.
     """
@@ -245,6 +255,12 @@ def _exchanged(
         better = look.replacement(term, named) if len(added) > 1 else None
         if better is not None and better[0].key not in refused:
             refused.add(term.key)
+            known, summary = (
+                known_effects(look.fitted.record.experiment),
+                look.fitted.record.summaries[judged],
+            )
+            siblings = load_siblings(better[0].effect, known, summary)
+            doubts[better[0].effect.name, better[1]] = tuple({term.effect.name} & set(siblings))
             return [*added[:place], better, *added[place + 1 :]]
     return None
 
@@ -301,27 +317,37 @@ def _conclude(
     joint: int,
     findings: Sequence[Finding],
     missing: tuple[Term, ...],
+    held: set[tuple[str, int]],
     evidence: dict[tuple[str, int], Finding],
     floor: float | None,
+    unseen: Sequence[Prediction],
     doubts: dict[str, tuple[str, ...]],
 ) -> JointDiagnosis:
+    sampling = tuple(term for term in missing if term.key in held)
+    missing = tuple(term for term in missing if term.key not in held)
     before, after = look.predictions[joint], final.predictions[joint]
     structure = tuple(leftover_structure(after))
     said = verdict(mean_error(before), mean_error(bounded(after)), floor, structure, bool(missing))
     variable, free = look.best_free_function(joint)
-    where = where_it_fails(before)
+    elsewhere = unseen if said == "adequate" and fails_elsewhere(after, unseen) else []
+    said = "unexplained" if elsewhere else said
+    where = where_it_fails([*before, *elsewhere])
     of_one_variable = all(term.effect.variable == variable for term in missing)
-    part = _part_of_free_function(missing, evidence, joint, variable, free)
+    part = _part_of_free_function(missing, evidence, joint, free)
     error = final.selection.held_out_error(joint)
     if imitated(error, free, len(missing), of_one_variable) and not acts_like(part, error, free):
-        said, missing = "unexplained", missing[:1] if part > MOST_OF_IT else ()
+        keeps_its_name = part > MOST_OF_IT and missing[0].effect.variable == variable
+        said, missing = "unexplained", missing[:1] if keeps_its_name else ()
         where.sort(key=lambda row: row["variable"] != variable)
+    if missing:
+        missing = (*missing, *sampling)
     names = [term.effect.name for term in missing]
     strongest = _rivals(look, findings[0], findings) if findings and findings[0].justified else ()
     record = look.fitted.record
     known, summary = known_effects(record.experiment), record.summaries[joint]
     effects = [finding.candidate.term.effect for finding in findings]
     cautions = {effect.name: caution(effect, known, summary) for effect in effects}
+    cautions.update({term.effect.name: HOLD_WORDS for term in sampling})
     return JointDiagnosis(
         joint=record.joint_names[joint],
         verdict=said,
@@ -343,12 +369,11 @@ def _part_of_free_function(
     missing: Sequence[Term],
     evidence: dict[tuple[str, int], Finding],
     joint: int,
-    variable: str,
     free: float,
 ) -> float:
-    """How much of what the best free function takes away the strongest missing effect does; 0 in another variable."""
+    """How much of what the best free function takes away the strongest missing effect does."""
     first = evidence.get((missing[0].effect.name, joint)) if missing else None
-    if first is None or first.candidate.term.effect.variable != variable:
+    if first is None:
         return 0.0
     before, after = (
         float(np.sqrt(max(fared.total, 0.0) / max(first.measured, 1e-300)))

@@ -18,8 +18,6 @@ Index = NDArray[np.intp]
 
 RIDGE = 1e-12
 """relative; keeps the elimination of nearly dependent columns stable without moving any estimate noticeably"""
-STAGGER = 3
-"""stretches by which the folds of one session lie behind those of the next"""
 DEPENDENT = 1e-6
 """A candidate column of whose power less than this is left beside the base adds nothing that could be seen."""
 
@@ -206,16 +204,11 @@ class _Reduced:
 
 
 def folds_of_motion(observation: Observation, per_session: int) -> Index:
-    """Fold of every block: every session is cut into stretches, and stays in each fit with the others.
-
-    The stretches of a fold are not those of one time since the start: what changes as a session goes on (a joint that
-    warms up) must be seen at every time in some session.
-    """
+    """Fold of every block: the k-th stretch of every session makes fold k, so that each session stays in each fit."""
     found = np.zeros(len(observation.blocks), np.intp)
     for session in range(len(observation.entries)):
         own = observation.blocks_of(session)
-        stretch = np.arange(len(own)) * per_session // max(1, len(own))
-        found[own] = (stretch + STAGGER * session) % per_session
+        found[own] = np.arange(len(own)) * per_session // max(1, len(own))
     return found
 
 

@@ -29,17 +29,23 @@ class Step:
 
 @dataclass(frozen=True)
 class Improvement:
-    """The result of `improve`: the steps, the start being the first, and what the last diagnosis says."""
+    """The result of `improve`: the steps, the start being the first, and what the last diagnosis says.
+
+    refused : effects (name, joint) that were missing but did not lower the error on the validation sessions
+    """
 
     experiment: Experiment
     model: str
     steps: tuple[Step, ...]
     diagnosis: Diagnosis
+    refused: frozenset[tuple[str, int]] = frozenset()
 
     @property
     def verdict(self) -> str:
-        """The worst verdict over the joints at the end; `missing` where an effect is justified but did not hold."""
+        """The worst verdict over the joints at the end; `unexplained` where an effect that is missing did not hold."""
         verdicts = {joint.verdict for joint in self.diagnosis.joints}
+        if self.refused:
+            verdicts.add("unexplained")
         return next(word for word in ("missing", "unexplained", "adequate") if word in verdicts)
 
     def to_json(self) -> dict[str, Any]:
@@ -92,7 +98,7 @@ def improve(
         if not diagnosis.added or len(steps) > MOST_STEPS:
             break
     told(1.0, "done")
-    return Improvement(experiment, model, tuple(steps), diagnosis)
+    return Improvement(experiment, model, tuple(steps), diagnosis, frozenset(refused))
 
 
 def _step(added: Term | None, fitted: FittedModel) -> Step:

@@ -179,8 +179,7 @@ class Selection:
                 extra = np.setdiff1d(candidate.columns(self.observation, fared.variant), base)
                 p_value, estimates = group_p_value(self.observation, joint, base, extra)
                 p_value = min(1.0, p_value * candidate.searched * self._tried(joint))
-                effect = candidate.term.effect
-                if len(estimates) == len(effect.parameters) and not effect.plausible(estimates):
+                if not _possible(candidate, estimates):
                     p_value = 1.0
             complexity = candidate.complexity(self.observation, fared.variant)
             found.append(
@@ -296,12 +295,29 @@ class Selection:
                 continue
             if np.mean(fared.fold < before.fold) < 0.7 or (best is not None and drop <= best[0]):
                 continue
+            if before.total - fared.total < LEAST_OF_TORQUE**2 * self.motion.measured(joint):
+                continue
+            if not self._both_needed(joint, base, [f.candidate for f in pair], [f.variant for f in pair]):
+                continue
             tried = self._tried(joint) ** 2 * int(np.prod([f.candidate.searched for f in pair]))
             extra = np.setdiff1d(trial.variants[0], base)
             p_value, _ = group_p_value(self.observation, joint, base, extra)
             if p_value * tried < SIGNIFICANCE:
                 best = drop, [(finding.candidate, finding.variant) for finding in pair]
         return best
+
+    def _both_needed(
+        self, joint: int, base: Index, pair: Sequence[Candidate], variants: Sequence[int]
+    ) -> bool:
+        """Whether each of two effects explains something beside the other, with values that it can have."""
+        columns = [c.columns(self.observation, v) for c, v in zip(pair, variants, strict=True)]
+        for candidate, own, other in zip(pair, columns, columns[::-1], strict=True):
+            beside = np.union1d(base, other)
+            p_value, estimates = group_p_value(self.observation, joint, beside, np.setdiff1d(own, beside))
+            tried = candidate.searched * self._tried(joint)
+            if p_value * tried >= SIGNIFICANCE or not _possible(candidate, estimates):
+                return False
+        return True
 
     def replacement(self, joint: int, columns: Index, complexity: int) -> tuple[Candidate, int] | None:
         """The candidate that would do clearly better in the place of some columns of the model, or as well and simpler."""
@@ -315,7 +331,10 @@ class Selection:
         better = []
         for candidate, other in zip(listed, others, strict=True):
             excess = candidate.complexity(self.observation, other.variant) - complexity
-            if excess <= 0 and other.total < (1.0 if excess else 1 - 2 * LEAST_DROP) * present.total:
+            if excess > 0 or other.total >= (1.0 if excess else 1 - 2 * LEAST_DROP) * present.total:
+                continue
+            extra = np.setdiff1d(candidate.columns(self.observation, other.variant), base)
+            if _possible(candidate, group_p_value(self.observation, joint, base, extra)[1]):
                 better.append((other.total, candidate, other.variant))
         if not better:
             return None
@@ -362,3 +381,9 @@ class Selection:
         """Part of the held-out error of a joint that some columns take away."""
         before, after = self.motion.evaluate(joint, base, [Trial((base[:0],)), Trial((columns,))])
         return float(np.sqrt(max(before.total, 0) / max(after.total, 1e-300)) - 1)
+
+
+def _possible(candidate: Candidate, estimates: Array) -> bool:
+    """Whether an effect can have these estimates of its parameters."""
+    effect = candidate.term.effect
+    return len(estimates) != len(effect.parameters) or effect.plausible(estimates)

@@ -58,7 +58,7 @@ class Structure:
     @property
     def found(self) -> bool:
         """Whether there is structure."""
-        return self.share > self.least and self.share > DECIDED * self.deviation
+        return bool(self.share > self.least and self.share > DECIDED * self.deviation)
 
 
 VIEWS: tuple[tuple[str, ...], ...] = (

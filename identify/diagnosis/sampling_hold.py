@@ -1,0 +1,27 @@
+"""A delay that sampling itself makes: no fault of the machine, and nothing that an operator can mend.
+
+A controller holds its command over a period. Recorded at the period's start the command is early by half of one, at its
+end late by as much; the position is that of one instant.
+"""
+
+from identify.effects.model import Term
+from identify.estimation.fitting import FittedModel
+
+HELD = 0.65
+"""Periods of sampling up to which a delay may be the hold of the command: half a period, and what a fit can be wrong by."""
+
+WORDS = (
+    "It is less than a period of sampling, as a command makes that is held over its period: recorded at the start it is "
+    "early by half a period, at the end late. By itself it is no fault of the machine."
+)
+
+
+def is_sampling_hold(fitted: FittedModel, term: Term) -> bool:
+    """Whether a term of a fitted model is a delay no longer than the hold of the command explains."""
+    if term.effect.name != "delay":
+        return False
+    period = min(fitted.record.facts(entry).period for entry in fitted.entries)
+    return any(
+        slot.term.key == term.key and abs(float(values[0])) <= HELD * period
+        for slot, values in fitted.torque.factors
+    )
