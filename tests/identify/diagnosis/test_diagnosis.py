@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import json
+import shutil
+from collections.abc import Callable
 from itertools import pairwise
+from pathlib import Path
 
+import numpy as np
 import pytest
+import yaml
 
 import identify
 from identify.diagnosis.improvement import improve
@@ -35,6 +40,55 @@ def test_a_single_hidden_effect_is_named_first(diagnosed, effect, strength):
     assert joint.verdict == "missing"
     assert joint.missing[0].effect.name == effect
     assert joint.findings[0].candidate.name == effect
+
+
+def test_a_weak_effect_is_told_from_its_twin_by_what_each_explains_beside_the_other(diagnosed):
+    said = diagnosed(("load-stribeck", 0.2)).joints[0]
+    assert said.missing[0].effect.name == "load-stribeck"
+    assert "stribeck" not in said.rivals.get("load-stribeck", ())
+
+
+def test_two_payloads_are_enough_to_name_a_friction_that_follows_the_load(diagnosed):
+    """Each session alone tells next to nothing of it, and is not asked to foretell the other."""
+    said = diagnosed(("load-friction-asymmetric", 1.0), payloads=(1.0, 4.0)).joints[0]
+    assert said.missing[0].effect.name == "load-friction-asymmetric"
+
+
+def late(source: Path, folder: Path, commands: Callable[[np.ndarray], np.ndarray]) -> identify.Diagnosis:
+    """The diagnosis of an experiment whose recorded command is changed in every session."""
+    shutil.copytree(source, folder)
+    for file in folder.glob("*.csv"):
+        names = file.read_text().splitlines()[0].split(",")
+        rows = np.loadtxt(file, delimiter=",", skiprows=1)
+        rows[:, names.index("v1")] = commands(rows[:, names.index("v1")])
+        np.savetxt(file, rows, fmt="%.9g", delimiter=",", header=",".join(names), comments="")
+    return identify.diagnose(identify.load_experiment(folder))
+
+
+def test_a_command_that_is_held_over_its_period_is_no_fault(hidden, tmp_path):
+    """Recorded as the period starts it is early by half of one; what is early by two is a delay."""
+
+    def early(samples: int) -> Callable[[np.ndarray], np.ndarray]:
+        return lambda command: np.append(command[samples:], np.repeat(command[-1], samples))
+
+    held = late(hidden(), tmp_path / "held", lambda v: (v + early(1)(v)) / 2).joints[0]
+    assert held.verdict == "adequate"
+    assert held.missing == ()
+    assert "held over its period" in held.cautions["delay"]
+    delayed = late(hidden(), tmp_path / "late", early(2)).joints[0]
+    assert [term.effect.name for term in delayed.missing][:1] == ["delay"]
+
+
+def test_an_error_that_only_a_validation_session_shows_is_not_adequate(hidden, tmp_path):
+    folder = tmp_path / "experiment"
+    shutil.copytree(hidden(), folder)
+    described = yaml.safe_load((folder / "experiment.yaml").read_text())
+    described["sessions"][-1]["role"] = "validation"
+    described["payloads"][-1]["mass"] *= 1.2
+    (folder / "experiment.yaml").write_text(yaml.safe_dump(described))
+    said = identify.diagnose(identify.load_experiment(folder)).joints[0]
+    assert said.verdict == "unexplained"
+    assert {"session", "payload"} & {row["variable"] for row in said.where[:3]}
 
 
 def test_nothing_is_blamed_where_nothing_is_hidden(diagnosed):

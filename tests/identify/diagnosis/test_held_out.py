@@ -79,3 +79,29 @@ def test_the_evidence_sees_what_is_there():
     columns = np.column_stack([np.ones(2000), coloured(random, 2000, 0.95), coloured(random, 2000, 0.95)])
     target = 0.3 * columns[:, 2] + coloured(random, 2000, 0.8)
     assert group_p_value(observed(columns, target, 60), 0, np.arange(2), np.array([2]))[0] < 1e-4
+
+
+def test_the_evidence_takes_no_rounding_for_an_effect():
+    """A column that is another but for its last digits carries nothing, however well those digits seem to fit."""
+    random = np.random.default_rng(7)
+    for _ in range(20):
+        known = coloured(random, 2000, 0.95)
+        twin = known * (1 + 1e-8 * random.standard_normal(2000))
+        columns = np.column_stack([np.ones(2000), known, twin])
+        observation = observed(columns, known + coloured(random, 2000, 0.8), 60)
+        assert group_p_value(observation, 0, np.arange(2), np.array([2]))[0] == 1.0
+
+
+def test_what_all_the_data_say_of_an_effect_stands_in_where_a_fold_left_out_leaves_nothing_that_tells():
+    """Two sessions, and an effect that only their difference tells: each alone is no prediction of the other."""
+    random = np.random.default_rng(8)
+    count, load = 1000, np.repeat([1.0, 4.0], 1000)
+    motion = random.standard_normal(2 * count)
+    columns = np.column_stack([motion, motion * load + 3e-3 * random.standard_normal(2 * count)])
+    target = columns @ [1.0, 0.5] + 0.1 * random.standard_normal(2 * count)
+    observation, folds = observed(columns, target, 20), np.arange(20) // 10
+    trials = [Trial((np.array([], np.intp),)), Trial((np.array([1]),))]
+    without, alone = FoldedProducts(observation, np.ones(1), folds).evaluate(0, np.array([0]), trials)
+    assert alone.total > without.total
+    _, aided = FoldedProducts(observation, np.ones(1), folds, 0.05).evaluate(0, np.array([0]), trials)
+    assert aided.total < 0.1 * without.total
