@@ -349,6 +349,8 @@ class Selection:
         columns : the term's. What one look left undecided may be decided when other effects are in the model.
         """
         listed = [c for c in self.candidates if c.judged == joint and c.name in rivals]
+        if not listed:
+            return None
         base = self.base(declared=any(c.name in (*DECLARED_LOAD, *LOAD_FRICTION) for c in listed))
         base = np.setdiff1d(base, columns)
         present, *others = self.motion.evaluate(

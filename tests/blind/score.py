@@ -53,8 +53,12 @@ def of_a_joint(seed: int, index: int) -> Score:
 
 
 def of_a_rig(seed: int, index: int) -> Score:
-    """The score of the simulated rig of an index."""
-    return diagnose_blindly(draw_rig(seed, index))
+    """The score of the simulated rig of an index; one that could not be recorded counts as wrong."""
+    case = draw_rig(seed, index)
+    try:
+        return diagnose_blindly(case)
+    except RuntimeError as reason:
+        return Score(case, f"not recorded: {reason}", (), False, (), 0.0)
 
 
 def _right(case: Case | RigCase, said: dict[str, Any]) -> bool:
