@@ -81,4 +81,6 @@ def _seen_beside(products: Array, base: int) -> tuple[Array, Array]:
 
 
 def _solved(products: Array, right: Array) -> Array:
-    return np.linalg.solve(products + RIDGE * np.eye(len(products)), right) if len(products) else right
+    if not len(products):
+        return right
+    return np.asarray(np.linalg.solve(products + RIDGE * np.eye(len(products)), right), float)

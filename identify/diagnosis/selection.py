@@ -1,7 +1,7 @@
 """Which effects are justified: forward, in pairs, and backward, by the error on motion that the fit did not see."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -64,15 +64,16 @@ class Finding:
     """How one candidate fares beside the present model.
 
     before, after : held-out squared error of the joint without and with it
-    declared      : that of the model with all payloads as declared, beside which all candidates can be compared: some
-                    are judged beside a payload ratio that the others would compete with
+    standing      : how far it lowers that error beside the model that all candidates can be compared with; once a
+                    declared load is in doubt, that with all payloads as declared: the payload ratio that the others
+                    are judged beside does the work of such an effect
     """
 
     candidate: Candidate
     variant: int
     before: HeldOut
     after: HeldOut
-    declared: float
+    standing: float
     measured: float
     p_value: float
     complexity: int
@@ -87,11 +88,6 @@ class Finding:
     def drop(self) -> float:
         """Drop of the held-out error, part of it."""
         return 1 - float(np.sqrt(max(self.after.total, 0.0) / max(self.before.total, 1e-300)))
-
-    @property
-    def standing(self) -> float:
-        """Drop of the squared held-out error from the model that all candidates compare with."""
-        return self.declared - self.after.total
 
     @property
     def justified(self) -> bool:
@@ -155,19 +151,27 @@ class Selection:
         better = min(free, declared, key=lambda fared: fared.total)
         load_friction = [c for c in own if c.name in LOAD_FRICTION]
         loads = [c for c in own if c.name in DECLARED_LOAD]
-        judged = [
-            *self._judge(joint, False, free, ordinary, declared.total),
-            *self._judge(joint, True, better, load_friction, declared.total),
-            *self._judge(joint, True, declared, loads, declared.total),
+        found = self._judge(joint, self.base(), free, ordinary)
+        friction = self._judge(joint, self.base(declared=True), better, load_friction)
+        of_loads = self._judge(joint, self.base(declared=True), declared, loads)
+        reference = free
+        if any(finding.justified for finding in of_loads):
+            reference = declared
+            trials = [finding.candidate.trial(self.observation) for finding in found]
+            without_ratio = self.motion.evaluate(joint, self.base(declared=True), trials)
+            found = [
+                replace(finding, standing=declared.total - fared.total)
+                for finding, fared in zip(found, without_ratio, strict=True)
+            ]
+        found += [
+            replace(finding, standing=reference.total - finding.after.total)
+            for finding in (*friction, *of_loads)
         ]
-        return self._ranked(judged)
+        return self._ranked(found)
 
-    def _judge(
-        self, joint: int, as_declared: bool, before: HeldOut, listed: Sequence[Candidate], declared: float
-    ) -> list[Finding]:
+    def _judge(self, joint: int, base: Index, before: HeldOut, listed: Sequence[Candidate]) -> list[Finding]:
         if not listed:
             return []
-        base = self.base(as_declared)
         trials = [candidate.trial(self.observation) for candidate in listed]
         after = self.motion.evaluate(joint, base, trials)
         agree = self._sessions_agree(joint, listed, trials)
@@ -184,7 +188,15 @@ class Selection:
             complexity = candidate.complexity(self.observation, fared.variant)
             found.append(
                 Finding(
-                    candidate, fared.variant, before, fared, declared, measured, p_value, complexity, agrees
+                    candidate,
+                    fared.variant,
+                    before,
+                    fared,
+                    before.total - fared.total,
+                    measured,
+                    p_value,
+                    complexity,
+                    agrees,
                 )
             )
         return found
@@ -221,7 +233,7 @@ class Selection:
         """Whether the lead of another over a finding is too small to matter, or not decided."""
         if best.standing <= 0 or finding.standing < RIVAL_GAIN * best.standing:
             return False
-        lead = finding.after.total - best.after.total
+        lead = best.standing - finding.standing
         small = lead <= TOO_SMALL * best.after.total or finding.standing >= AS_GOOD * best.standing
         return small or not self._decided(best, finding)
 
