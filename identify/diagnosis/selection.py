@@ -39,9 +39,9 @@ STEADY = 1.8
 stretches with what is left of a reversal or a stop must not speak for all."""
 RIVAL_GAIN = 0.85
 """A candidate with at least this part of the best gain may be the cause as well, if the evidence does not decide."""
-AS_GOOD = 0.99
-"""With this part of the best gain a candidate is as good whatever the evidence: what a large effect leaves of its own
-approximation, a more flexible candidate takes up."""
+AS_GOOD, SLIGHTLY_MORE = 0.99, 0.1
+"""With this part of the best gain, and no more than this part more of the squared error left, a candidate is as good
+whatever the evidence: what a large effect leaves of its own approximation, a more flexible candidate takes up."""
 TOO_SMALL = 0.004
 """part of the squared held-out error that is left, by which one candidate may do better without being preferred"""
 DECIDED = 0.01
@@ -234,8 +234,9 @@ class Selection:
         if best.standing <= 0 or finding.standing < RIVAL_GAIN * best.standing:
             return False
         lead = best.standing - finding.standing
-        small = lead <= TOO_SMALL * best.after.total or finding.standing >= AS_GOOD * best.standing
-        return small or not self._decided(best, finding)
+        nearly_all = finding.standing >= AS_GOOD * best.standing
+        small = SLIGHTLY_MORE if nearly_all else TOO_SMALL
+        return lead <= small * best.after.total or not self._decided(best, finding)
 
     def _decided(self, finding: Finding, other: Finding) -> bool:
         """Whether a finding certainly explains what another does not: its columns beside the other's (encompassing;
