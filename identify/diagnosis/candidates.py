@@ -24,6 +24,10 @@ LOAD_FRICTION = ("load-friction", "load-friction-asymmetric")
 so that one of them must be taken as known. Their gain still counts from the model with the ratio, if that is better."""
 
 
+LOADS_AS_DECLARED = (*DECLARED_LOAD, *LOAD_FRICTION)
+"""Effects beside which no payload ratio is estimated."""
+
+
 @dataclass(frozen=True)
 class Candidate:
     """An effect on one joint with all choices of its constants.

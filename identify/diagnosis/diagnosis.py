@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from identify.diagnosis.caution import caution, load_siblings
 from identify.diagnosis.elsewhere import fails_elsewhere
 from identify.diagnosis.look import Look
-from identify.diagnosis.sampling_hold import WORDS as HOLD_WORDS
-from identify.diagnosis.sampling_hold import is_sampling_hold
+from identify.diagnosis.sampling_hold import HOLD_WORDS, is_sampling_hold
 from identify.diagnosis.selection import SUPERFLUOUS, Finding
 from identify.diagnosis.structure import Structure, bounded, leftover_structure
 from identify.diagnosis.verdict import (
@@ -25,7 +24,7 @@ from identify.diagnosis.where import where_it_fails
 from identify.effects.model import Model, Term
 from identify.estimation.fitting import FittedModel, Progress, fit_model
 from identify.estimation.identification import known_effects, number, open_record, requested_model
-from identify.estimation.prediction import Prediction, predict, relative_error
+from identify.estimation.prediction import Prediction, mean_error, predict
 from identify.estimation.record import Record
 from identify.estimation.small_algebra import single_threaded
 from identify.recording import Experiment
@@ -375,17 +374,7 @@ def _part_of_free_function(
     first = evidence.get((missing[0].effect.name, joint)) if missing else None
     if first is None:
         return 0.0
-    before, after = (
-        float(np.sqrt(max(fared.total, 0.0) / max(first.measured, 1e-300)))
-        for fared in (first.before, first.after)
-    )
-    return part_of_free_function(before, after, free)
-
-
-def mean_error(predictions: Sequence[Prediction]) -> float:
-    """Relative error of a joint over several sessions."""
-    residual = np.concatenate([part.residual[part.moving] for part in predictions])
-    return relative_error(residual, np.concatenate([part.measured[part.moving] for part in predictions]))
+    return part_of_free_function(first.relative(first.before.total), first.relative(first.after.total), free)
 
 
 def _missing_first(findings: Sequence[Finding], missing: Sequence[str]) -> list[Finding]:
@@ -400,10 +389,9 @@ def _candidate_json(
     finding: Finding, rank: int, rivals: Sequence[str], cautious: str | None
 ) -> dict[str, Any]:
     effect = finding.candidate.term.effect
-    measured = max(finding.measured, 1e-300)
 
     def error(square: float) -> float | None:
-        return number(float(np.sqrt(max(square, 0.0) / measured)))
+        return number(finding.relative(square))
 
     return {
         "effect": effect.name,

@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
-from identify.estimation.prediction import Prediction, relative_error
+from identify.estimation.prediction import Prediction, mean_error
 
 WORSE = 2.0
 """Times the error of the fit's sessions, relative to the torque and absolute, that noise and the parameters' deviations
@@ -15,17 +16,14 @@ def fails_elsewhere(known: Sequence[Prediction], unseen: Sequence[Prediction]) -
     """Whether a joint's error on unseen sessions is beyond that on known ones."""
     if not unseen:
         return False
-    (here, here_torque), (there, there_torque) = _moving(known), _moving(unseen)
+    here, there = _residual(known), _residual(unseen)
     if not len(here) or not len(there):
         return False
     absolute = float(np.sqrt(np.mean(there**2) / max(np.mean(here**2), 1e-300)))
-    relative = relative_error(there, there_torque) / max(relative_error(here, here_torque), 1e-300)
+    relative = mean_error(unseen) / max(mean_error(known), 1e-300)
     return min(absolute, relative) > WORSE
 
 
-def _moving(parts: Sequence[Prediction]) -> tuple[np.ndarray, np.ndarray]:
-    """Residual and measured torque of the samples in motion."""
-    return (
-        np.concatenate([part.residual[part.moving] for part in parts]),
-        np.concatenate([part.measured[part.moving] for part in parts]),
-    )
+def _residual(parts: Sequence[Prediction]) -> NDArray[np.float64]:
+    """Of the samples in motion."""
+    return np.concatenate([part.residual[part.moving] for part in parts])

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.diagnosis.held_out import DEPENDENT, RIDGE
+from identify.diagnosis.held_out import DEPENDENT, base_within
 from identify.estimation.observation import Observation
 from identify.estimation.statistics import FEWEST_CLUSTERS, joined
 
@@ -40,7 +40,7 @@ def group_p_value(observation: Observation, joint: int, base: Index, extra: Inde
     power = np.einsum("ij,ik,kj->j", onto, whole, onto)
     value = onto.T @ score / power
     estimate = own @ value
-    rest = _solved(whole[:b, :b], score[:b]) - combination @ estimate
+    rest = base_within(whole[:b, :b], score[:b, None])[:, 0] - combination @ estimate
     left = (scores - grams @ np.concatenate([rest, estimate])) @ onto / power
     sessions = np.array([block.session for block in observation.blocks])
     worst = 0.0
@@ -74,13 +74,7 @@ def _seen_beside(products: Array, base: int) -> tuple[Array, Array]:
     products : WᵀW, columns of unit power, the base first. What is left of a dependent column is rounding and the
                difference of two searches: it would pass for evidence.
     """
-    combination = _solved(products[:base, :base], products[:base, base:])
+    combination = base_within(products[:base, :base], products[:base, base:])
     left = products[base:, base:] - products[base:, :base] @ combination
     power, directions = np.linalg.eigh((left + left.T) / 2)
     return directions[:, power > DEPENDENT], combination
-
-
-def _solved(products: Array, right: Array) -> Array:
-    if not len(products):
-        return right
-    return np.asarray(np.linalg.solve(products + RIDGE * np.eye(len(products)), right), float)

@@ -158,18 +158,10 @@ class _Reduced:
     @classmethod
     def of(cls, system: _System, judged: Array) -> "_Reduced":
         products, b = system.products, system.base
-        scale = np.sqrt(np.maximum(np.diag(products)[:b], 1e-300))
-        inner = products[:b, :b] / np.outer(scale, scale)
-        inner[np.diag_indices(b)] += RIDGE
         rest = products[b:, b:]
-        if b:
-            combination = np.linalg.solve(inner, products[:b, b:] / scale[:, None]) / scale[:, None]
-            left = rest - products[b:, :b] @ combination
-            onto = np.vstack([-combination, np.eye(len(rest))])
-            elsewhere = onto.T @ judged @ onto
-        else:
-            left, elsewhere = rest, judged
-        return cls(left, np.diag(rest)[:-1], elsewhere)
+        combination = base_within(products[:b, :b], products[:b, b:])
+        onto = np.vstack([-combination, np.eye(len(rest))])
+        return cls(rest - products[b:, :b] @ combination, np.diag(rest)[:-1], onto.T @ judged @ onto)
 
     def aided(self, whole: "_Reduced", weight: float) -> "_Reduced":
         """The same with some of what all data say of the columns added to the training set."""
@@ -201,6 +193,17 @@ class _Reduced:
     def power(self, option: Index, values: Array) -> float:
         """Squared norm of the columns' share on the judged rows with these parameters."""
         return float(values @ self.judged[np.ix_(option, option)] @ values)
+
+
+def base_within(base: Array, others: Array) -> Array:
+    """(b, k): which combination of base columns is within other columns.
+
+    base, others : (b, b) products WᵀW of the base, and (b, k) of the base with the others
+    """
+    scale = np.sqrt(np.maximum(np.diag(base), 1e-300))
+    inner = base / np.outer(scale, scale)
+    inner[np.diag_indices(len(base))] += RIDGE
+    return np.asarray(np.linalg.solve(inner, others / scale[:, None]) / scale[:, None], float)
 
 
 def folds_of_motion(observation: Observation, per_session: int) -> Index:

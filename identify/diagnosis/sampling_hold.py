@@ -10,7 +10,7 @@ from identify.estimation.fitting import FittedModel
 HALF, WITHIN = 0.5, 0.15
 """Periods of sampling that a held command makes, and what a fit can be wrong by."""
 
-WORDS = (
+HOLD_WORDS = (
     "It is half a period of sampling, as a command makes that is held over its period: recorded at the start it is "
     "early by so much, at the end late. By itself it is no fault of the machine."
 )

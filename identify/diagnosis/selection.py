@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.diagnosis.candidates import DECLARED_LOAD, LOAD_FRICTION, Candidate
+from identify.diagnosis.candidates import DECLARED_LOAD, LOAD_FRICTION, LOADS_AS_DECLARED, Candidate
 from identify.diagnosis.evidence import group_p_value
 from identify.diagnosis.held_out import FoldedProducts, HeldOut, Trial, folds_of_motion, folds_of_sessions
 from identify.estimation.observation import Observation
@@ -89,6 +89,10 @@ class Finding:
         """Drop of the held-out error, part of it."""
         return 1 - float(np.sqrt(max(self.after.total, 0.0) / max(self.before.total, 1e-300)))
 
+    def relative(self, square: float) -> float:
+        """Of the joint's measured torque, the root of a squared error."""
+        return float(np.sqrt(max(square, 0.0) / max(self.measured, 1e-300)))
+
     @property
     def justified(self) -> bool:
         """Whether the evidence is enough to call the effect missing."""
@@ -144,7 +148,7 @@ class Selection:
     def findings(self, joint: int) -> list[Finding]:
         """All candidates of a joint beside the present model, the best first."""
         own = [candidate for candidate in self.candidates if candidate.judged == joint]
-        ordinary = [c for c in own if c.name not in DECLARED_LOAD and c.name not in LOAD_FRICTION]
+        ordinary = [c for c in own if c.name not in LOADS_AS_DECLARED]
         nothing = [Trial((self.model_columns[:0],))]
         free = self.motion.evaluate(joint, self.base(), nothing)[0]
         declared = self.motion.evaluate(joint, self.base(declared=True), nothing)[0]
@@ -242,7 +246,7 @@ class Selection:
         """Whether a finding certainly explains what another does not: its columns beside the other's (encompassing;
         Davidson, MacKinnon 1981, Econometrica 49(3), for models of which none contains the other)."""
         names = {finding.candidate.name, other.candidate.name}
-        base = self.base(declared=not names.isdisjoint((*DECLARED_LOAD, *LOAD_FRICTION)))
+        base = self.base(declared=not names.isdisjoint(LOADS_AS_DECLARED))
         base = np.union1d(base, other.candidate.columns(self.observation, other.variant))
         columns = finding.candidate.columns(self.observation, finding.variant)
         return self._p_value(finding.candidate.judged, base, columns) < DECIDED
@@ -287,7 +291,7 @@ class Selection:
         self, joint: int, found: Sequence[Finding], least: float
     ) -> tuple[float, list[tuple[Candidate, int]]] | None:
         """Two effects that only help together, and by at least the gain `least`."""
-        listed = [f for f in found if f.candidate.name not in (*DECLARED_LOAD, *LOAD_FRICTION)][:PAIRED]
+        listed = [f for f in found if f.candidate.name not in LOADS_AS_DECLARED][:PAIRED]
         if len(listed) < 2:
             return None
         base = self.base()
@@ -334,9 +338,7 @@ class Selection:
 
     def replacement(self, joint: int, columns: Index, complexity: int) -> tuple[Candidate, int] | None:
         """The candidate that would do clearly better in the place of some columns of the model, or as well and simpler."""
-        listed = [
-            c for c in self.candidates if c.judged == joint and c.name not in (*DECLARED_LOAD, *LOAD_FRICTION)
-        ]
+        listed = [c for c in self.candidates if c.judged == joint and c.name not in LOADS_AS_DECLARED]
         base = np.setdiff1d(self.base(), columns)
         present, *others = self.motion.evaluate(
             joint, base, [Trial((columns,)), *(c.trial(self.observation) for c in listed)]
@@ -364,7 +366,7 @@ class Selection:
         listed = [c for c in self.candidates if c.judged == joint and c.name in rivals]
         if not listed:
             return None
-        base = self.base(declared=any(c.name in (*DECLARED_LOAD, *LOAD_FRICTION) for c in listed))
+        base = self.base(declared=any(c.name in LOADS_AS_DECLARED for c in listed))
         base = np.setdiff1d(base, columns)
         present, *others = self.motion.evaluate(
             joint, base, [Trial((columns,)), *(c.trial(self.observation) for c in listed)]

@@ -42,15 +42,18 @@ class LoadVelocity(Effect):
     def refine(self, constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
         return finer_stribeck(constants, summary, stribeck_step(summary, 9))
 
+    def loads(self, motion: JointMotion) -> Array:
+        """(samples, k) the parts of the load that have parameters of their own."""
+        # one known load beside the base parameters: its a_m and a_g are the paper's M_ae/M_aw split by quadrant
+        return np.column_stack([motion.inertial, motion.known_load])
+
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         driving, driven = quadrants(motion.load, motion.direction)
         fading = np.exp(-np.abs(motion.dq) / constants["stribeck_velocity"])
-        # one known load beside the base parameters: its a_m and a_g are the paper's M_ae/M_aw split by quadrant
-        loads = np.column_stack([motion.inertial, motion.known_load])
+        loads = self.loads(motion)
         split = [loads * factor[:, None] for factor in (driving, driving * fading, driven, -driven * fading)]
         ahead, back = quadrant_directions(motion.load, motion.direction)
-        dry = [ahead, fading * ahead, back, fading * back]
-        return np.hstack([*split, np.column_stack(dry)])
+        return np.hstack([*split, np.column_stack([ahead, fading * ahead, back, fading * back])])
 
 
 class GearFriction(LoadVelocity):
@@ -72,14 +75,8 @@ class GearFriction(LoadVelocity):
     )
     parameters = (*SPLIT, *DRY)
 
-    def columns(self, motion: JointMotion, constants: Constants) -> Array:
-        driving, driven = quadrants(motion.load, motion.direction)
-        fading = np.exp(-np.abs(motion.dq) / constants["stribeck_velocity"])
-        load = motion.load
-        split = [driving * load, driving * fading * load, driven * load, -driven * fading * load]
-        ahead, back = quadrant_directions(motion.load, motion.direction)
-        dry = [ahead, fading * ahead, back, fading * back]
-        return np.column_stack([*split, *dry])
+    def loads(self, motion: JointMotion) -> Array:
+        return motion.load[:, None]
 
 
 def linear_names(base_names: list[str], base_units: list[str]) -> list[tuple[str, str]]:

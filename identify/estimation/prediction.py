@@ -1,5 +1,6 @@
 """What the fitted model predicts beside what was measured, filtered and decimated alike."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,6 +48,12 @@ def relative_error(residual: Array, measured: Array) -> float:
     """‖residual‖ / ‖measured‖; NaN where nothing was measured."""
     norm = float(np.linalg.norm(measured))
     return float(np.linalg.norm(residual)) / norm if norm > 0 else float("nan")
+
+
+def mean_error(predictions: Sequence[Prediction]) -> float:
+    """Relative error of a joint over several sessions."""
+    residual = np.concatenate([part.residual[part.moving] for part in predictions])
+    return relative_error(residual, np.concatenate([part.measured[part.moving] for part in predictions]))
 
 
 def predict(fitted: FittedModel, entry: SessionEntry) -> list[Prediction]:
