@@ -50,6 +50,15 @@ def joints_to_home(rig: Rig, named: tuple[str, ...] = ()) -> list[int]:
     return found
 
 
+def require_lasting_drives(rig: Rig) -> None:
+    """Raises InputError for a rig whose simulated drives live only as long as a session."""
+    if rig.bus.interface == "virtual":
+        raise InputError(
+            f"rig {rig.name}: its simulated drives live only as long as a session; put them on a real bus with "
+            "`coulomb fake-drive` to home them"
+        )
+
+
 class Homing:
     """The rig's drives, ready to be homed; a context manager.
 

@@ -37,7 +37,7 @@ def home(
     """
     from rich.console import Console
 
-    from daq.homing import Homing, joints_to_home
+    from daq.homing import Homing, joints_to_home, require_lasting_drives
     from daq.rig import Rig
     from drivers.errors import DriverError
     from identify.recording.errors import InputError
@@ -45,11 +45,7 @@ def home(
     settings = Rig.load(rig)
     if yes and settings.simulated is None:
         raise InputError("--yes: is for simulated rigs; a real robot is started by a person who sees it")
-    if settings.bus.interface == "virtual":
-        raise InputError(
-            f"rig {settings.name}: its simulated drives live only as long as a session; put them on a real bus with "
-            "`coulomb fake-drive` to home them"
-        )
+    require_lasting_drives(settings)
     named = tuple(joints or ())
     wanted = joints_to_home(settings, named)
     console = Console(stderr=True)

@@ -24,10 +24,9 @@ def run_state(request: Request, user: access.Viewer) -> dict[str, Any]:
         service.rigs.look(rig, user)
     active = moving_session(service)
     if active is None:
-        for rig in service.rigs.files():
-            homing = service.homings.run(rig)
-            if homing is not None and service.homings.moving(rig):
-                return _homing_state(service, homing, user.name)
+        homing = service.homings.under_way()
+        if homing is not None:
+            return _homing_state(service, homing, user.name)
         return {"running": False, "rig_state": "good", "rig_words": "Nothing moves", "onlookers": ""}
     progress = active.payload_session.progress
     armed = active.state == SessionState.ARMED

@@ -16,7 +16,6 @@ from api.service.rig_desk import RigDesk
 from api.service.session_desk import SessionDesk
 from daq.rig import Rig
 from drivers.errors import DriverError
-from identify.recording.errors import InputError
 
 HOMING, DONE, STOPPED, FAILED = "homing", "done", "stopped", "failed"
 """States of a homing."""
@@ -59,6 +58,10 @@ class HomingDesk:
         """The homing under way on a rig, or the last one."""
         return self._runs.get(rig)
 
+    def under_way(self) -> HomingRun | None:
+        """A joint that looks for its home, on whichever rig."""
+        return next((run for run in list(self._runs.values()) if run.state == HOMING), None)
+
     def moving(self, rig: str) -> bool:
         """Whether a joint of the rig looks for its home."""
         run = self._runs.get(rig)
@@ -79,15 +82,11 @@ class HomingDesk:
         Raises the problem 409 while somebody else has the rig, or a session or another homing its bus, and InputError for
         a joint that the rig has not, or a rig whose drives live only as long as a session.
         """
-        from daq.homing import joints_to_home
+        from daq.homing import joints_to_home, require_lasting_drives
 
         settings = self._rigs.rig(rig)
         (index,) = joints_to_home(settings, (joint,))
-        if settings.bus.interface == "virtual":
-            raise InputError(
-                f"rig: the simulated drives of {rig} live only as long as a session; put them on a real bus with"
-                " `coulomb fake-drive` to home them"
-            )
+        require_lasting_drives(settings)
         self._rigs.require(rig, user)
         with self._sessions.without_session(rig):
             if self.moving(rig):
