@@ -62,7 +62,7 @@ class AcquisitionOrder:
 
 
 @dataclass(frozen=True)
-class Told:
+class AcquisitionMessage:
     """A word from the acquisition process.
 
     what : `checked` (check), `armed`, `moving`, `progress` (cycle, cycles), `ended` (reason, counters)
@@ -86,7 +86,7 @@ class ParentGone(Exception):
 class Acquisition:
     """One session on the bus.
 
-    parent : commands come as (word, argument): `beat`, `arm`, `start`, `stop` with a reason; `Told` goes back
+    parent : commands come as (word, argument): `beat`, `arm`, `start`, `stop` with a reason; `AcquisitionMessage` goes back
     recorder : takes the `Ending`, tells `ready` or words of trouble
     """
 
@@ -132,7 +132,7 @@ class Acquisition:
                     self._say_ending(Ending(reason, counters))
         finally:
             # Whatever closing met: how the motion ended is said.
-            self._tell(Told("ended", reason.words, reason=reason, counters=counters))
+            self._tell(AcquisitionMessage("ended", reason.words, reason=reason, counters=counters))
 
     def _session(
         self, rows: RingWriter, frames: RingWriter, closing: ExitStack
@@ -146,19 +146,23 @@ class Acquisition:
         closing.callback(drives.close)
         check = drives.check()
         if not check.ok:
-            self._tell(Told("checked", check.problems, check=check))
+            self._tell(AcquisitionMessage("checked", check.problems, check=check))
             return StopReason(StopCause.BUS, check.problems), {}
         streams = drives.configure()
         receiver = open_receiver(self.rig, streams)
         closing.callback(receiver.close)
         loop = SamplingLoop(self.rig, streams, receiver, rows, frames)
-        self._tell(Told("checked", check=check, remarks=tuple(remarks), clock_source=receiver.clock_source))
+        self._tell(
+            AcquisitionMessage(
+                "checked", check=check, remarks=tuple(remarks), clock_source=receiver.clock_source
+            )
+        )
         asked = self._wait(drives, lambda: self._arm_asked)
         trouble = asked or self._await_recorder(drives)
         if trouble is not None:
             return trouble, {}
         drives.stream()
-        self._tell(Told("armed"))
+        self._tell(AcquisitionMessage("armed"))
         sequence = MotionSequence(self.rig, loop.setpoints, self._trajectory)
         sequence_reason = self._move(loop, sequence, drives)
         counters = {**loop.counters(), "remarks": remarks}
@@ -210,7 +214,7 @@ class Acquisition:
                 rows, reason = loop.turn()
                 reason = self._watch(drives) or reason
                 if self._start_asked and sequence.step is Step.STANDBY and sequence.reason is None:
-                    self._tell(Told("moving"))
+                    self._tell(AcquisitionMessage("moving"))
                     sequence.begin()
                 if reason is not None:
                     if reason.cause is StopCause.EMERGENCY:
@@ -226,7 +230,7 @@ class Acquisition:
                     self._told = now
                     if loop.setpoints.length:
                         done = max(0, loop.setpoints.done - (loop.setpoints.length - plan))
-                    self._tell(Told("progress", cycle=done, cycles=plan))
+                    self._tell(AcquisitionMessage("progress", cycle=done, cycles=plan))
         finally:
             loop.end()
         assert sequence.reason is not None
@@ -290,7 +294,7 @@ class Acquisition:
             self._heard = -np.inf
             time.sleep(timeout)
 
-    def _tell(self, told: Told) -> None:
+    def _tell(self, told: AcquisitionMessage) -> None:
         try:
             self._parent.send(told)
         except OSError:

@@ -17,7 +17,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from daq.acquisition import AcquisitionOrder, Told
+from daq.acquisition import AcquisitionMessage, AcquisitionOrder
 from daq.child_process import start_process
 from daq.disk_space import require_space
 from daq.excitation.excitation_plan import ExcitationPlan
@@ -120,7 +120,7 @@ class PayloadSession:
         self._acquisition: subprocess.Popen[bytes] | None = None
         self._recorder: subprocess.Popen[bytes] | None = None
         self._threads: list[threading.Thread] = []
-        self._ended: Told | None = None
+        self._ended: AcquisitionMessage | None = None
         self._live: LiveView | None = None
         self._made_experiment = False
 
@@ -316,12 +316,12 @@ class PayloadSession:
                     self._hear(self._connection.recv())
                 except (EOFError, OSError):
                     died = StopReason(StopCause.INTERNAL, "the acquisition process died")
-                    self._ended = Told("ended", died.words, reason=died)
+                    self._ended = AcquisitionMessage("ended", died.words, reason=died)
             self._finish(self._ended.reason or StopReason(StopCause.INTERNAL, self._ended.words))
         except Exception as error:
             self._end(SessionState.FAULTED, f"{type(error).__name__}: {error}")
 
-    def _hear(self, told: Told) -> None:
+    def _hear(self, told: AcquisitionMessage) -> None:
         match told.what:
             case "checked":
                 assert told.check is not None

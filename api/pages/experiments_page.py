@@ -10,7 +10,7 @@ from api.pages.layout import experiment_link, frame
 from api.pages.rendering import PREFIX, page
 from api.service import access
 from api.service.model_story import ModelStory
-from api.service.session_desk import RECORDING
+from api.service.payload_sessions import RECORDING
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
 

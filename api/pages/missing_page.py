@@ -8,7 +8,6 @@ from fastapi import APIRouter, Query, Request
 from fastapi.responses import HTMLResponse
 from markupsafe import Markup
 
-from api.pages.apart_page import apart_context
 from api.pages.catalogue_words import effect_titles
 from api.pages.error_figures import JointUnits
 from api.pages.evidence_view import joint_diagnosis, selected_evidence
@@ -18,6 +17,7 @@ from api.pages.job_views import job_state
 from api.pages.layout import experiment_link, frame
 from api.pages.model_page import JointChoice, experiment_context, no_model_page
 from api.pages.rendering import PREFIX, page
+from api.pages.rival_effects_page import rival_effects_context
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.pages.verdict_words import structure_words, verdict_of, where_words
 from api.service import access
@@ -108,7 +108,7 @@ def body_context(
         )
         if where
         else None,
-        "apart": apart_context(stored, shown, diagnosis, joint),
+        "apart": rival_effects_context(stored, shown, diagnosis, joint),
         "not_tried": _not_tried(stored, shown, joint),
         "can_undo": len(stored.story.line) > 1,
         "can_redo": bool(stored.story.undone),

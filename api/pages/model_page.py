@@ -10,8 +10,8 @@ from fastapi.responses import HTMLResponse
 from api.pages import error_tables, without_payload
 from api.pages.error_figures import ErrorFigures, JointUnits, error_figures, tables
 from api.pages.job_views import news_context, standing_fit
-from api.pages.kept import Kept
 from api.pages.layout import experiment_link, frame
+from api.pages.lru_cache import LruCache
 from api.pages.rendering import PREFIX, page
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.service import access
@@ -23,8 +23,8 @@ ALL_SESSIONS = "all"
 FIGURE_SAMPLES = 150_000
 """More samples than this are thinned for bands and maps; figures and tables of errors use all."""
 
-_drawn: Kept[ErrorFigures] = Kept(64)
-_counted: Kept[dict[str, Any]] = Kept(64)
+_drawn: LruCache[ErrorFigures] = LruCache(64)
+_counted: LruCache[dict[str, Any]] = LruCache(64)
 
 JointChoice = Annotated[str | None, Query(max_length=64)]
 SessionChoice = Annotated[str, Query(max_length=255)]

@@ -13,8 +13,8 @@ from api.pages.rendering import PREFIX, page
 from api.pages.run_bar import onlooker_words
 from api.service import access
 from api.service.application import Service
+from api.service.payload_sessions import MOVING, ActiveSession
 from api.service.problems import Problem
-from api.service.session_desk import MOVING, ActiveSession
 from daq.rig import Rig
 from identify.recording.errors import InputError
 

@@ -7,7 +7,6 @@ from fastapi.responses import FileResponse, RedirectResponse, Response
 
 from api.pages import (
     account_pages,
-    apart_page,
     experiments_page,
     live_page,
     missing_page,
@@ -15,6 +14,7 @@ from api.pages import (
     report,
     results_page,
     rig_page,
+    rival_effects_page,
     run_bar,
     sample_range,
     session_form,
@@ -41,7 +41,7 @@ PARTS = (
     model_page,
     sample_range,
     missing_page,
-    apart_page,
+    rival_effects_page,
     step_actions,
     results_page,
     report,

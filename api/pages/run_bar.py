@@ -8,9 +8,9 @@ from api.pages.number_format import duration, listing
 from api.pages.rendering import PREFIX
 from api.service import access
 from api.service.application import Service
-from api.service.homing_desk import HomingRun
+from api.service.homings import HomingRun
+from api.service.payload_sessions import MOVING, ActiveSession
 from api.service.routes.rigs import stop_rig
-from api.service.session_desk import MOVING, ActiveSession
 from daq.session_events import SessionState
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)

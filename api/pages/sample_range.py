@@ -8,7 +8,7 @@ import numpy as np
 from fastapi import APIRouter, Query, Request
 from fastapi.responses import Response
 
-from api.pages.kept import Kept
+from api.pages.lru_cache import LruCache
 from api.pages.model_page import ALL_SESSIONS, SessionChoice, VersionChoice, chosen_model, files_of_session
 from api.pages.rendering import PREFIX
 from api.pages.stored_models import ShownModel, StoredExperiment
@@ -19,7 +19,7 @@ router = APIRouter(prefix=PREFIX, include_in_schema=False)
 
 BETWEEN_SESSIONS = 2.0
 """s of empty time between sessions that are drawn end to end."""
-_curves: Kept[dict[str, np.ndarray]] = Kept(8)
+_curves: LruCache[dict[str, np.ndarray]] = LruCache(8)
 
 
 @router.get("/experiments/{experiment}/samples")

@@ -19,8 +19,8 @@ from api.service.application import Service
 from api.service.database import SessionRow
 from api.service.experiment_store import INCOMPLETE
 from api.service.experiment_upload import import_archive, import_session
+from api.service.payload_sessions import ENDED_EARLY, RECORDING
 from api.service.problems import Problem
-from api.service.session_desk import ENDED_EARLY, RECORDING
 from daq.session_events import SessionState
 from identify.recording import Payload
 

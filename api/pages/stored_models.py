@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from api.pages.joint_samples import JointSamples
-from api.pages.kept import Kept
+from api.pages.lru_cache import LruCache
 from api.service.experiment_store import ExperimentStore
 from api.service.model_story import ModelStory, ModelVersion, Story
 from api.service.prediction_files import COLUMNS, read_candidate, read_prediction
 from api.service.problems import Problem
 
-_samples: Kept[JointSamples] = Kept(12)
+_samples: LruCache[JointSamples] = LruCache(12)
 
 
 @dataclass(frozen=True)

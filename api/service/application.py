@@ -20,15 +20,16 @@ from api.service.audit import AuditLog
 from api.service.database import Database, open_database
 from api.service.experiment_store import ExperimentStore
 from api.service.guard import Guard
-from api.service.homing_desk import HomingDesk
+from api.service.homings import Homings
 from api.service.jobs import JobRunner
 from api.service.live_feed import LiveFeed
-from api.service.model_desk import ModelDesk
+from api.service.model_workflow import ModelWorkflow
 from api.service.openapi import install_openapi
+from api.service.payload_sessions import PayloadSessions
 from api.service.plan_store import PlanStore
 from api.service.planner import Planner
 from api.service.problems import install_problem_handlers
-from api.service.rig_desk import RigDesk
+from api.service.rig_store import RigStore
 from api.service.routes import accounts as account_routes
 from api.service.routes import audit as audit_routes
 from api.service.routes import diagnoses as diagnosis_routes
@@ -42,7 +43,6 @@ from api.service.routes import rigs as rig_routes
 from api.service.routes import sessions as session_routes
 from api.service.separating_plans import SeparatingPlanner
 from api.service.session_cache import SessionCache
-from api.service.session_desk import SessionDesk
 from api.service.settings import ServiceSettings
 from api.service.sign_in_throttle import SignInThrottle
 from api.service.weighing import WeighingScale
@@ -65,13 +65,13 @@ class Service:
     audit: AuditLog
     experiments: ExperimentStore
     jobs: JobRunner
-    models: ModelDesk
-    rigs: RigDesk
+    models: ModelWorkflow
+    rigs: RigStore
     plans: PlanStore
     planner: Planner
     separating: SeparatingPlanner
-    sessions: SessionDesk
-    homings: HomingDesk
+    sessions: PayloadSessions
+    homings: Homings
     samples: SessionCache
     live: LiveFeed
     scale: WeighingScale
@@ -154,10 +154,10 @@ def _create_service(settings: ServiceSettings) -> Service:
     audit = AuditLog(database, clock)
     experiments = ExperimentStore(database, settings.experiments_folder, clock)
     jobs = JobRunner(database, clock, settings.workers)
-    models = ModelDesk(experiments, jobs)
-    rigs = RigDesk(settings.data_folder / "rigs", clock)
+    models = ModelWorkflow(experiments, jobs)
+    rigs = RigStore(settings.data_folder / "rigs", clock)
     plans = PlanStore(settings.data_folder / "plans")
-    sessions = SessionDesk(experiments, rigs, plans, models, audit, clock)
+    sessions = PayloadSessions(experiments, rigs, plans, models, audit, clock)
     return Service(
         settings=settings,
         database=database,
@@ -172,7 +172,7 @@ def _create_service(settings: ServiceSettings) -> Service:
         planner=Planner(rigs, plans, jobs),
         separating=SeparatingPlanner(experiments, models, rigs, plans),
         sessions=sessions,
-        homings=HomingDesk(rigs, sessions, audit),
+        homings=Homings(rigs, sessions, audit),
         samples=SessionCache(),
         live=LiveFeed(rigs, sessions, settings.live_rate),
         scale=WeighingScale(settings.scale_port),

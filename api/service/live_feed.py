@@ -11,8 +11,8 @@ import numpy as np
 
 from api.service.envelope import envelope
 from api.service.live import Broadcast, encode_block
-from api.service.rig_desk import RigDesk
-from api.service.session_desk import ActiveSession, SessionDesk
+from api.service.payload_sessions import ActiveSession, PayloadSessions
+from api.service.rig_store import RigStore
 
 ROWS_OF_BLOCK = 200
 """Rows of a block at most: a simulated rig that runs faster than time would fill the line otherwise."""
@@ -27,7 +27,7 @@ class LiveFeed:
     rate : blocks per second, Hz
     """
 
-    def __init__(self, rigs: RigDesk, sessions: SessionDesk, rate: float) -> None:
+    def __init__(self, rigs: RigStore, sessions: PayloadSessions, rate: float) -> None:
         self._rigs = rigs
         self._sessions = sessions
         self._pause = 1.0 / rate

@@ -4,7 +4,7 @@ from typing import Any
 
 from api.service.jobs import Job, JobRunner
 from api.service.plan_store import PlanStore
-from api.service.rig_desk import RigDesk
+from api.service.rig_store import RigStore
 from daq.excitation.excitation_plan import ExcitationPlan
 from identify.recording.errors import InputError
 
@@ -12,7 +12,7 @@ from identify.recording.errors import InputError
 class Planner:
     """Makes plans for rigs."""
 
-    def __init__(self, rigs: RigDesk, plans: PlanStore, jobs: JobRunner) -> None:
+    def __init__(self, rigs: RigStore, plans: PlanStore, jobs: JobRunner) -> None:
         self._rigs = rigs
         self._plans = plans
         self._jobs = jobs

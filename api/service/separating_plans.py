@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from api.service.experiment_store import ExperimentStore
-from api.service.model_desk import ModelDesk
+from api.service.model_workflow import ModelWorkflow
 from api.service.plan_store import PlanStore
 from api.service.problems import Problem
-from api.service.rig_desk import RigDesk
+from api.service.rig_store import RigStore
 from daq.excitation.separating_plan import SeparatingMotion, separating_plan
 from identify.recording.errors import InputError
 
@@ -27,7 +27,7 @@ class SeparatingPlanner:
     """Makes plans of proposed experiments."""
 
     def __init__(
-        self, experiments: ExperimentStore, models: ModelDesk, rigs: RigDesk, plans: PlanStore
+        self, experiments: ExperimentStore, models: ModelWorkflow, rigs: RigStore, plans: PlanStore
     ) -> None:
         self._experiments = experiments
         self._models = models

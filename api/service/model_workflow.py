@@ -46,7 +46,7 @@ class Results:
     job: Job | None
 
 
-class ModelDesk:
+class ModelWorkflow:
     """Models of all experiments."""
 
     def __init__(self, experiments: ExperimentStore, jobs: JobRunner) -> None:

@@ -79,7 +79,7 @@ def _answer(
     joint = stored.joint_or_first(joint)
     shown = stored.standing()
     diagnosis = joint_diagnosis(stored, shown, joint)
-    context = apart_context(stored, shown, diagnosis, joint) | {"begin": False}
+    context = rival_effects_context(stored, shown, diagnosis, joint) | {"begin": False}
     found = service.jobs.get(job) if job else None
     if found is not None and not found.state.final:
         query = urlencode({"joint": joint, "job": found.id})
@@ -88,11 +88,15 @@ def _answer(
     elif found is not None and found.state != "done":
         context |= {"failed": found.words}
     return page(
-        request, "apart.html", **frame(request, user, "missing", experiment), apart=context, running=None
+        request,
+        "rival_effects.html",
+        **frame(request, user, "missing", experiment),
+        apart=context,
+        running=None,
     )
 
 
-def apart_context(
+def rival_effects_context(
     stored: StoredExperiment, shown: ShownModel, diagnosis: Mapping[str, Any] | None, joint: str
 ) -> dict[str, Any]:
     """What the panel shows: the rivals in words, and the experiment that was found, or where to ask for it."""

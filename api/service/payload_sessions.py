@@ -15,10 +15,10 @@ from api.service.accounts import User
 from api.service.audit import AuditLog
 from api.service.database import LONGEST_WORDS, SessionRow
 from api.service.experiment_store import INCOMPLETE, ExperimentStore, session_id
-from api.service.model_desk import ModelDesk
+from api.service.model_workflow import ModelWorkflow
 from api.service.plan_store import PlanStore
 from api.service.problems import Problem
-from api.service.rig_desk import RigDesk
+from api.service.rig_store import RigStore
 from daq.excitation.plan_limits import require_within_limits
 from daq.rig import KnownPayload
 from daq.session_events import SessionEvent, SessionState, StepOutOfTurn
@@ -57,15 +57,15 @@ class ActiveSession:
 Listener = Callable[[ActiveSession], None]
 
 
-class SessionDesk:
+class PayloadSessions:
     """Creates sessions, takes their steps, and follows them to their end."""
 
     def __init__(
         self,
         experiments: ExperimentStore,
-        rigs: RigDesk,
+        rigs: RigStore,
         plans: PlanStore,
-        models: ModelDesk,
+        models: ModelWorkflow,
         audit: AuditLog,
         clock: Callable[[], float],
     ) -> None:

@@ -11,9 +11,9 @@ from typing import Any
 
 from api.service.accounts import User
 from api.service.audit import AuditLog
+from api.service.payload_sessions import PayloadSessions
 from api.service.problems import Problem
-from api.service.rig_desk import RigDesk
-from api.service.session_desk import SessionDesk
+from api.service.rig_store import RigStore
 from daq.rig import Rig
 from drivers.errors import DriverError
 
@@ -42,10 +42,10 @@ class HomingRun:
     within_limits: bool | None = None
 
 
-class HomingDesk:
+class Homings:
     """Starts homings, follows them, stops them."""
 
-    def __init__(self, rigs: RigDesk, sessions: SessionDesk, audit: AuditLog) -> None:
+    def __init__(self, rigs: RigStore, sessions: PayloadSessions, audit: AuditLog) -> None:
         self._rigs = rigs
         self._sessions = sessions
         self._audit = audit

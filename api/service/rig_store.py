@@ -30,7 +30,7 @@ class _Desk:
     live: dict[str, int] = field(default_factory=dict)
 
 
-class RigDesk:
+class RigStore:
     """All rigs of this service.
 
     folder : rigs of this lab, beside those that come with the software; a file here replaces one of the
