@@ -28,17 +28,21 @@ SEPARATORS = {";": "';'", "\t": "tabs", " ": "spaces"}
 _INDEXED = re.compile(r"^(q|v|ext|temp)([0-9]+)$")
 
 
+def is_gzip(path: Path) -> bool:
+    """Whether a file is gzip, told by its first bytes, whatever its name.
+
+    :raises OSError: it cannot be opened.
+    """
+    with path.open("rb") as stream:
+        return stream.read(2) == b"\x1f\x8b"
+
+
 @contextmanager
 def unpacked(path: Path) -> Iterator[IO[bytes]]:
     """The bytes of a file, unpacked if it is gzip (told by its first bytes, whatever its name)."""
-    with path.open("rb") as stream:
-        packed = stream.read(2) == b"\x1f\x8b"
-        stream.seek(0)
-        if not packed:
-            yield stream
-            return
-        with gzip.GzipFile(fileobj=stream, mode="rb") as inside:
-            yield inside  # type: ignore[misc]
+    opener = gzip.open if is_gzip(path) else open
+    with opener(path, "rb") as stream:
+        yield stream  # type: ignore[misc]
 
 
 def _lines(path: Path) -> Generator[list[str], None, None]:

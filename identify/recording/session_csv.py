@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gzip
 import re
-import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from identify.recording.csv_mistakes import LARGEST_VALUE, check_header, first_mistake, unpacked
+from identify.recording.csv_mistakes import LARGEST_VALUE, check_header, first_mistake, is_gzip
 from identify.recording.errors import InputError
 from identify.recording.samples import RawSamples, SampleColumns
 
@@ -58,9 +57,12 @@ def _read(path: Path, n: int, header: list[str], texts: set[str]) -> RawSamples:
     extras = {name: SampleColumns() for name in extra if name not in texts}
     cells: dict[str, list[NDArray[Any]]] = {name: [] for name in texts}
     last = -np.inf
+    # Arrow opens the file itself. Its thread reads ahead, and given a Python file object it may still ask for the
+    # interpreter when that is ending: the process then aborts (134) after all is done.
+    packed = is_gzip(path)
     try:
         with (
-            unpacked(path) as stream,
+            pyarrow.input_stream(str(path), compression="gzip" if packed else None) as stream,
             csv.open_csv(
                 stream,
                 read_options=csv.ReadOptions(
@@ -99,9 +101,9 @@ def _read(path: Path, n: int, header: list[str], texts: set[str]) -> RawSamples:
         if wrong is None and failing:
             raise _NotNumeric(failing) from None
         raise wrong or InputError(f"{path}: {' '.join(str(error).split())}") from None
-    except (EOFError, zlib.error, gzip.BadGzipFile) as error:
-        raise InputError(f"{path}: the gzip file is damaged or cut short ({error}); copy it again") from None
     except OSError as error:
+        if packed:
+            raise InputError(f"{path}: the gzip file is damaged or cut short; copy it again") from None
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
     read = {kind: store.array() for kind, store in stores.items()}
     if len(read["t"]) == 0:
