@@ -24,7 +24,7 @@ import numpy as np
 import uvicorn
 import yaml
 
-from api.service.application import create_application
+from api.application import create_application
 from api.service.model_story import Fit, ModelStory, data_fingerprint, now_text
 from api.service.prediction_files import write_prediction
 from api.service.settings import ServiceSettings

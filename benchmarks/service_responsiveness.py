@@ -15,9 +15,9 @@ import numpy as np
 import uvicorn
 
 import identify
+from api.application import create_application
 from api.client import Client
-from api.service.application import create_application
-from api.service.server import listen, server_settings
+from api.server import listen, server_settings
 from api.service.settings import ServiceSettings
 
 SAMPLES = 120_000

@@ -16,7 +16,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from api.service.application import create_application
+from api.application import create_application
 from api.service.envelope import envelope
 from api.service.model_story import Fit, ModelStory
 from api.service.prediction_files import write_prediction

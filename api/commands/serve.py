@@ -44,7 +44,7 @@ def serve(
 ) -> None:
     """Serve experiments, rigs and models over REST and as pages, until interrupted."""
     from api.data_folder import default_data_folder
-    from api.service.server import run_service
+    from api.server import run_service
     from api.service.settings import ServiceSettings
     from identify.recording.errors import InputError
 

@@ -1,42 +1,23 @@
 """Sign-in, one's own account with its tokens, the users, and the audit log."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-from datetime import UTC, datetime
 from typing import Annotated
 
 from fastapi import APIRouter, Form, Query, Request
 from fastapi.responses import HTMLResponse, Response
 
+from api.pages.form_input import input_errors_as_problems
 from api.pages.layout import frame
+from api.pages.number_format import utc_time
 from api.pages.rendering import PREFIX, page
 from api.service import access
 from api.service.accounts import Role
 from api.service.problems import Problem
-from identify.recording.errors import InputError
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
 
 Name = Annotated[str, Form(max_length=64)]
 Password = Annotated[str, Form(max_length=1000)]
 AUDIT_ROWS = 100
-
-
-def as_moment(seconds: float | None) -> datetime | None:
-    """Seconds since 1970 as a time that the templates print."""
-    return None if seconds is None else datetime.fromtimestamp(seconds, UTC)
-
-
-@contextmanager
-def said_in_words() -> Iterator[None]:
-    """What a person typed wrongly becomes one sentence on the page."""
-    try:
-        yield
-    except InputError as error:
-        words = str(error)
-        # A sentence begins with a capital, the name of a file as it is written.
-        named = "." in words.partition(" ")[0]
-        raise Problem(422, f"{words if named else words[:1].upper() + words[1:]}.") from error
 
 
 @router.get("/sign-in", dependencies=[access.Public])
@@ -77,8 +58,8 @@ def account_page(request: Request, user: access.Viewer) -> HTMLResponse:
             "id": token.id,
             "label": token.label,
             "scope": token.scope,
-            "expires": as_moment(token.expires),
-            "last_used": as_moment(token.last_used),
+            "expires": utc_time(token.expires),
+            "last_used": utc_time(token.last_used),
         }
         for token in tokens
     ]
@@ -97,7 +78,7 @@ def issue_token(
     """Make a token and show it this once."""
     if user.via == "local":
         raise Problem(403, "The local operator has no account yet: create one with coulomb users add.")
-    with said_in_words():
+    with input_errors_as_problems():
         token = access.service_of(request).accounts.issue_token(user.name, label, scope, days * 86400.0)
     return page(request, "new_token.html", token=token)
 
@@ -117,7 +98,7 @@ def change_password(request: Request, user: access.Viewer, old: Password, new: P
     if user.via == "local":
         raise Problem(403, "The local operator has no account yet: create one with coulomb users add.")
     access.verify_password(request, user.name, old)
-    with said_in_words():
+    with input_errors_as_problems():
         service.accounts.change_user(user.name, password=new)
     return Response(status_code=204, headers={"HX-Redirect": f"{PREFIX}/sign-in"})
 
@@ -126,7 +107,7 @@ def change_password(request: Request, user: access.Viewer, old: Password, new: P
 def users_page(request: Request, user: access.Administrator) -> HTMLResponse:
     """Everybody who may sign in."""
     users = [
-        {"name": row.name, "role": Role(row.role), "created": as_moment(row.created)}
+        {"name": row.name, "role": Role(row.role), "created": utc_time(row.created)}
         for row in access.service_of(request).accounts.users()
     ]
     return page(request, "users.html", **frame(request, user, "users"), users=users, roles=list(Role))
@@ -141,7 +122,7 @@ def add_user(
     role: Annotated[Role, Form()],
 ) -> Response:
     """Create a user."""
-    with said_in_words():
+    with input_errors_as_problems():
         access.service_of(request).accounts.add_user(name.strip(), password, role)
     return Response(headers={"HX-Refresh": "true"})
 
@@ -151,7 +132,7 @@ def change_role(
     request: Request, _user: access.Administrator, name: str, role: Annotated[Role, Form()]
 ) -> Response:
     """Change somebody's role."""
-    with said_in_words():
+    with input_errors_as_problems():
         access.service_of(request).accounts.change_user(name, role=role)
     return Response(headers={"HX-Refresh": "true"})
 
@@ -159,7 +140,7 @@ def change_role(
 @router.post("/users/{name}/remove")
 def remove_user(request: Request, _user: access.Administrator, name: str) -> Response:
     """Remove a user."""
-    with said_in_words():
+    with input_errors_as_problems():
         access.service_of(request).accounts.remove_user(name)
     return Response(headers={"HX-Refresh": "true"})
 
@@ -173,7 +154,7 @@ def audit_page(
     entries = [
         {
             "id": row.id,
-            "time": as_moment(row.time),
+            "time": utc_time(row.time),
             "user": row.user,
             "role": row.role,
             "client": row.client,

@@ -13,7 +13,7 @@ import numpy as np
 from api.pages.catalogue_words import effect_titles, entry_of
 from api.pages.error_figures import JointUnits, effect_picture
 from api.pages.joint_samples import JointSamples
-from api.pages.model_page import FIGURE_SAMPLES
+from api.pages.model_figures import FIGURE_SAMPLES
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.pages.verdict_words import constant_words
 

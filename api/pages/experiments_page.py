@@ -5,8 +5,8 @@ from typing import Any
 from fastapi import APIRouter, Request
 from fastapi.responses import HTMLResponse
 
-from api.pages.account_pages import as_moment
 from api.pages.layout import experiment_link, frame
+from api.pages.number_format import utc_time
 from api.pages.rendering import PREFIX, page
 from api.service import access
 from api.service.model_story import ModelStory
@@ -35,7 +35,7 @@ def _row(service: Any, row: Any) -> dict[str, Any]:
         "name": row.name,
         "problem": row.problem,
         "joints": row.joints,
-        "modified": as_moment(row.modified),
+        "modified": utc_time(row.modified),
         "links": {
             step: experiment_link(row.id, step) for step in ("model", "missing", "results", "sessions")
         },

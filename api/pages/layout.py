@@ -37,3 +37,7 @@ def step_links(experiment: str | None) -> dict[str, str]:
 
 def experiment_link(experiment: str, step: str) -> str:
     return f"{PREFIX}/experiments/{experiment}/{step}"
+
+
+def session_link(experiment: str, session: str) -> str:
+    return experiment_link(experiment, f"sessions/{session}")

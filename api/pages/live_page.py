@@ -3,11 +3,11 @@
 from fastapi import APIRouter, Request
 from fastapi.responses import HTMLResponse
 
+from api.pages.choices import RigChoice, chosen_rig
 from api.pages.error_figures import JointUnits
 from api.pages.layout import frame
 from api.pages.rendering import PREFIX, page
-from api.pages.rig_page import RigChoice, chosen_rig
-from api.pages.run_bar import moving_session
+from api.pages.rig_users import moving_session
 from api.service import access
 from api.service.problems import Problem
 from identify.recording.errors import InputError

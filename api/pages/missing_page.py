@@ -1,35 +1,19 @@
 """What is missing: the verdict, the ranked effects with their evidence, and the error falling from version to version."""
 
-from collections.abc import Collection, Mapping
-from typing import Annotated, Any
-from urllib.parse import urlencode
-
-from fastapi import APIRouter, Query, Request
+from fastapi import APIRouter, Request
 from fastapi.responses import HTMLResponse
-from markupsafe import Markup
 
-from api.pages.catalogue_words import effect_titles
-from api.pages.error_figures import JointUnits
+from api.pages.choices import EffectChoice, JointChoice
 from api.pages.evidence_view import joint_diagnosis, selected_evidence
-from api.pages.figures.group_bars import draw_shares
-from api.pages.figures.step_chart import ModelStep, draw_step_chart
+from api.pages.experiment_frame import experiment_context, no_model_page
 from api.pages.job_views import job_state
-from api.pages.layout import experiment_link, frame
-from api.pages.model_page import JointChoice, experiment_context, no_model_page
+from api.pages.layout import frame
+from api.pages.missing_body import body_context
 from api.pages.rendering import PREFIX, page
-from api.pages.rival_effects_page import rival_effects_context
-from api.pages.stored_models import ShownModel, StoredExperiment
-from api.pages.verdict_words import structure_words, verdict_of, where_words
+from api.pages.stored_models import StoredExperiment
 from api.service import access
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
-
-SHOWN_CANDIDATES = 6
-"""Candidates that stand in the list by themselves; the rest are folded away."""
-SHOWN_PLACES = 6
-"""Ranges of a variable that are shown where the error sits."""
-
-EffectChoice = Annotated[str | None, Query(max_length=100)]
 
 
 @router.get("/experiments/{experiment}/missing")
@@ -69,158 +53,3 @@ def evidence(
         return page(request, "evidence.html", selected={"effect": None})
     diagnosis = joint_diagnosis(stored, shown, joint)
     return page(request, "evidence.html", selected=selected_evidence(stored, shown, diagnosis, joint, effect))
-
-
-def body_context(
-    stored: StoredExperiment, shown: ShownModel, joint: str, effect: str | None = None
-) -> dict[str, Any]:
-    """Context of the part of the page that a step of the model exchanges."""
-    diagnosis = joint_diagnosis(stored, shown, joint)
-    units = JointUnits.of(stored.declared.robot.joints[stored.joint_names.index(joint)].type)
-    floor = shown.joint(joint)["noise_floor"]
-    titles = effect_titles()
-    candidates = _candidates(stored, diagnosis, joint, floor)
-    where = sorted(diagnosis["where"], key=_excess, reverse=True) if diagnosis else []
-    line = [stored.model(identifier) for identifier in stored.story.line]
-    before = line[-2] if len(line) > 1 else None
-    return {
-        "verdict": verdict_of(diagnosis, floor, titles),
-        "diagnosed": diagnosis is not None,
-        "model_effects": _model_effects(stored, shown, joint, _superfluous(diagnosis)),
-        "step_chart": step_chart(stored, joint, floor),
-        "current": shown.joint(joint),
-        "previous_error": before.joint(joint)["relative_error"] if before else None,
-        "noise_floor": floor,
-        "candidates": [each for each in candidates if each["shown"]],
-        "further": [each for each in candidates if not each["shown"]],
-        "superfluous": [titles.get(name, name) for name in _superfluous(diagnosis)],
-        "missing_steps": _missing_steps(diagnosis, titles),
-        "structure": structure_words(diagnosis),
-        "no_candidates": "No effect of the catalogue would help."
-        if diagnosis
-        else "Nobody has asked yet what this model misses.",
-        "selected": selected_evidence(stored, shown, diagnosis, joint, effect),
-        "where_figure": draw_shares(
-            [
-                (where_words(place, units), place["share_of_error"] or 0.0, place.get("share_of_samples"))
-                for place in where[:SHOWN_PLACES]
-            ]
-        )
-        if where
-        else None,
-        "apart": rival_effects_context(stored, shown, diagnosis, joint),
-        "not_tried": _not_tried(stored, shown, joint),
-        "can_undo": len(stored.story.line) > 1,
-        "can_redo": bool(stored.story.undone),
-        "undo_link": _step_link(stored, "undo", joint),
-        "redo_link": _step_link(stored, "redo", joint),
-        "diagnose_link": _step_link(stored, "diagnose", joint),
-    }
-
-
-def _superfluous(diagnosis: Mapping[str, Any] | None) -> list[str]:
-    """Effects of the model that do not lower the error on motion that the fit did not see."""
-    return list((diagnosis or {}).get("superfluous", []))
-
-
-def _missing_steps(diagnosis: Mapping[str, Any] | None, titles: Mapping[str, str]) -> list[dict[str, Any]]:
-    """What each missing effect brought when it was added beside those before it; empty for a single one."""
-    steps = (diagnosis or {}).get("evidence") or []
-    return (
-        [each | {"title": titles.get(each["effect"], each["effect"])} for each in steps]
-        if len(steps) > 1
-        else []
-    )
-
-
-def _excess(place: Mapping[str, Any]) -> float:
-    """How much more of the error than of the samples a range holds."""
-    return (place["share_of_error"] or 0.0) - (place.get("share_of_samples") or 0.0)
-
-
-def _step_link(stored: StoredExperiment, step: str, joint: str, **further: str) -> str:
-    return f"{experiment_link(stored.id, 'steps')}/{step}?{urlencode({'joint': joint, **further})}"
-
-
-def _candidates(
-    stored: StoredExperiment, diagnosis: Mapping[str, Any] | None, joint: str, floor: float | None
-) -> list[dict[str, Any]]:
-    if diagnosis is None:
-        return []
-    rows, titles = [], effect_titles()
-    for candidate in sorted(diagnosis["candidates"], key=lambda each: each["rank"]):
-        query = urlencode({"joint": joint, "effect": candidate["effect"]})
-        rows.append(
-            candidate
-            | {
-                "title": titles.get(candidate["effect"], ""),
-                "gain": _gain(candidate, floor),
-                "shown": len(rows) < SHOWN_CANDIDATES,
-                "first": candidate["effect"] == next(iter(diagnosis["missing"]), None),
-                "link": f"{experiment_link(stored.id, 'missing')}?{query}",
-                "fragment_link": f"{experiment_link(stored.id, 'missing/evidence')}?{query}",
-                "add_link": _step_link(stored, "add", joint, effect=candidate["effect"]),
-            }
-        )
-    return rows
-
-
-def _gain(candidate: Mapping[str, Any], floor: float | None) -> float:
-    """Share of the squared unseen error above the floor that the effect takes away, 0 to 1."""
-    before, after = candidate["heldout_error_before"], candidate["heldout_error_after"]
-    if not before or after is None:
-        return 0.0
-    rest = before**2 - (floor or 0.0) ** 2
-    return min(max((before**2 - after**2) / rest, 0.0), 1.0) if rest > 0 else 0.0
-
-
-def _model_effects(
-    stored: StoredExperiment, shown: ShownModel, joint: str, superfluous: Collection[str]
-) -> list[dict[str, Any]]:
-    """The effects of the joint in the model; those that were added, and those that do not help, can be removed."""
-    added = {text: text.split("@")[0] for text in shown.version.add if text.split("@")[-1] in (joint, text)}
-    rows = []
-    for entry in shown.document["effects"]:
-        if entry["joint"] not in (joint, None):
-            continue
-        text = next((full for full, name in added.items() if name == entry["effect"]), None)
-        useless = entry["effect"] in superfluous
-        # The offset is a part of every model; it is said that it does not help, and it stays.
-        removable = text is not None or (useless and entry["effect"] != "offset")
-        rows.append(
-            {
-                "effect": entry["effect"],
-                "added": text is not None,
-                "superfluous": useless,
-                "removable": removable,
-                "remove_link": _step_link(
-                    stored, "remove", joint, effect=text or f"{entry['effect']}@{joint}"
-                ),
-            }
-        )
-    return rows
-
-
-def step_chart(stored: StoredExperiment, joint: str, floor: float | None) -> Markup:
-    """The staircase of one joint: the versions that stand, then those that were undone."""
-    steps = []
-    for identifier in [*stored.story.line, *reversed(stored.story.undone)]:
-        model = stored.model(identifier)
-        part = model.joint(joint)
-        steps.append(
-            ModelStep(
-                label=model.words.replace(f"@{joint}", ""),
-                relative_error=part["relative_error"],
-                relative_error_validation=part["relative_error_validation"],
-                undone=identifier in stored.story.undone,
-                current=identifier == stored.story.line[-1],
-            )
-        )
-    return draw_step_chart(steps, floor)
-
-
-def _not_tried(stored: StoredExperiment, shown: ShownModel, joint: str) -> list[dict[str, str]]:
-    """Effects that these data cannot show at all, each with its reason."""
-    document = stored.models.diagnosis(shown.version.id) or {}
-    rows = [entry for entry in document.get("not_applicable", []) if entry.get("joint") in (joint, None)]
-    return [{"effect": entry["effect"], "reason": entry["reason"]} for entry in rows]

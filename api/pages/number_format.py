@@ -117,3 +117,8 @@ def listing(words: Iterable[str], last: str = "and") -> str:
 
 def _superscript(exponent: int) -> str:
     return str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+
+
+def utc_time(seconds: float | None) -> datetime | None:
+    """Seconds since 1970 as a time that the templates print."""
+    return None if seconds is None else datetime.fromtimestamp(seconds, UTC)

@@ -11,12 +11,14 @@ from fastapi.responses import Response
 from markupsafe import Markup
 
 from api.pages.catalogue_words import effect_titles, entry_of
+from api.pages.choices import VersionChoice, chosen_model
 from api.pages.error_figures import JointUnits
+from api.pages.evidence_view import joint_diagnosis
 from api.pages.figures.torque_time import draw_torque_time
-from api.pages.missing_page import joint_diagnosis, step_chart
-from api.pages.model_page import VersionChoice, chosen_model, counted_errors, figures_of
+from api.pages.model_figures import counted_errors, figures_of
+from api.pages.model_steps import step_chart
+from api.pages.parameter_tables import effects_by_name, parameter_groups
 from api.pages.rendering import PREFIX, STATIC_FOLDER, render
-from api.pages.results_page import effects_by_name, parameter_groups
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.pages.verdict_words import verdict_of
 from api.service import access

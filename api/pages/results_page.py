@@ -3,22 +3,19 @@
 import csv
 import io
 import json
-from typing import Any
 
 import yaml
 from fastapi import APIRouter, Request
 from fastapi.responses import HTMLResponse, Response
 
-from api.pages import urdf_file
-from api.pages.catalogue_words import effect_of_parameter
-from api.pages.error_figures import JointUnits
+from api.pages.choices import VersionChoice, chosen_model
+from api.pages.experiment_frame import experiment_context, no_model_page
 from api.pages.layout import experiment_link, frame
-from api.pages.model_page import VersionChoice, chosen_model, experiment_context, no_model_page
+from api.pages.parameter_tables import constants_in_words, effects_by_name, parameter_groups
 from api.pages.rendering import PREFIX, page
 from api.pages.stored_models import ShownModel, StoredExperiment
-from api.pages.urdf_file import urdf_of
-from api.pages.verdict_words import constant_words
 from api.service import access
+from api.service.identified_urdf import can_be_made, urdf_of
 from api.service.problems import Problem
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
@@ -48,7 +45,7 @@ def results_page(
         return no_model_page(request, stored, stored.joint_names[0], context)
     link = experiment_link(experiment, "download")
     formats = [("json", "JSON"), ("csv", "CSV"), ("yaml", "YAML")]
-    if urdf_of(shown) is not None:
+    if urdf_of(shown.folder) is not None:
         formats.append(("urdf", "URDF"))
     context |= {
         "shown": shown,
@@ -61,7 +58,7 @@ def results_page(
             {"name": name, "link": f"{link}/{ending}?version={shown.version.id}"} for ending, name in formats
         ],
         "urdf_link": f"{experiment_link(experiment, 'urdf')}?version={shown.version.id}"
-        if urdf_of(shown) is None and urdf_file.can_be_made()
+        if urdf_of(shown.folder) is None and can_be_made()
         else None,
         "report_link": f"{experiment_link(experiment, 'report')}?version={shown.version.id}",
         "results_link": f"/experiments/{experiment}/results",
@@ -79,7 +76,7 @@ def download(
     if shown is None:
         raise Problem(404, "There is no model yet.")
     if ending == "urdf":
-        content, kind = urdf_of(shown), "application/xml"
+        content, kind = urdf_of(shown.folder), "application/xml"
         if content is None:
             raise Problem(404, "There is no URDF of this model yet; make one on the results page.")
     elif ending in WRITERS:
@@ -91,44 +88,6 @@ def download(
     return Response(
         content, media_type=kind, headers={"Content-Disposition": f'attachment; filename="{name}"'}
     )
-
-
-def parameter_groups(stored: StoredExperiment, shown: ShownModel) -> list[dict[str, Any]]:
-    """Parameters by joint, those of the whole robot last."""
-    groups = []
-    for joint in [*stored.joint_names, None]:
-        rows = [
-            entry | {"stands_for": entry.get("grouping") or effect_of_parameter(entry["name"])}
-            for entry in shown.document["parameters"]
-            if entry["joint"] == joint
-        ]
-        if rows:
-            groups.append({"joint": joint, "parameters": rows})
-    return groups
-
-
-def effects_by_name(stored: StoredExperiment, shown: ShownModel) -> dict[str, dict[str, Any]]:
-    """The effects of the model once each, with the joints that have them; `all` where every joint does."""
-    joints: dict[str, list[str]] = {}
-    for entry in shown.document["effects"]:
-        joints.setdefault(entry["effect"], []).append(entry["joint"] or "all")
-    everywhere = set(stored.joint_names)
-    return {
-        name: {"name": name, "joints": ["all"] if len(on) > 1 and set(on) == everywhere else on}
-        for name, on in joints.items()
-    }
-
-
-def constants_in_words(stored: StoredExperiment, shown: ShownModel) -> list[tuple[str, str]]:
-    """The nonlinear constants that the fit chose: (effect, joint where there are several, and what it is; its value)."""
-    rows = []
-    types = {joint.name: joint.type for joint in stored.declared.robot.joints}
-    for entry in shown.document.get("constants") or []:
-        units = JointUnits.of(types.get(entry.get("joint"), "revolute"))
-        values = {name: value for name, value in entry.items() if isinstance(value, int | float)}
-        on = f" {entry['joint']}" if len(types) > 1 and entry.get("joint") else ""
-        rows += [(f"{entry['effect']}{on}: {words}", value) for words, value in constant_words(values, units)]
-    return rows
 
 
 def _as_json(shown: ShownModel) -> str:

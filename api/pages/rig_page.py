@@ -5,24 +5,20 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Form, Query, Request
 from fastapi.responses import HTMLResponse, Response
 
-from api.pages.account_pages import as_moment
+from api.pages.choices import RigChoice, chosen_rig
 from api.pages.error_figures import JointUnits
 from api.pages.layout import experiment_link, frame
-from api.pages.number_format import moment, significant
+from api.pages.number_format import moment, significant, utc_time
 from api.pages.rendering import PREFIX, page
-from api.pages.run_bar import onlooker_words
+from api.pages.rig_users import onlooker_words
 from api.service import access
-from api.service.application import Service
 from api.service.payload_sessions import MOVING, ActiveSession
 from api.service.problems import Problem
+from api.service.service import Service
 from daq.rig import Rig
 from identify.recording.errors import InputError
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
-
-RigChoice = Annotated[str | None, Query(max_length=64)]
-LAST_RIG = "rig"
-"""Key of the browser's session under which the rig that was looked at last is kept."""
 
 
 @router.get("/rig")
@@ -84,20 +80,6 @@ def release(request: Request, user: access.Operator, rig: Annotated[str, Form(ma
     return rig_state(request, user, rig)
 
 
-def chosen_rig(request: Request, rig: str | None) -> str:
-    """The rig asked for, else the one looked at last, else the first. Raises the problem 404 for an unknown one."""
-    files = access.service_of(request).rigs.files()
-    wanted = rig or request.session.get(LAST_RIG)
-    if wanted not in files:
-        if rig:
-            raise Problem(404, f"There is no rig {rig}; there are {', '.join(files)}.")
-        wanted = next(iter(files), None)
-        if wanted is None:
-            raise Problem(404, "There is no rig yet: put its file into the folder rigs of the data folder.")
-    request.session[LAST_RIG] = wanted
-    return wanted
-
-
 def rig_context(service: Service, rig_id: str, own_name: str) -> dict[str, Any]:
     """What is known of a rig now."""
     try:
@@ -136,7 +118,7 @@ def _checks(active: ActiveSession | None) -> list[dict[str, Any]]:
 
 def _calibration(service: Service, rig_id: str, settings: Rig) -> list[tuple[str, str]]:
     """Where the scaling comes from: the rig's file and when it was changed last."""
-    changed = as_moment(service.rigs.files()[rig_id].stat().st_mtime)
+    changed = utc_time(service.rigs.files()[rig_id].stat().st_mtime)
     gains = [
         f"{axis.joint} {significant(settings.drive_gain[i, i], 5)}" for i, axis in enumerate(settings.axes)
     ]

@@ -21,8 +21,8 @@ from api.pages import (
     session_steps,
     sessions_page,
     step_actions,
-    urdf_file,
-    without_payload,
+    urdf_page,
+    without_payload_page,
 )
 from api.pages.rendering import PREFIX, page, static_files
 from api.service import access
@@ -45,8 +45,8 @@ PARTS = (
     step_actions,
     results_page,
     report,
-    without_payload,
-    urdf_file,
+    without_payload_page,
+    urdf_page,
 )
 for part in PARTS:
     router.include_router(part.router)

@@ -6,11 +6,10 @@ from fastapi import APIRouter, Request
 
 from api.pages.number_format import duration, listing
 from api.pages.rendering import PREFIX
+from api.pages.rig_users import moving_session, onlooker_words
 from api.service import access
-from api.service.application import Service
 from api.service.homings import HomingRun
-from api.service.payload_sessions import MOVING, ActiveSession
-from api.service.routes.rigs import stop_rig
+from api.service.service import Service
 from daq.session_events import SessionState
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
@@ -64,19 +63,10 @@ async def stop(request: Request, user: access.SignedIn) -> dict[str, Any]:
     service = access.service_of(request)
     stopped = []
     for rig in service.rigs.files():
-        if (await stop_rig(request, user, rig)).stopped:
+        if await service.rig_stop.stop(rig, user):
             stopped.append(rig)
     words = f"{listing(stopped)} stops." if stopped else "Nothing was moving."
     return {"stopped": stopped, "words": words}
-
-
-def moving_session(service: Service) -> ActiveSession | None:
-    """The first session that is armed or running."""
-    for rig in service.rigs.files():
-        active = service.sessions.active(rig)
-        if active is not None and active.state in MOVING:
-            return active
-    return None
 
 
 def seconds_left(progress: Any) -> float | None:
@@ -84,15 +74,3 @@ def seconds_left(progress: Any) -> float | None:
     if not progress.fraction:
         return None
     return progress.elapsed * (1.0 - progress.fraction) / progress.fraction
-
-
-def onlooker_words(service: Service, rig: str, own_name: str) -> str:
-    """Who has the rig and who looks on, the reader left out."""
-    operator = service.rigs.operator(rig)
-    others = [name for name in service.rigs.onlookers(rig) if name != own_name]
-    words = []
-    if operator and operator != own_name:
-        words.append(f"{operator} has the rig")
-    if others:
-        words.append(f"{listing(others)} {'looks' if len(others) == 1 else 'look'} on")
-    return " · ".join(words)

@@ -8,8 +8,8 @@ import numpy as np
 from fastapi import APIRouter, Query, Request
 from fastapi.responses import Response
 
+from api.pages.choices import ALL_SESSIONS, SessionChoice, VersionChoice, chosen_model, files_of_session
 from api.pages.lru_cache import LruCache
-from api.pages.model_page import ALL_SESSIONS, SessionChoice, VersionChoice, chosen_model, files_of_session
 from api.pages.rendering import PREFIX
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.service import access

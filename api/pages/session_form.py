@@ -8,16 +8,16 @@ from fastapi import APIRouter, Form, Query, Request
 from fastapi.responses import HTMLResponse, RedirectResponse, Response
 from pydantic import ValidationError
 
-from api.pages.account_pages import said_in_words
+from api.pages.choices import RigChoice, chosen_rig
+from api.pages.form_input import input_errors_as_problems
 from api.pages.job_views import JOB_TITLES
-from api.pages.layout import experiment_link, frame
+from api.pages.layout import frame, session_link
 from api.pages.plan_view import plan_view, purpose_words
 from api.pages.rendering import PREFIX, page
-from api.pages.rig_page import RigChoice, chosen_rig
 from api.service import access
-from api.service.application import Service
 from api.service.model_story import ModelStory
 from api.service.problems import Problem
+from api.service.service import Service
 from daq.rig import KnownPayload, Rig
 from daq.session_events import SessionState
 from identify.recording.errors import InputError
@@ -75,7 +75,7 @@ def prepare(
 ) -> Response:
     """Prepare a session and go on to its steps; a new experiment is made on the way."""
     service = access.service_of(request)
-    with said_in_words():
+    with input_errors_as_problems():
         settings = service.rigs.rig(rig)
         given = _payload(payload_name, mass, (com_x, com_y, com_z)) if payload == NEW else None
         known = given or _known_payload(service, settings, experiment, payload)
@@ -103,7 +103,7 @@ def make_plan(
 ) -> HTMLResponse:
     """Plan a motion within the rig's limits; progress until it is there."""
     service = access.service_of(request)
-    with said_in_words():
+    with input_errors_as_problems():
         job = service.planner.plan(rig, user.name, f"{rig} {seconds:g} s", seconds, "load-velocity", 0)
     return _plan_progress(request, job.id, {"rig": rig, "experiment": experiment, "payload": payload})
 
@@ -137,10 +137,6 @@ def _plan_progress(request: Request, job_id: str, kept: dict[str, str]) -> HTMLR
             f"{PREFIX}/new-session?{urlencode(kept | {'plan': job.result['plan']})}"
         )
     return response
-
-
-def session_link(experiment: str, session: str) -> str:
-    return experiment_link(experiment, f"sessions/{session}")
 
 
 def _payload(name: str, mass: float, com: tuple[float, float, float]) -> KnownPayload:

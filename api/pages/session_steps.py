@@ -5,12 +5,11 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Form, Request
 from fastapi.responses import HTMLResponse, Response
 
-from api.pages.account_pages import said_in_words
-from api.pages.layout import experiment_link, frame
-from api.pages.model_page import experiment_context
+from api.pages.experiment_frame import experiment_context
+from api.pages.form_input import input_errors_as_problems, typed_mass
+from api.pages.layout import experiment_link, frame, session_link
 from api.pages.plan_view import plan_view, purpose_words
 from api.pages.rendering import PREFIX, page
-from api.pages.session_form import session_link
 from api.pages.stored_models import StoredExperiment
 from api.service import access
 from api.service.access import client_address
@@ -61,7 +60,7 @@ def steps(request: Request, user: access.Viewer, experiment: str, session: str) 
 @router.post("/check")
 def check(request: Request, user: access.Operator, experiment: str, session: str) -> HTMLResponse:
     """Take the bus and look at every node; nothing is powered."""
-    with said_in_words():
+    with input_errors_as_problems():
         access.service_of(request).sessions.check(experiment, session, user)
     return _answer(request, user, experiment, session)
 
@@ -85,7 +84,7 @@ def weigh(
 @router.post("/confirm")
 def confirm(request: Request, user: access.Operator, experiment: str, session: str) -> HTMLResponse:
     """This payload is mounted."""
-    with said_in_words():
+    with input_errors_as_problems():
         access.service_of(request).sessions.confirm(experiment, session, user)
     return _answer(request, user, experiment, session)
 
@@ -93,7 +92,7 @@ def confirm(request: Request, user: access.Operator, experiment: str, session: s
 @router.post("/arm")
 def arm(request: Request, user: access.Operator, experiment: str, session: str) -> HTMLResponse:
     """Recorder and monitors run; the next step moves the robot."""
-    with said_in_words():
+    with input_errors_as_problems():
         access.service_of(request).sessions.arm(experiment, session, user, client_address(request))
     return _answer(request, user, experiment, session)
 
@@ -101,7 +100,7 @@ def arm(request: Request, user: access.Operator, experiment: str, session: str) 
 @router.post("/start")
 def start(request: Request, user: access.Operator, experiment: str, session: str) -> Response:
     """Move the robot, and watch it."""
-    with said_in_words():
+    with input_errors_as_problems():
         access.service_of(request).sessions.start(experiment, session, user, client_address(request))
     return Response(status_code=204, headers={"HX-Redirect": f"{PREFIX}/live"})
 
@@ -145,14 +144,3 @@ def _steps(request: Request, user: User, experiment: str, session: str) -> dict[
 
 def _known_payload(payload: dict[str, Any]) -> KnownPayload:
     return KnownPayload.model_validate({key: value for key, value in payload.items() if key != "weighed"})
-
-
-def typed_mass(words: str) -> float:
-    """A mass as people type it, also with a comma. Raises the problem 422."""
-    try:
-        mass = float(words.strip().replace(",", "."))
-    except ValueError:
-        raise Problem(422, f"“{words}” is not a mass; type it in kg, such as 3.458.") from None
-    if not 0 <= mass <= 1e5:
-        raise Problem(422, f"A mass of {words} kg cannot be; type what the scale says, in kg.")
-    return mass

@@ -7,20 +7,19 @@ from typing import Annotated, Any, Literal
 from fastapi import APIRouter, File, Form, Request, UploadFile
 from fastapi.responses import HTMLResponse, Response
 
-from api.pages.account_pages import said_in_words
+from api.pages.experiment_frame import experiment_context
+from api.pages.form_input import input_errors_as_problems, typed_mass
 from api.pages.layout import experiment_link, frame
-from api.pages.model_page import experiment_context
 from api.pages.rendering import PREFIX, page
-from api.pages.session_steps import typed_mass
 from api.pages.stored_models import StoredExperiment
 from api.service import access
 from api.service.accounts import User
-from api.service.application import Service
 from api.service.database import SessionRow
 from api.service.experiment_store import INCOMPLETE
 from api.service.experiment_upload import import_archive, import_session
 from api.service.payload_sessions import ENDED_EARLY, RECORDING
 from api.service.problems import Problem
+from api.service.service import Service
 from daq.session_events import SessionState
 from identify.recording import Payload
 
@@ -54,7 +53,7 @@ def sessions_page(request: Request, user: access.Viewer, experiment: str) -> HTM
 @router.post("/experiments/{experiment}/sessions/{session}/recover")
 def recover(request: Request, user: access.Operator, experiment: str, session: str) -> HTMLResponse:
     """Close a recording that was cut off; what was measured until then is kept."""
-    with said_in_words():
+    with input_errors_as_problems():
         access.service_of(request).sessions.recover(experiment, session, user)
     return page(request, "sessions_body.html", **_context(request, user, experiment))
 
@@ -62,7 +61,7 @@ def recover(request: Request, user: access.Operator, experiment: str, session: s
 @router.post("/experiments/{experiment}/sessions/{session}/admit")
 def admit(request: Request, user: access.Operator, experiment: str, session: str) -> HTMLResponse:
     """Use a session that ended early: whoever presses this has looked at it."""
-    with said_in_words():
+    with input_errors_as_problems():
         access.service_of(request).sessions.admit(experiment, session, user)
     return page(request, "sessions_body.html", **_context(request, user, experiment))
 
@@ -86,7 +85,7 @@ def add_session(
         if not payload:
             raise Problem(422, "Give the new payload a name.")
         new = Payload(name=payload, mass=typed_mass(mass))
-    with said_in_words():
+    with input_errors_as_problems():
         import_session(
             service.experiments,
             experiment,
@@ -105,7 +104,7 @@ def add_session(
 def add_experiment(request: Request, user: access.Operator, file: Annotated[UploadFile, File()]) -> Response:
     """Store an experiment that was measured elsewhere; it is identified at once."""
     service = access.service_of(request)
-    with said_in_words():
+    with input_errors_as_problems():
         row = import_archive(service.experiments, file.file, service.settings.unpacked_limit)
     service.models.refit(row.id, user.name)
     return Response(status_code=204, headers={"HX-Redirect": experiment_link(row.id, "sessions")})

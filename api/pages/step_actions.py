@@ -6,10 +6,11 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Request
 from fastapi.responses import HTMLResponse, Response
 
+from api.pages.choices import EffectChoice, JointChoice
+from api.pages.experiment_frame import experiment_context
 from api.pages.job_views import failed_fit, job_context, job_state, news_context, standing_fit
 from api.pages.layout import frame
-from api.pages.missing_page import EffectChoice, body_context
-from api.pages.model_page import JointChoice, experiment_context
+from api.pages.missing_body import body_context
 from api.pages.rendering import PREFIX, page
 from api.pages.stored_models import StoredExperiment
 from api.service import access

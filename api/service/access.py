@@ -6,16 +6,14 @@ which any role is); `create_application` refuses to start with a route that says
 
 import secrets
 from collections.abc import Awaitable, Callable
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from fastapi import Depends
 from starlette.requests import HTTPConnection
 
 from api.service.accounts import Role, User
 from api.service.problems import Problem
-
-if TYPE_CHECKING:
-    from api.service.application import Service
+from api.service.service import Service
 
 CSRF_HEADER = "X-CSRF-Token"
 SIGN_IN_KEY = "sign_in"
@@ -24,7 +22,7 @@ STILL_WELCOME_KEY = "still_welcome"
 """Key of a WebSocket's scope under which the guard leaves a question to be asked again while it stays open."""
 
 
-def service_of(connection: HTTPConnection) -> "Service":
+def service_of(connection: HTTPConnection) -> Service:
     """The running service."""
     return connection.app.state.service
 

@@ -14,9 +14,10 @@ import pytest
 import uvicorn
 from fastapi import FastAPI
 
+from api.application import create_application
+from api.server import listen, server_settings
 from api.service.accounts import Role
-from api.service.application import Service, create_application
-from api.service.server import listen, server_settings
+from api.service.service import Service
 from api.service.settings import ServiceSettings
 
 with warnings.catch_warnings():

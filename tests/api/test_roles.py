@@ -162,7 +162,7 @@ def test_a_token_loses_what_its_owner_loses(service):
 def test_a_route_that_says_no_role_stops_the_start(service, data_folder, monkeypatch):
     from fastapi import APIRouter
 
-    from api.service.application import create_application
+    from api.application import create_application
     from api.service.routes import audit
     from api.service.settings import ServiceSettings
 

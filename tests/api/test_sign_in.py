@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from api.application import create_application
 from api.service.accounts import Role
-from api.service.application import create_application
 from api.service.settings import ServiceSettings, is_loopback
 from api.service.sign_in_throttle import FREE_ATTEMPTS, LONGEST_WAIT, REMEMBERED, SignInThrottle
 from identify.recording.errors import InputError

@@ -15,8 +15,8 @@ import uvicorn
 import yaml
 from fastapi import FastAPI
 
+from api.application import create_application
 from api.service.accounts import Role
-from api.service.application import create_application
 from api.service.settings import ServiceSettings
 from daq.rig import RIGS
 

@@ -7,8 +7,8 @@ import warnings
 import pytest
 import yaml
 
+from api.application import create_application
 from api.service.accounts import Role
-from api.service.application import create_application
 from api.service.settings import ServiceSettings
 from daq.rig import Rig
 from daq.rig_drives import RigDrives

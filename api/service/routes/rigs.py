@@ -2,22 +2,18 @@
 
 from typing import Annotated, Any, Literal
 
-import anyio
-import anyio.to_thread
 from fastapi import APIRouter, Path, Request
 from pydantic import BaseModel, ConfigDict, Field
 
 from api.service import access
 from api.service.access import client_address, service_of
-from api.service.accounts import NAME_PATTERN, Role, User
+from api.service.accounts import NAME_PATTERN, Role
 from api.service.openapi import ResourceRoute, problems
 from api.service.problems import Problem, not_found
 
 router = APIRouter(tags=["rigs"], route_class=ResourceRoute)
 
 RigId = Annotated[str, Path(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$")]
-STOP_THREADS = 4
-"""Threads that only ever stop a rig."""
 
 
 class RigSummary(BaseModel):
@@ -192,22 +188,4 @@ def get_homing(request: Request, _user: access.Viewer, rig: RigId) -> HomingView
 @router.post("/rigs/{rig}/stop")
 async def stop(request: Request, user: access.SignedIn, rig: RigId) -> Stopped:
     """Bring the rig to rest, now. Open to everybody who is signed in, always; harmless when repeated."""
-    return await stop_rig(request, user, _known(request, rig))
-
-
-async def stop_rig(request: Request, user: User, rig: str) -> Stopped:
-    """Stop in a thread of its own, so that no slow request is ahead of it."""
-    service = service_of(request)
-
-    def stop_all() -> bool:
-        homing = service.homings.stop(rig, f"stopped by {user.name}")
-        return service.sessions.stop(rig, user) or homing
-
-    return Stopped(stopped=await anyio.to_thread.run_sync(stop_all, limiter=_stop_limiter(request)))
-
-
-def _stop_limiter(request: Request) -> anyio.CapacityLimiter:
-    state = request.app.state
-    if not hasattr(state, "stop_limiter"):
-        state.stop_limiter = anyio.CapacityLimiter(STOP_THREADS)
-    return state.stop_limiter
+    return Stopped(stopped=await service_of(request).rig_stop.stop(_known(request, rig), user))

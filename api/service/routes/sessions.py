@@ -10,7 +10,7 @@ from api.service.access import client_address, service_of
 from api.service.openapi import ResourceRoute, problems
 from api.service.problems import Problem
 from api.service.routes.experiments import ExperimentId, SessionId, SessionSummary
-from api.service.routes.rigs import Stopped, stop_rig
+from api.service.routes.rigs import Stopped
 from daq.rig import KnownPayload
 
 router = APIRouter(tags=["sessions"], route_class=ResourceRoute)
@@ -168,7 +168,7 @@ async def stop(
     for rig in service_of(request).rigs.files():
         active = service_of(request).sessions.active(rig)
         if active is not None and (active.experiment, active.id) == (experiment, session):
-            return await stop_rig(request, user, rig)
+            return Stopped(stopped=await service_of(request).rig_stop.stop(rig, user))
     raise Problem(409, f"The session {session} of {experiment} has no rig's bus: nothing moves.")
 
 

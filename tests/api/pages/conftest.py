@@ -21,7 +21,7 @@ import uvicorn
 import yaml
 from fastapi import FastAPI
 
-from api.service.application import create_application
+from api.application import create_application
 from api.service.model_story import Fit, ModelStory, data_fingerprint, now_text
 from api.service.prediction_files import write_prediction
 from api.service.settings import ServiceSettings

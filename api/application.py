@@ -1,11 +1,9 @@
-"""The FastAPI application: what one running service holds, and how its parts are put together."""
+"""The FastAPI application: routes and pages on one running service."""
 
-import importlib.util
 import os
 import secrets
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 from fastapi import FastAPI
@@ -14,22 +12,11 @@ from starlette.concurrency import run_in_threadpool
 from starlette.middleware import Middleware
 from starlette.middleware.sessions import SessionMiddleware
 
+from api.pages import router as pages
 from api.service.access import declared_role
-from api.service.accounts import Accounts
-from api.service.audit import AuditLog
-from api.service.database import Database, open_database
-from api.service.experiment_store import ExperimentStore
 from api.service.guard import Guard
-from api.service.homings import Homings
-from api.service.jobs import JobRunner
-from api.service.live_feed import LiveFeed
-from api.service.model_workflow import ModelWorkflow
 from api.service.openapi import install_openapi
-from api.service.payload_sessions import PayloadSessions
-from api.service.plan_store import PlanStore
-from api.service.planner import Planner
 from api.service.problems import install_problem_handlers
-from api.service.rig_store import RigStore
 from api.service.routes import accounts as account_routes
 from api.service.routes import audit as audit_routes
 from api.service.routes import diagnoses as diagnosis_routes
@@ -41,11 +28,8 @@ from api.service.routes import plans as plan_routes
 from api.service.routes import recordings as recording_routes
 from api.service.routes import rigs as rig_routes
 from api.service.routes import sessions as session_routes
-from api.service.separating_plans import SeparatingPlanner
-from api.service.session_cache import SessionCache
+from api.service.service import create_service
 from api.service.settings import ServiceSettings
-from api.service.sign_in_throttle import SignInThrottle
-from api.service.weighing import WeighingScale
 from identify.recording.errors import InputError
 
 DESCRIPTION = (
@@ -54,36 +38,13 @@ DESCRIPTION = (
 )
 
 
-@dataclass
-class Service:
-    """What one running service holds; routes reach it by `access.service_of`."""
-
-    settings: ServiceSettings
-    database: Database
-    accounts: Accounts
-    throttle: SignInThrottle
-    audit: AuditLog
-    experiments: ExperimentStore
-    jobs: JobRunner
-    models: ModelWorkflow
-    rigs: RigStore
-    plans: PlanStore
-    planner: Planner
-    separating: SeparatingPlanner
-    sessions: PayloadSessions
-    homings: Homings
-    samples: SessionCache
-    live: LiveFeed
-    scale: WeighingScale
-
-
 def create_application(settings: ServiceSettings) -> FastAPI:
     """The application of `coulomb serve`.
 
     Raises InputError if it would listen beyond this machine without accounts, or if the data folder or the
     database cannot be used.
     """
-    service = _create_service(settings)
+    service = create_service(settings)
     if not settings.bound_to_loopback and not service.accounts.exist():
         raise InputError(
             f"--host {settings.host}: others would reach the service and nobody has an account yet; "
@@ -139,44 +100,10 @@ def create_application(settings: ServiceSettings) -> FastAPI:
     ):
         application.include_router(routes.router)
     install_openapi(application)
-    if importlib.util.find_spec("api.pages") and importlib.util.find_spec("api.pages.router"):
-        import api.pages.router as pages
-
-        application.include_router(pages.router)
-        application.state.problem_page = getattr(pages, "problem_page", None)
+    application.include_router(pages.router)
+    application.state.problem_page = pages.problem_page
     _refuse_undeclared_routes(application)
     return application
-
-
-def _create_service(settings: ServiceSettings) -> Service:
-    database = open_database(settings.data_folder, settings.database_url)
-    clock = settings.clock
-    audit = AuditLog(database, clock)
-    experiments = ExperimentStore(database, settings.experiments_folder, clock)
-    jobs = JobRunner(database, clock, settings.workers)
-    models = ModelWorkflow(experiments, jobs)
-    rigs = RigStore(settings.data_folder / "rigs", clock)
-    plans = PlanStore(settings.data_folder / "plans")
-    sessions = PayloadSessions(experiments, rigs, plans, models, audit, clock)
-    return Service(
-        settings=settings,
-        database=database,
-        accounts=Accounts(database, clock),
-        throttle=SignInThrottle(clock),
-        audit=audit,
-        experiments=experiments,
-        jobs=jobs,
-        models=models,
-        rigs=rigs,
-        plans=plans,
-        planner=Planner(rigs, plans, jobs),
-        separating=SeparatingPlanner(experiments, models, rigs, plans),
-        sessions=sessions,
-        homings=Homings(rigs, sessions, audit),
-        samples=SessionCache(),
-        live=LiveFeed(rigs, sessions, settings.live_rate),
-        scale=WeighingScale(settings.scale_port),
-    )
 
 
 def _cookie_key(data_folder: Path) -> str:

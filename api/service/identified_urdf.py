@@ -5,27 +5,15 @@ It is computed when it is asked for, as a job, and kept beside the fit that it b
 
 import importlib.util
 from pathlib import Path
-from typing import Annotated
 
-from fastapi import APIRouter, Query, Request
-from fastapi.responses import HTMLResponse
-
-from api.pages.job_views import follow
-from api.pages.layout import experiment_link
-from api.pages.rendering import PREFIX
-from api.pages.stored_models import ShownModel, StoredExperiment
-from api.service import access
 from api.service.job_process import Progress
 
-router = APIRouter(prefix=f"{PREFIX}/experiments/{{experiment}}", include_in_schema=False)
-
 URDF_FILE = "model.urdf"
-TITLE = "Looking for real bodies with these parameters"
 
 
-def urdf_of(shown: ShownModel) -> str | None:
+def urdf_of(fit_folder: Path) -> str | None:
     """The text of the URDF that was written beside the fit, or None where there is none."""
-    file = shown.folder / URDF_FILE
+    file = fit_folder / URDF_FILE
     return file.read_text() if file.is_file() else None
 
 
@@ -68,36 +56,3 @@ def write_identified_urdf(
     except ValueError as error:
         raise InputError(str(error)) from error
     return URDF_FILE
-
-
-@router.post("/urdf")
-def make(
-    request: Request, user: access.Operator, experiment: str, version: Annotated[str, Query(max_length=12)]
-) -> HTMLResponse:
-    """Make the URDF of a version."""
-    service = access.service_of(request)
-    stored = StoredExperiment(service.experiments, experiment)
-    shown = stored.model(version)
-    arguments = {
-        "experiment": str(stored.folder),
-        "model": shown.version.model,
-        "add": shown.version.add,
-        "output": str(shown.folder),
-    }
-    job = service.jobs.submit(
-        "identify",
-        "api.pages.urdf_file:write_identified_urdf",
-        lambda: arguments,
-        lambda name: {"file": name},
-        user=user.name,
-        experiment=experiment,
-    )
-    return follow(request, job.id, TITLE, experiment_link(experiment, "urdf/progress"))
-
-
-@router.get("/urdf/progress")
-def progress(
-    request: Request, _user: access.Viewer, experiment: str, job: Annotated[str, Query(max_length=32)]
-) -> HTMLResponse:
-    """How far it is; then a fresh page with the download."""
-    return follow(request, job, TITLE, experiment_link(experiment, "urdf/progress"))

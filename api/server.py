@@ -3,15 +3,15 @@
 import errno
 import socket
 import sys
-import threading
 from pathlib import Path
 from types import FrameType
 
 import uvicorn
 from fastapi import FastAPI
 
-from api.service.application import create_application
+from api.application import create_application
 from api.service.job_process import load_identifier_ahead
+from api.service.service import Service
 from api.service.settings import ServiceSettings
 from identify.recording.errors import InputError
 
@@ -45,9 +45,8 @@ class _Server(uvicorn.Server):
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
         """Called by uvicorn on SIGINT and SIGTERM."""
-        service = self.config.app.state.service  # type: ignore[union-attr]
-        for desk in (service.homings, service.sessions):
-            threading.Thread(target=desk.stop_all, args=("the service was told to end",)).start()
+        service: Service = self.config.app.state.service  # type: ignore[union-attr]
+        service.rig_stop.stop_all("the service was told to end")
         super().handle_exit(sig, frame)
 
 

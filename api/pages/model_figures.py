@@ -1,0 +1,58 @@
+"""The error of models as tables and figures, kept as long as they are looked at: a stored fit never changes."""
+
+from typing import Any
+
+import numpy as np
+
+from api.pages.error_figures import ErrorFigures, JointUnits, error_figures, tables
+from api.pages.lru_cache import LruCache
+from api.pages.stored_models import ShownModel, StoredExperiment
+
+FIGURE_SAMPLES = 150_000
+"""More samples than this are thinned for bands and maps; figures and tables of errors use all."""
+
+
+_drawn: LruCache[ErrorFigures] = LruCache(64)
+
+
+_counted: LruCache[dict[str, Any]] = LruCache(64)
+
+
+def counted_errors(
+    stored: StoredExperiment, models: list[ShownModel], joint: str, files: list[str]
+) -> dict[str, Any]:
+    """The tables of errors and the sizes of torque and error, of every sample in the fit; kept while they are seen."""
+
+    def count() -> dict[str, Any]:
+        samples = [stored.samples(model, joint, files).in_fit for model in models]
+        of_shown = samples[0]
+        return {
+            "samples": len(of_shown.time),
+            "rms": float(np.sqrt(np.mean(of_shown.error**2))) if len(of_shown.time) else None,
+            "rms_measured": float(np.sqrt(np.mean(of_shown.measured**2))) if len(of_shown.time) else None,
+            "tables": tables(samples, stored.payload_of, stored.identification_files),
+        }
+
+    return _counted.get((*(model.folder for model in models), joint, tuple(files)), count)
+
+
+def figures_of(
+    stored: StoredExperiment,
+    models: list[ShownModel],
+    first: ShownModel,
+    joint: str,
+    files: list[str],
+    units: JointUnits,
+) -> ErrorFigures:
+    """Draw the error of one or two models over `files`, on the scales of the first model."""
+
+    def draw() -> ErrorFigures:
+        shown, *others = (
+            stored.samples(model, joint, files).thinned(FIGURE_SAMPLES).in_fit for model in models
+        )
+        known = stored.fitted_files(first)
+        first_files = [file for file in files if file in known] or files
+        start = stored.samples(first, joint, first_files).thinned(FIGURE_SAMPLES).in_fit
+        return error_figures(shown, start, stored.payload_of, units, others[0] if others else None)
+
+    return _drawn.get((*(model.folder for model in models), first.folder, joint, tuple(files)), draw)

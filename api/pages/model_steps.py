@@ -1,0 +1,31 @@
+"""The steps of a model: the staircase of its versions, and the addresses of the steps that a page offers."""
+
+from urllib.parse import urlencode
+
+from markupsafe import Markup
+
+from api.pages.figures.step_chart import ModelStep, draw_step_chart
+from api.pages.layout import experiment_link
+from api.pages.stored_models import StoredExperiment
+
+
+def step_chart(stored: StoredExperiment, joint: str, floor: float | None) -> Markup:
+    """The staircase of one joint: the versions that stand, then those that were undone."""
+    steps = []
+    for identifier in [*stored.story.line, *reversed(stored.story.undone)]:
+        model = stored.model(identifier)
+        part = model.joint(joint)
+        steps.append(
+            ModelStep(
+                label=model.words.replace(f"@{joint}", ""),
+                relative_error=part["relative_error"],
+                relative_error_validation=part["relative_error_validation"],
+                undone=identifier in stored.story.undone,
+                current=identifier == stored.story.line[-1],
+            )
+        )
+    return draw_step_chart(steps, floor)
+
+
+def step_link(stored: StoredExperiment, step: str, joint: str, **further: str) -> str:
+    return f"{experiment_link(stored.id, 'steps')}/{step}?{urlencode({'joint': joint, **further})}"

@@ -1,0 +1,83 @@
+"""What one running service holds, and how its parts are put together."""
+
+from dataclasses import dataclass
+
+from api.service.accounts import Accounts
+from api.service.audit import AuditLog
+from api.service.database import Database, open_database
+from api.service.experiment_store import ExperimentStore
+from api.service.homings import Homings
+from api.service.jobs import JobRunner
+from api.service.live_feed import LiveFeed
+from api.service.model_workflow import ModelWorkflow
+from api.service.payload_sessions import PayloadSessions
+from api.service.plan_store import PlanStore
+from api.service.planner import Planner
+from api.service.rig_stop import RigStop
+from api.service.rig_store import RigStore
+from api.service.separating_plans import SeparatingPlanner
+from api.service.session_cache import SessionCache
+from api.service.settings import ServiceSettings
+from api.service.sign_in_throttle import SignInThrottle
+from api.service.weighing import WeighingScale
+
+
+@dataclass
+class Service:
+    """What one running service holds; routes reach it by `access.service_of`."""
+
+    settings: ServiceSettings
+    database: Database
+    accounts: Accounts
+    throttle: SignInThrottle
+    audit: AuditLog
+    experiments: ExperimentStore
+    jobs: JobRunner
+    models: ModelWorkflow
+    rigs: RigStore
+    plans: PlanStore
+    planner: Planner
+    separating: SeparatingPlanner
+    sessions: PayloadSessions
+    homings: Homings
+    rig_stop: RigStop
+    samples: SessionCache
+    live: LiveFeed
+    scale: WeighingScale
+
+
+def create_service(settings: ServiceSettings) -> Service:
+    """A service on the data folder and database of its settings.
+
+    Raises InputError if they cannot be used.
+    """
+    database = open_database(settings.data_folder, settings.database_url)
+    clock = settings.clock
+    audit = AuditLog(database, clock)
+    experiments = ExperimentStore(database, settings.experiments_folder, clock)
+    jobs = JobRunner(database, clock, settings.workers)
+    models = ModelWorkflow(experiments, jobs)
+    rigs = RigStore(settings.data_folder / "rigs", clock)
+    plans = PlanStore(settings.data_folder / "plans")
+    sessions = PayloadSessions(experiments, rigs, plans, models, audit, clock)
+    homings = Homings(rigs, sessions, audit)
+    return Service(
+        settings=settings,
+        database=database,
+        accounts=Accounts(database, clock),
+        throttle=SignInThrottle(clock),
+        audit=audit,
+        experiments=experiments,
+        jobs=jobs,
+        models=models,
+        rigs=rigs,
+        plans=plans,
+        planner=Planner(rigs, plans, jobs),
+        separating=SeparatingPlanner(experiments, models, rigs, plans),
+        sessions=sessions,
+        homings=homings,
+        rig_stop=RigStop(sessions, homings),
+        samples=SessionCache(),
+        live=LiveFeed(rigs, sessions, settings.live_rate),
+        scale=WeighingScale(settings.scale_port),
+    )
