@@ -13,6 +13,7 @@ from daq.excitation.plan_model import PlannedMotion, PlannedParameter
 from daq.rig import KnownPayload, Rig
 from identify.dynamics.base_parameters import base_parameters
 from identify.dynamics.geometry import Geometry
+from identify.effects.admissible import named_parameters
 from identify.effects.catalogue import effects
 from identify.effects.model import Model, Term, coupled_motors, parse_addition, parse_model
 from identify.effects.motion import BlockMemory, JointMotion, JointSummary
@@ -213,7 +214,7 @@ class RegressorModel:
             payload_masses=tuple(payload.mass for payload in self._payloads),
             payload_of_session=tuple(range(sessions)),
             session_durations=(60.0,) * sessions,
-            has_temperature=False,
+            temperature_range=None,
             has_external_force=False,
             motor_ratio=abs(axis.gear_ratio),
             coupled_motors=tuple(coupled_motors(self._rig.drive_gain, j)),
@@ -284,18 +285,16 @@ class _Views:
 
 def _names(term: Term, width: int, summary: JointSummary) -> list[tuple[str, str, str, str | None]]:
     """Name, joint, unit and effect of each column, as `coulomb identify` names them."""
-    listed = list(term.effect.parameters_of(summary, dict(term.constants or ())))
-    if len(listed) != width:
-        listed = [(f"{listed[0][0]}[{k + 1}]", listed[0][1]) for k in range(width)]
+    listed = named_parameters(term, dict(term.constants or ()), width, summary)
     suffix = "" if term.effect.rows == "robot" else str(term.joint + 1)
     return [
         (
-            name + suffix,
+            parameter.name + suffix,
             summary.name,
-            unit if summary.revolute else unit.replace("N m", "N").replace("rad", "m"),
+            parameter.unit if summary.revolute else parameter.unit.replace("N m", "N").replace("rad", "m"),
             term.effect.name,
         )
-        for name, unit in listed
+        for parameter in listed
     ]
 
 

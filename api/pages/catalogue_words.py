@@ -27,7 +27,7 @@ def effect_titles() -> dict[str, str]:
 @cache
 def _effects_by_parameter() -> dict[str, str]:
     """Name of a parameter, without the joint's number -> the effect that it belongs to."""
-    return {name: effect for effect, one in effects.effects().items() for name, _unit in one.parameters}
+    return {each.name: effect for effect, one in effects.effects().items() for each in one.parameters}
 
 
 def effect_of_parameter(name: str) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 
 from identify.effects.effect import Constants, Effect
 from identify.effects.motion import Array, JointMotion, JointSummary
+from identify.effects.parameter import EffectParameter
 
 SPEED_KNOTS = (0.0, 0.02, 0.05, 0.1, 0.2, 0.35, 0.55, 0.8, 1.0)
 """parts of the top speed, either direction; denser where friction curves bend"""
@@ -28,7 +29,7 @@ def hats(values: Array, knots: Array) -> Array:
 class _FreeFunction(Effect):
     group = "free"
     explanation = "A free function of one variable; it names no cause."
-    parameters = (("free", "N m"),)
+    parameters = (EffectParameter("free", "N m"),)
     source = "piecewise linear functions"
 
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from identify.effects.effect import Constants, Effect
 from identify.effects.motion import Array, JointMotion, JointSummary
+from identify.effects.parameter import EffectParameter
 
 
 class GainSaturation(Effect):
@@ -15,7 +16,9 @@ class GainSaturation(Effect):
         "Check: motor data sheet (torque constant over current); keep peak currents lower."
     )
     regressors = ("sign(τ) max(0, |τ| − τ_0)^p",)
-    parameters = (("saturation", "N m/(N m)^p"),)
+    parameters = (
+        EffectParameter("saturation", "N m/(N m)^p", lower=0.0),
+    )  # more current than torque, never less
     source = "torque-constant saturation of permanent-magnet motors, e.g. Hanselman 2006, ch. 4"
     needs = ("torques up to the maximum",)
     variable = "torque"
@@ -45,7 +48,7 @@ class DriveGain(Effect):
         "sessions. Check: torque constant and amplifier gain in the rig file; what was exchanged between sessions."
     )
     regressors = ("τ_known", "or τ in each later session")
-    parameters = (("gain_ratio", "1"),)
+    parameters = (EffectParameter("gain_ratio", "1", lower=-1.0),)  # as fitted: the ratio less 1
     source = "paper, eq. (4) and (35)"
     needs = ("a known payload or a known external force, or several sessions",)
     variable = "known load"
@@ -68,10 +71,13 @@ class DriveGain(Effect):
             )
         return found
 
-    def parameters_of(self, summary: JointSummary, constants: Constants) -> tuple[tuple[str, str], ...]:
+    def parameters_of(self, summary: JointSummary, constants: Constants) -> tuple[EffectParameter, ...]:
         if not constants:
             return self.parameters
-        return tuple((f"gain_change[{name.removeprefix('session_')}]", "1") for name in constants)
+        return tuple(
+            EffectParameter(f"gain_change[{name.removeprefix('session_')}]", "1", lower=-1.0)
+            for name in constants
+        )
 
     def reported_offset(self, constants: Constants) -> float:
         return 0.0 if constants else 1.0
@@ -95,7 +101,8 @@ class Delay(Effect):
         "wrong time stamps). Check: where each signal is sampled; the time stamps of the recording; it is not the mechanism."
     )
     regressors = ("−dτ/dt",)
-    parameters = (("delay", "s"),)
+    # positive where the command is recorded late, negative where it acts late or the position is recorded late
+    parameters = (EffectParameter("delay", "s"),)
     source = "Gautier, Poignet 2001; measured on EMPS"
     needs = ("fast changes of torque",)
     variable = "ddq"

@@ -72,7 +72,7 @@ def catalogue() -> list[dict[str, object]]:
             "equation": effect.equation,
             "explanation": effect.explanation,
             "regressors": list(effect.regressors),
-            "parameters": [{"name": name, "unit": unit} for name, unit in effect.parameters],
+            "parameters": [{"name": each.name, "unit": each.unit} for each in effect.parameters],
             "needs": list(effect.needs),
             "source": effect.source,
             "indistinguishable_from": list(effect.confusable),

@@ -34,7 +34,7 @@ def effects_document() -> str:
         for kind in kinds:
             effect = kind()
             columns = "; ".join(f"`{text}`" for text in effect.regressors)
-            parameters = ", ".join(f"{name} ({unit})" for name, unit in effect.parameters)
+            parameters = ", ".join(f"{each.name} ({each.unit})" for each in effect.parameters)
             lines = [
                 f"### `{effect.name}`\n",
                 f"{effect.explanation}\n",

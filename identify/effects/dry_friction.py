@@ -4,6 +4,7 @@ import numpy as np
 
 from identify.effects.effect import Constants, Effect, finer, geometric_grid
 from identify.effects.motion import Array, JointMotion, JointSummary
+from identify.effects.parameter import EffectParameter
 from identify.effects.viscous import finer_stribeck, stribeck_range, stribeck_step
 
 ROTOR_SHARES = (0.0, 0.3, 0.6, 0.9)
@@ -16,7 +17,8 @@ class Coulomb(Effect):
     equation = "F_C sign(q̇)"
     explanation = "Constant dry friction against the motion. Check: nothing; every drive has it."
     regressors = ("sign(q̇)",)
-    parameters = (("FC", "N m"),)
+    parameters = (EffectParameter("FC", "N m", lower=0.0),)
+    dissipates = True
     source = "paper, eq. (5)"
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
@@ -32,7 +34,7 @@ class Offset(Effect):
         "Check: offset calibration of the current amplifier."
     )
     regressors = ("1",)
-    parameters = (("offset", "N m"),)
+    parameters = (EffectParameter("offset", "N m"),)
     source = "paper, eq. (6)"
     confusable = ("viscous-asymmetric",)
 
@@ -82,7 +84,8 @@ class LoadFriction(Effect):
         "cycloidal reducers show it most. Check: compare friction with and without payload at the same speed."
     )
     regressors = ("|τ_out| sign(q̇)",)
-    parameters = (("alpha", "1"),)
+    parameters = (EffectParameter("alpha", "1", lower=0.0),)
+    dissipates = True
     source = "paper, eq. (18)"
     needs = ("a payload change or strongly varying gravity load",)
     variable = "load"
@@ -109,7 +112,14 @@ class LoadFrictionAsymmetric(Effect):
         "payload at the same speed and compare the currents."
     )
     regressors = ("P⁺ |τ_out| sign(q̇)", "P⁻ |τ_out| sign(q̇)", "½ sign(τ_out)")
-    parameters = (("alpha_m", "1"), ("alpha_g", "1"), ("beta_difference", "N m"))
+    # α_m = a_m − 1 and α_g = 1 − a_g: both are losses. α_g above 1 is a gear that locks itself. The difference has
+    # either sign; that F_C ± ½ of it stays a loss is what `dissipates` says.
+    parameters = (
+        EffectParameter("alpha_m", "1", lower=0.0),
+        EffectParameter("alpha_g", "1", lower=0.0),
+        EffectParameter("beta_difference", "N m"),
+    )
+    dissipates = True
     source = "paper, eq. (20)"
     needs = ("a payload change or strongly varying gravity load", "all four quadrants of Fig. 2")
     variable = "load"
@@ -137,7 +147,9 @@ class LoadStribeck(Effect):
         "out). Check: lubrication under load; slow motion with the heaviest payload."
     )
     regressors = ("P⁺ |τ_out| exp(−|q̇|/q̇_s) sign(q̇)", "P⁻ |τ_out| exp(−|q̇|/q̇_s) sign(q̇)")
-    parameters = (("b_m", "1"), ("b_g", "1"))
+    # eq. (24): stiction's share of the load less sliding's
+    parameters = (EffectParameter("b_m", "1", lower=0.0), EffectParameter("b_g", "1", lower=0.0))
+    dissipates = True
     source = "paper, eq. (24)-(25)"
     needs = ("a payload change or strongly varying gravity load", "slow motion")
     variable = "dq"
@@ -175,7 +187,8 @@ class FrictionPosition(Effect):
         "Check: turn the joint slowly by hand or at low speed and feel for tight spots; look at the bearing there."
     )
     regressors = ("B_k(q) sign(q̇)",)
-    parameters = (("FQ", "N m"),)
+    parameters = (EffectParameter("FQ", "N m"),)  # more or less than at the lower end of the range
+    dissipates = True
     source = "Armstrong-Hélouvy 1991, ch. 3 (position-dependent friction)"
     needs = ("motion over the same positions in both directions",)
     variable = "q"
@@ -206,7 +219,9 @@ class FrictionTemperature(Effect):
         "temperature column in every session."
     )
     regressors = ("(T − 20) q̇", "(T − 20) sign(q̇)")
-    parameters = (("FVT", "N m s/(rad K)"), ("FCT", "N m/K"))
+    # oil thins and seals stiffen as they will: either sign
+    parameters = (EffectParameter("FVT", "N m s/(rad K)"), EffectParameter("FCT", "N m/K"))
+    dissipates = True
     source = "Bittencourt, Axelsson 2014, IEEE/ASME Trans. Mechatronics 19(1)"
     needs = ("a temperature column that changes by some kelvin",)
     variable = "temperature"
@@ -230,7 +245,9 @@ class FrictionWarmup(Effect):
         "gearbox temperature."
     )
     regressors = ("exp(−t/T_w) q̇", "exp(−t/T_w) sign(q̇)")
-    parameters = (("FVw", "N m s/rad"), ("FCw", "N m"))
+    # what fades is more friction when cold, not less
+    parameters = (EffectParameter("FVw", "N m s/rad", lower=0.0), EffectParameter("FCw", "N m", lower=0.0))
+    dissipates = True
     source = "Simoni, Beschi, Legnani, Visioli 2015 (friction with thermal state)"
     needs = ("a session of a minute or more",)
     variable = "time"

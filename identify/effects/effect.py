@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import Literal
 
 from identify.effects.motion import Array, JointMotion, JointSummary
+from identify.effects.parameter import EffectParameter, Relation
 
 Constants = Mapping[str, float]
 """Nonlinear constants of an effect by name, e.g. {"stribeck_velocity": 0.03}."""
@@ -24,8 +25,8 @@ class Effect(ABC):
     """in an operator's words, ending with what to check on the machine"""
     regressors: tuple[str, ...]
     """what each column is, as a formula"""
-    parameters: tuple[tuple[str, str], ...]
-    """name (joint number is appended) and unit of each column's parameter, N m read as N for a prismatic joint"""
+    parameters: tuple[EffectParameter, ...]
+    """of each column: name, unit, and what it can be"""
     source: str
     needs: tuple[str, ...] = ()
     variable: str = "dq"
@@ -40,6 +41,9 @@ class Effect(ABC):
     """whether what to search is found in what a first fit leaves (lines over position)"""
     rows: Literal["joint", "motor", "robot"] = "joint"
     """whose rows carry the columns: the joint's own, those of every joint that its motor drives, or all"""
+
+    dissipates: bool = False
+    """whether it is friction: all such effects of a joint together never drive it (`admissible_values`)"""
 
     def obstacle(self, summary: JointSummary) -> str | None:
         """Why this record cannot show the effect, in words; None where it can."""
@@ -57,9 +61,13 @@ class Effect(ABC):
         """How many independent values of the constants the search amounts to, for the correction of evidence."""
         return max(1, min(len(self.grid(summary)), 4))
 
-    def parameters_of(self, summary: JointSummary, constants: Constants) -> tuple[tuple[str, str], ...]:
-        """Name and unit of each column's parameter for this record; usually the class attribute."""
+    def parameters_of(self, summary: JointSummary, constants: Constants) -> tuple[EffectParameter, ...]:
+        """The parameter of each column for this record; usually the class attribute."""
         return self.parameters
+
+    def relations(self, summary: JointSummary, constants: Constants) -> tuple[Relation, ...]:
+        """Linear relations between the parameters, as fitted, beside each one's own range."""
+        return ()
 
     def reported_offset(self, constants: Constants) -> float:
         """What is added to the fitted values when they are reported: 1 where they are deviations of a ratio from 1."""

@@ -20,6 +20,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from identify.effects.effect import Constants, Effect
 from identify.effects.motion import Array, JointMotion, JointSummary
+from identify.effects.parameter import EffectParameter
 from identify.recording.errors import InputError
 from identify.recording.strict_yaml import read_strict_yaml
 
@@ -110,7 +111,7 @@ class OwnEffect(Effect):
         self.regressors = tuple(settings.columns)
         single = len(settings.columns) == 1
         self.parameters = tuple(
-            (settings.name if single else f"{settings.name}_{index + 1}_", settings.unit)
+            EffectParameter(settings.name if single else f"{settings.name}_{index + 1}_", settings.unit)
             for index in range(len(settings.columns))
         )
         for text in settings.columns:  # refused here; the parsed form cannot travel to another process

@@ -3,9 +3,17 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.effects.dry_friction import finer_rotor, rotor_grid
+from identify.effects.dry_friction import (
+    Coulomb,
+    LoadFriction,
+    LoadFrictionAsymmetric,
+    finer_rotor,
+    rotor_grid,
+)
 from identify.effects.effect import Constants, Effect, finer, geometric_grid
 from identify.effects.motion import Array, JointMotion, JointSummary
+from identify.effects.parameter import EffectParameter, Relation
+from identify.effects.viscous import Stribeck
 
 
 class Presliding(Effect):
@@ -17,7 +25,7 @@ class Presliding(Effect):
         "Check: nothing is broken; it is the elastic contact of bearings and seals. It matters for short and slow moves."
     )
     regressors = ("z − sign(q̇)",)
-    parameters = (("FP_", "N m"),)
+    parameters = (EffectParameter("FP_", "N m", lower=0.0),)
     source = "Dahl 1968; Canudas de Wit et al. 1995 (LuGre without the velocity term)"
     needs = ("many reversals",)
     variable = "travel since reversal"
@@ -29,6 +37,19 @@ class Presliding(Effect):
 
     def refine(self, constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
         return finer("presliding_distance", constants, 2.0)
+
+    def relations(self, summary: JointSummary, constants: Constants) -> tuple[Relation, ...]:
+        largest = max(abs(summary.load_range[0]), abs(summary.load_range[1]))
+        level = {
+            (Coulomb.name, 0): 1.0,
+            (Stribeck.name, 0): 1.0,
+            (LoadFriction.name, 0): largest,
+            (LoadFrictionAsymmetric.name, 0): largest,
+            (self.name, 0): -1.0,
+        }
+        return (
+            Relation(level, 0.0, "no more friction builds up after a reversal than there is dry friction"),
+        )
 
     def plausible(self, values: Array) -> bool:
         return bool(values[0] > 0)
@@ -49,7 +70,12 @@ class Backlash(Effect):
         "Check: hold the motor with its brake and move the link by hand; look at gear wear and preload."
     )
     regressors = ("∂τ_out/∂q s", "−s̈")
-    parameters = (("backlash_gravity", "rad"), ("backlash_inertia", "kg m^2 rad"))
+    # The motor's encoder sees q, the link stands at q + b s with the gap b ≥ 0: τ_out(q + b s) = τ_out + b s ∂τ_out/∂q
+    # + J b s̈ in first order, so that a = b and c = −J b.
+    parameters = (
+        EffectParameter("backlash_gravity", "rad", lower=0.0),
+        EffectParameter("backlash_inertia", "kg m^2 rad", upper=0.0),
+    )
     source = "Nordin, Gutman 2002, Automatica 38 (mechanical systems with backlash)"
     needs = ("reversals of motion and of load", "an encoder on the motor's side")
     variable = "load"

@@ -5,10 +5,13 @@ import numpy as np
 from identify.effects.dry_friction import quadrant_directions, quadrants
 from identify.effects.effect import Constants, Effect, geometric_grid
 from identify.effects.motion import Array, JointMotion, JointSummary
+from identify.effects.parameter import EffectParameter, Relation
 from identify.effects.viscous import finer_stribeck, stribeck_range, stribeck_step
 
-SPLIT = (("a_m", 1.0), ("b_m", 1.0), ("a_g", 1.0), ("b_g", 1.0))
-DRY = (("c_m", "N m"), ("d_m", "N m"), ("c_g", "N m"), ("d_g", "N m"))
+SPLIT = tuple(EffectParameter(symbol, "1", lower=0.0) for symbol in ("a_m", "b_m", "a_g", "b_g"))
+"""of the load: what the gear passes on when driving and when driven, and stiction's share less sliding's"""
+DRY = tuple(EffectParameter(symbol, "N m", lower=0.0) for symbol in ("c_m", "d_m", "c_g", "d_g"))
+"""levels of dry friction for each power sign, and what stiction has above them"""
 
 
 class LoadVelocity(Effect):
@@ -32,7 +35,7 @@ class LoadVelocity(Effect):
         "P⁻ sign(q̇)",
         "P⁻ E sign(q̇)",
     )
-    parameters = DRY
+    parameters = DRY  # those of the products depend on the joint's base parameters (`linear_names`)
     source = "paper, eq. (30), (42), (43)"
     uses_load = True
 
@@ -75,6 +78,15 @@ class GearFriction(LoadVelocity):
     )
     parameters = (*SPLIT, *DRY)
 
+    def relations(self, summary: JointSummary, constants: Constants) -> tuple[Relation, ...]:
+        # whatever the scale of the load: a_m − a_g = α_m + α_g of eq. (20)
+        loss = {(self.name, 0): 1.0, (self.name, 2): -1.0}
+        return (
+            Relation(
+                loss, 0.0, "a gear asks for no less when it drives the load than when the load drives it"
+            ),
+        )
+
     def loads(self, motion: JointMotion) -> Array:
         return motion.load[:, None]
 
@@ -82,8 +94,8 @@ class GearFriction(LoadVelocity):
 def linear_names(base_names: list[str], base_units: list[str]) -> list[tuple[str, str]]:
     """Names and units of the columns, in their order: a_m·J …, a_m, b_m·J …, c_m, d_m, c_g, d_g."""
     named = [
-        (f"{symbol}·{name}", unit)
-        for symbol, _ in SPLIT
+        (f"{split.name}·{name}", unit)
+        for split in SPLIT
         for name, unit in [*zip(base_names, base_units, strict=True), ("1", "1")]
     ]
-    return [(name.removesuffix("·1"), unit) for name, unit in named] + list(DRY)
+    return [(name.removesuffix("·1"), unit) for name, unit in named] + [(dry.name, dry.unit) for dry in DRY]

@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+TEMPERATURE_CHANGE = 1.0
+"""K that a temperature must change by before friction can be seen to follow it"""
+
 
 class BlockMemory:
     """Carries the state of effects with memory from one block of a segment to the next.
@@ -132,7 +135,8 @@ class JointSummary:
     """indices of the identification sessions among those of the experiment"""
     payload_of_session: tuple[int, ...]
     session_durations: tuple[float, ...]
-    has_temperature: bool
+    temperature_range: tuple[float, float] | None
+    """°C; None where it was not recorded throughout"""
     has_external_force: bool
     motor_ratio: float
     coupled_motors: tuple[int, ...]
@@ -149,6 +153,13 @@ class JointSummary:
     lines_searched: int = 1
     """how many independent wave numbers were looked at to find them"""
     loaded_sessions: int = field(default=0)
+
+    @property
+    def has_temperature(self) -> bool:
+        """Whether the temperature was recorded and changed."""
+        return (
+            self.temperature_range is not None and float(np.ptp(self.temperature_range)) > TEMPERATURE_CHANGE
+        )
 
     @property
     def span(self) -> float:

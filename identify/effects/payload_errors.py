@@ -1,9 +1,15 @@
 """Loads that are not what was declared: payload mass, payload centre, direction of gravity."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from identify.effects.effect import Constants, Effect
 from identify.effects.motion import Array, JointMotion, JointSummary
+from identify.effects.parameter import EffectParameter
+
+STANDARD_GRAVITY = 9.80665
+"""m/s², ISO 80000-3"""
 
 
 class PayloadMass(Effect):
@@ -14,7 +20,7 @@ class PayloadMass(Effect):
         "A payload is heavier or lighter than declared. Check: weigh it again, with its flange and screws."
     )
     regressors = ("τ_payload of payload p",)
-    parameters = (("mass_ratio", "1"),)
+    parameters = (EffectParameter("mass_ratio", "1", lower=-1.0),)  # as fitted: the ratio less 1
     source = "paper, eq. (35)"
     needs = ("a session with a known payload",)
     variable = "known load"
@@ -25,8 +31,11 @@ class PayloadMass(Effect):
     def obstacle(self, summary: JointSummary) -> str | None:
         return None if summary.loaded_sessions else "no session with a payload"
 
-    def parameters_of(self, summary: JointSummary, constants: Constants) -> tuple[tuple[str, str], ...]:
-        return tuple((f"mass_ratio[{summary.payloads[p]}]", "1") for p in loaded_payloads(summary))
+    def parameters_of(self, summary: JointSummary, constants: Constants) -> tuple[EffectParameter, ...]:
+        ratio = self.parameters[0]
+        return tuple(
+            replace(ratio, name=f"{ratio.name}[{summary.payloads[p]}]") for p in loaded_payloads(summary)
+        )
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
         return [payload_slots(summary)]
@@ -47,7 +56,7 @@ class PayloadCentre(Effect):
         "distance from the flange to its centre."
     )
     regressors = ("∂τ_payload/∂c_x", "∂τ_payload/∂c_y", "∂τ_payload/∂c_z")
-    parameters = (("com_x", "m"), ("com_y", "m"), ("com_z", "m"))
+    parameters = (EffectParameter("com_x", "m"), EffectParameter("com_y", "m"), EffectParameter("com_z", "m"))
     source = "paper, eq. (32)-(34)"
     needs = ("a session with a known payload",)
     variable = "q"
@@ -58,9 +67,11 @@ class PayloadCentre(Effect):
     def obstacle(self, summary: JointSummary) -> str | None:
         return None if summary.loaded_sessions else "no session with a payload"
 
-    def parameters_of(self, summary: JointSummary, constants: Constants) -> tuple[tuple[str, str], ...]:
+    def parameters_of(self, summary: JointSummary, constants: Constants) -> tuple[EffectParameter, ...]:
         return tuple(
-            (f"com_{axis}[{summary.payloads[p]}]", "m") for p in loaded_payloads(summary) for axis in "xyz"
+            replace(axis, name=f"{axis.name}[{summary.payloads[p]}]")
+            for p in loaded_payloads(summary)
+            for axis in self.parameters
         )
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
@@ -79,7 +90,11 @@ class GravityTilt(Effect):
         "Check: a spirit level on the base; the gravity vector in the rig file."
     )
     regressors = ("∂τ_out/∂g_1", "∂τ_out/∂g_2")
-    parameters = (("tilt_1", "m/s²"), ("tilt_2", "m/s²"))
+    # at most all of gravity, on a base that lies on its side
+    parameters = (
+        EffectParameter("tilt_1", "m/s²", lower=-STANDARD_GRAVITY, upper=STANDARD_GRAVITY),
+        EffectParameter("tilt_2", "m/s²", lower=-STANDARD_GRAVITY, upper=STANDARD_GRAVITY),
+    )
     source = "gravity term Q(q) of eq. (2), first order in the tilt"
     needs = ("for a single joint: a payload change",)
     variable = "q"

@@ -4,6 +4,7 @@ import numpy as np
 
 from identify.effects.effect import Constants, Effect
 from identify.effects.motion import Array, JointMotion, JointSummary
+from identify.effects.parameter import EffectParameter
 
 
 class JointSpring(Effect):
@@ -15,7 +16,8 @@ class JointSpring(Effect):
         "in the model. Check: look for a spring or strut on this joint; push hoses and cables aside and repeat."
     )
     regressors = ("q",)
-    parameters = (("KS", "N m/rad"),)
+    # a spring resists; a balancer that pulls over the centre is a first moment, which the base parameters hold
+    parameters = (EffectParameter("KS", "N m/rad", lower=0.0),)
     source = "Khalil, Dombre 2002, ch. 9 (balancing springs)"
     needs = ("motion over a wide range of positions",)
     variable = "q"
@@ -34,7 +36,7 @@ class TorqueRipple(Effect):
         "the wave generator of a harmonic drive. Check: compare the cycles per turn with motor poles, teeth and gear ratio."
     )
     regressors = ("cos(k q)", "sin(k q)")
-    parameters = (("ripple_cos", "N m"), ("ripple_sin", "N m"))
+    parameters = (EffectParameter("ripple_cos", "N m"), EffectParameter("ripple_sin", "N m"))
     source = "Gandhi, Ghorbel, Dabney 2002 (harmonic drives); motor cogging"
     needs = ("slow motion over several cycles",)
     variable = "q"
@@ -74,7 +76,11 @@ class CurrentRipple(Effect):
         "torque-constant ripple. Check: commutation calibration; offsets and gains of the phase-current sensors."
     )
     regressors = ("τ cos(k q)", "τ sin(k q)")
-    parameters = (("ripple_gain_cos", "1"), ("ripple_gain_sin", "1"))
+    # the torque per ampere keeps its sign over a turn
+    parameters = (
+        EffectParameter("ripple_gain_cos", "1", lower=-1.0, upper=1.0),
+        EffectParameter("ripple_gain_sin", "1", lower=-1.0, upper=1.0),
+    )
     source = "Armstrong, Khatib, Burdick 1986 (torque ripple of geared motors)"
     needs = ("slow motion over several cycles, at different loads",)
     variable = "q"

@@ -4,6 +4,7 @@ import numpy as np
 
 from identify.effects.effect import Constants, Effect
 from identify.effects.motion import Array, JointMotion, JointSummary
+from identify.effects.parameter import EffectParameter
 
 
 class Elasticity(Effect):
@@ -15,7 +16,10 @@ class Elasticity(Effect):
         "Check: joint stiffness in the gear's data sheet; a loose coupling or belt; compare with a link-side encoder."
     )
     regressors = ("−d²τ_out/dt²", "−τ_out ∂τ_out/∂q")
-    parameters = (("inertia_over_stiffness", "s²"), ("compliance", "rad/(N m)"))
+    parameters = (
+        EffectParameter("inertia_over_stiffness", "s²", lower=0.0),
+        EffectParameter("compliance", "rad/(N m)", lower=0.0),
+    )
     source = "Spong 1987 (flexible joints), first order in 1/k"
     needs = ("fast changes of load", "an encoder on the motor's side")
     variable = "ddq"
@@ -36,7 +40,7 @@ class MotorInertia(Effect):
         "Check: nothing; it belongs to a wrist with coupled drives."
     )
     regressors = ("c_jm ẇ_m",)
-    parameters = (("IaM", "kg m^2"),)
+    parameters = (EffectParameter("IaM", "kg m^2", lower=0.0),)
     source = "Khalil, Dombre 2002, ch. 9 (coupled drives)"
     needs = ("a drive gain matrix with off-diagonal terms",)
     rows = "motor"
@@ -60,7 +64,11 @@ class CoupledFriction(Effect):
         "joint's. Check: nothing; it belongs to a wrist with coupled drives (off-diagonal drive gains)."
     )
     regressors = ("c_jm w_m", "c_jm sign(w_m)", "c_jm ẇ_m")
-    parameters = (("FVM", "N m s/rad"), ("FCM", "N m"), ("IaM", "kg m^2"))
+    parameters = (
+        EffectParameter("FVM", "N m s/rad", lower=0.0),
+        EffectParameter("FCM", "N m", lower=0.0),
+        EffectParameter("IaM", "kg m^2", lower=0.0),
+    )
     source = "Stäubli TX40 wrist: Gautier, Janot, Vandanjon 2013, IEEE TCST 21(2)"
     needs = ("a drive gain matrix with off-diagonal terms",)
     rows = "motor"

@@ -4,6 +4,7 @@ import numpy as np
 
 from identify.effects.effect import Constants, Effect, finer, geometric_grid
 from identify.effects.motion import Array, JointMotion, JointSummary
+from identify.effects.parameter import EffectParameter, Relation
 
 
 class Viscous(Effect):
@@ -15,7 +16,8 @@ class Viscous(Effect):
         "Check: nothing; every drive has it."
     )
     regressors = ("q̇",)
-    parameters = (("FV", "N m s/rad"),)
+    parameters = (EffectParameter("FV", "N m s/rad", lower=0.0),)
+    dissipates = True
     source = "paper, eq. (5)"
     confusable = ("viscous-power", "viscous-quadratic")
 
@@ -32,10 +34,21 @@ class ViscousAsymmetric(Effect):
         "one-sided bearing load. Check: seal and bearing preload; run at the same speed both ways and compare the current."
     )
     regressors = ("|q̇|",)
-    parameters = (("FVa", "N m s/rad"),)
+    parameters = (EffectParameter("FVa", "N m s/rad"),)
+    dissipates = True
     source = "Janot, Gautier, Brunot 2019 (EMPS: the friction is asymmetric)"
     needs = ("motion in both directions",)
     confusable = ("offset",)
+
+    def relations(self, summary: JointSummary, constants: Constants) -> tuple[Relation, ...]:
+        return tuple(
+            Relation(
+                {(Viscous.name, 0): 1.0, (self.name, 0): sign},
+                0.0,
+                f"F_V{way} ≥ 0: viscous friction never drives",
+            )
+            for way, sign in (("+", 1.0), ("−", -1.0))
+        )
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         return np.abs(motion.dq)[:, None]
@@ -50,7 +63,8 @@ class ViscousQuadratic(Effect):
         "levels off. Check: oil level and fill of the gearbox; drag of hoses and covers at speed."
     )
     regressors = ("|q̇| q̇",)
-    parameters = (("FV2_", "N m s²/rad²"),)
+    parameters = (EffectParameter("FV2_", "N m s²/rad²"),)  # either sign: churning, or levelling off
+    dissipates = True
     source = "Armstrong-Hélouvy 1991, ch. 2"
     needs = ("fast motion",)
     confusable = ("viscous-cubic", "viscous-power")
@@ -68,7 +82,8 @@ class ViscousCubic(Effect):
         "Check: lubricant (shear-thinning grease) and temperature; look at the friction curve over speed."
     )
     regressors = ("q̇³",)
-    parameters = (("FV3_", "N m s³/rad³"),)
+    parameters = (EffectParameter("FV3_", "N m s³/rad³"),)  # either sign, as above
+    dissipates = True
     source = "Hao, Pagani, Beschi, Legnani 2021, Robotics 10(1), 49 (polynomial friction)"
     needs = ("fast motion",)
     confusable = ("viscous-quadratic", "viscous-power")
@@ -86,7 +101,8 @@ class ViscousPower(Effect):
         "harmonic drives and cycloidal gears does. Check: grease type and temperature; nothing is broken."
     )
     regressors = ("|q̇|^p sign(q̇)",)
-    parameters = (("FP", "N m (s/rad)^p"),)
+    parameters = (EffectParameter("FP", "N m (s/rad)^p", lower=0.0),)
+    dissipates = True
     source = "Wahrburg et al. 2018, Mechatronics (speed-power friction of robot gears); measured on the TX40"
     needs = ("slow and fast motion",)
     confusable = ("viscous-quadratic", "viscous-cubic", "stribeck")
@@ -115,7 +131,8 @@ class Stribeck(Effect):
         "Check: lubrication; run slow ramps and look for stick-slip."
     )
     regressors = ("exp(−|q̇|/q̇_s) sign(q̇)",)
-    parameters = (("FS", "N m"),)
+    parameters = (EffectParameter("FS", "N m", lower=0.0),)  # stiction is more than sliding friction
+    dissipates = True
     source = "paper, eq. (22)"
     needs = ("slow motion",)
     confusable = ("presliding", "viscous-power")

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from identify.effects.admissible import named_parameters
 from identify.effects.load_velocity import LoadVelocity, linear_names
 from identify.effects.model import Term
 from identify.estimation.fitting import FittedModel
@@ -74,13 +75,16 @@ def slot_names(
         listed = linear_names(names, units)
         suffix = "" if record.joints == 1 else f"@{summary.name}"
         return [(name + suffix, summary.name, _unit(unit, summary.revolute), None) for name, unit in listed]
-    listed = list(term.effect.parameters_of(summary, constants))
-    if len(listed) != count:
-        listed = [(f"{listed[0][0]}[{index + 1}]", listed[0][1]) for index in range(count)]
+    listed = named_parameters(term, constants, count, summary)
     across = term.effect.rows == "robot"
     return [
-        (name if across else f"{name}{term.joint + 1}", summary.name, _unit(unit, summary.revolute), None)
-        for name, unit in listed
+        (
+            each.name if across else f"{each.name}{term.joint + 1}",
+            summary.name,
+            _unit(each.unit, summary.revolute),
+            None,
+        )
+        for each in listed
     ]
 
 

@@ -310,7 +310,7 @@ class Record:
         moving = np.concatenate([np.abs(part.dq[part.moving[:, joint], joint]) for part in samples])
         q = np.concatenate([part.q[:, joint] for part in samples])
         temperatures = [part.temperature[:, joint] for part in samples if part.temperature is not None]
-        warmed = len(temperatures) == len(samples) and np.ptp(np.concatenate(temperatures)) > 1.0
+        warmth = np.concatenate(temperatures) if len(temperatures) == len(samples) else np.zeros(0)
         periods = [self.facts(entry).period for entry in entries]
         description = experiment.robot.joints[joint]
         return JointSummary(
@@ -334,7 +334,9 @@ class Record:
             ),
             payload_of_session=tuple(self.body.payload_index(entry.payload) for entry in entries),
             session_durations=tuple(self.facts(entry).duration for entry in entries),
-            has_temperature=bool(warmed),
+            temperature_range=(float(warmth.min()), float(warmth.max()))
+            if warmth.size and np.isfinite(warmth).all()
+            else None,
             has_external_force=any(self.facts(entry).has_external for entry in entries),
             motor_ratio=float(description.motor_ratio or 1.0),
             coupled_motors=tuple(coupled_motors(experiment.drive_gain, joint)),

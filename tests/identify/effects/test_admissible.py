@@ -1,0 +1,187 @@
+"""What the parameters of effects can be, against the physics that asks for it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from identify.effects.admissible import Admissible, admissible_values, named_parameters
+from identify.effects.catalogue import effects
+from identify.effects.model import Term
+from identify.effects.motion import JointSummary
+
+TOP_SPEED = 2.0
+LARGEST_LOAD = 80.0
+
+
+def summary_of(**changed: object) -> JointSummary:
+    facts: dict[str, object] = {
+        "joint": 0,
+        "name": "j1",
+        "revolute": True,
+        "position_range": (-1.0, 1.0),
+        "position_quantiles": np.linspace(-1.0, 1.0, 17),
+        "maximum_speed": TOP_SPEED,
+        "speed_quantiles": TOP_SPEED * np.array([0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.99]),
+        "speed_resolution": 1e-3,
+        "position_resolution": 1e-5,
+        "load_range": (-LARGEST_LOAD, LARGEST_LOAD),
+        "own_inertia": 3.0,
+        "payloads": ("none", "disk"),
+        "payload_masses": (0.0, 5.0),
+        "sessions": (0, 1),
+        "payload_of_session": (0, 1),
+        "session_durations": (60.0, 60.0),
+        "temperature_range": (22.0, 41.0),
+        "has_external_force": False,
+        "motor_ratio": 100.0,
+        "coupled_motors": (0,),
+        "period": 1e-3,
+        "decimated_period": 1e-2,
+        "axis_along_gravity": False,
+        "position_lines": (40.0, 80.0),
+        "load_lines": (2.0,),
+        "lines_searched": 100,
+        "loaded_sessions": 1,
+    }
+    return JointSummary(**{**facts, **changed})  # type: ignore[arg-type]
+
+
+def columns_of(names: dict[str, dict[str, float]]) -> list[tuple[Term, dict[str, float], int]]:
+    """Terms on joint 0 with as many columns as their effects have parameters."""
+    known = effects()
+    return [
+        (Term(known[name], 0), constants, len(known[name].parameters_of(summary_of(), constants)))
+        for name, constants in names.items()
+    ]
+
+
+def admissible(names: dict[str, dict[str, float]]) -> Admissible:
+    return admissible_values(columns_of(names), [summary_of()])
+
+
+USUAL = {"viscous": {}, "coulomb": {}, "offset": {}}
+IMPOSSIBLE = {
+    "coulomb": [-1.0],
+    "viscous": [-1.0],
+    "viscous-power": [-1.0],
+    "stribeck": [-1.0],
+    "load-friction": [-0.01],
+    "load-friction-asymmetric": [-0.05, 0.1, 0.0],
+    "load-stribeck": [-0.1, 0.1],
+    "presliding": [-1.0],
+    "backlash": [-0.001, 0.0],
+    "joint-spring": [-2.0],
+    "gain-saturation": [-1e-4],
+    "drive-gain": [-1.5],
+    "elasticity": [-1e-3, 1e-4],
+    "motor-inertia": [-0.1],
+    "coupled-friction": [1.0, -1.0, 0.1],
+    "payload-mass": [-1.2],
+    "current-ripple": [1.3, 0.0],
+    "gravity-tilt": [12.0, 0.0],
+    "friction-warmup": [-1.0, 0.0],
+}
+CONSTANTS = {
+    "viscous-power": {"exponent": 0.5},
+    "stribeck": {"stribeck_velocity": 0.05},
+    "load-friction": {"rotor_inertia": 0.0},
+    "load-friction-asymmetric": {"rotor_inertia": 0.0},
+    "load-stribeck": {"rotor_inertia": 0.0, "stribeck_velocity": 0.05},
+    "friction-position": {"from": -1.0, "to": 1.0, "knots": 3.0},
+    "friction-warmup": {"time_constant": 30.0, "across_sessions": 0.0},
+    "payload-mass": {"payload_1": 0.0},
+}
+
+
+@pytest.mark.parametrize(("name", "values"), IMPOSSIBLE.items())
+def test_what_cannot_be_is_outside_and_its_mirror_or_nothing_is_inside(name, values):
+    bounds = admissible({name: CONSTANTS.get(name, {})})
+    assert bounds.violation(np.array(values)) > 0
+    assert bounds.violation(np.zeros(len(values))) == 0.0
+
+
+def test_every_effect_of_the_catalogue_bounds_as_many_parameters_as_it_has_columns():
+    summary = summary_of()
+    for effect in effects().values():
+        for constants in effect.grid(summary):
+            listed = named_parameters(Term(effect, 0), constants, 4, summary)
+            assert len(listed) == len(effect.parameters_of(summary, constants)) or len(listed) == 4
+            assert all(each.lower < each.upper for each in listed)
+            assert all(each.lower <= 0.0 <= each.upper for each in listed), "an effect of no size is possible"
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    FV=st.floats(-5, 20),
+    FC=st.floats(-5, 20),
+    quadratic=st.floats(-10, 10),
+    difference=st.floats(-40, 40),
+    alpha=st.tuples(st.floats(-0.1, 0.3), st.floats(-0.1, 0.3)),
+)
+def test_friction_inside_the_bounds_never_drives_the_joint(FV, FC, quadratic, difference, alpha):
+    """Independent of how the relations are made: the power of eq. (20) and F_V q̇ + F_V2 |q̇| q̇ itself."""
+    names = {
+        "viscous": {},
+        "coulomb": {},
+        "viscous-quadratic": {},
+        "load-friction-asymmetric": {"rotor_inertia": 0.0},
+    }
+    values = np.array([FV, FC, quadratic, *alpha, difference])
+    inside = admissible(names).violation(values) <= 1e-9
+    speed = TOP_SPEED * np.array([0.02, 0.1, 0.5, 0.9, 1.0])[:, None, None]
+    load = LARGEST_LOAD * np.array([-1.0, -1e-6, 1e-6, 1.0])[None, :, None]
+    direction = np.array([-1.0, 1.0])[None, None, :]
+    driving = np.sign(load) * direction > 0
+    level = np.where(driving, FC + difference / 2, FC - difference / 2)
+    level = level + np.where(driving, *alpha) * np.abs(load)
+    power = (level + FV * speed + quadratic * speed**2) * speed
+    if inside:
+        assert power.min() >= -1e-6
+    elif min(FV, FC, *alpha) >= 0.0:
+        assert power.min() < 1e-3 or (level * np.ones_like(speed)).min() < 1e-3  # standstill is a state too
+
+
+def test_viscous_friction_is_a_loss_in_either_direction():
+    bounds = admissible({**USUAL, "viscous-asymmetric": {}})
+    assert bounds.violation(np.array([10.0, 5.0, -3.0, 8.0])) == 0.0
+    assert bounds.violation(np.array([10.0, 50.0, -3.0, 12.0])) > 0.0
+    assert bounds.violation(np.array([10.0, 50.0, -3.0, -12.0])) > 0.0
+
+
+def test_friction_over_position_may_fall_to_nothing_and_no_further():
+    names = {"coulomb": {}, "friction-position": CONSTANTS["friction-position"]}
+    known = effects()
+    columns = [
+        (Term(known[name], 0), constants, count)
+        for (name, constants), count in zip(names.items(), (1, 2), strict=True)
+    ]
+    bounds = admissible_values(columns, [summary_of()])
+    assert bounds.violation(np.array([5.0, -5.0, 3.0])) == pytest.approx(0.0, abs=1e-9)
+    assert bounds.violation(np.array([5.0, -6.0, 3.0])) > 0.5
+
+
+def test_no_more_friction_builds_up_after_a_reversal_than_there_is():
+    bounds = admissible(
+        {**USUAL, "stribeck": CONSTANTS["stribeck"], "presliding": {"presliding_distance": 0.01}}
+    )
+    assert bounds.violation(np.array([10.0, 5.0, 0.0, 2.0, 6.5])) == 0.0
+    assert bounds.violation(np.array([10.0, 5.0, 0.0, 2.0, 7.5])) == pytest.approx(0.5)
+
+
+def test_a_payloads_moments_of_inertia_are_those_of_a_body():
+    from identify.effects.unknown_payload import UnknownPayload
+
+    bounds = admissible_values([(Term(UnknownPayload(), 0), {"payload_1": 0.0}, 10)], [summary_of()])
+    plate = np.array([0.2, 0.0, 0.0, 0.1, 0.0, 0.3, 0.0, -0.5, 0.0, 1.0])
+    assert bounds.violation(plate) == pytest.approx(0.0, abs=1e-12)
+    assert bounds.violation(plate + np.eye(10)[5]) > 0.9
+    assert bounds.violation(plate - 2 * np.eye(10)[9]) > 0.9
+
+
+def test_a_delay_has_either_sign_and_so_has_an_offset():
+    bounds = admissible({"delay": {}, "offset": {}})
+    assert bounds.violation(np.array([-0.004, -3.0])) == 0.0
+    assert bounds.violation(np.array([0.004, 3.0])) == 0.0
