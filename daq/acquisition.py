@@ -13,7 +13,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,13 +68,13 @@ class AcquisitionMessage:
     what : `checked` (check), `armed`, `moving`, `progress` (cycle, cycles), `ended` (reason, counters)
     """
 
-    what: str
+    what: Literal["checked", "armed", "moving", "progress", "ended"]
     words: str = ""
     check: RigCheck | None = None
     cycle: int = 0
     cycles: int = 0
     reason: StopReason | None = None
-    counters: dict[str, Any] = field(default_factory=dict)
+    counters: dict[str, Any] = field(default_factory=dict[str, Any])
     remarks: tuple[str, ...] = ()
     clock_source: str = ""
 

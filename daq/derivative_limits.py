@@ -51,10 +51,10 @@ class DerivativeLimits:
         self._window = max(1, round(supervision.window / rig.cycle))
         n = len(limits)
         self._kept = 2 * self._window + LASTING - 1
-        self._clocks = np.empty((0, 2))
-        self._positions = np.empty((0, n))
-        self._misplaced = np.empty((0, n), int)
-        self._judged = np.empty(0, bool)
+        self._clocks: Array = np.empty((0, 2))
+        self._positions: Array = np.empty((0, n))
+        self._misplaced: NDArray[np.int_] = np.empty((0, n), int)
+        self._judged: NDArray[np.bool_] = np.empty(0, bool)
         self._needs = rig.position_matrix != 0
         self._behind = np.zeros(n, int)
 

@@ -43,7 +43,7 @@ def experiment_robot(rig: Rig) -> Robot:
         )
         for index, (joint, axis) in enumerate(zip(rig.robot.joints, rig.axes, strict=True))
     )
-    matrix = tuple(map(tuple, gain.tolist())) if coupled else None
+    matrix = tuple(tuple(row) for row in gain.tolist()) if coupled else None
     return Robot(gravity=rig.robot.gravity, joints=joints, drive_gain_matrix=matrix)
 
 

@@ -136,7 +136,7 @@ def _write_csv(session: ScaledSession, target: Path) -> int:
 
 
 def _write_mat(session: ScaledSession, target: Path) -> int:
-    from scipy.io import savemat
+    from scipy.io import savemat  # pyright: ignore[reportMissingTypeStubs, reportUnknownVariableType]
 
     columns = {
         "t": session.time[:, None],
@@ -154,8 +154,8 @@ def _write_mat(session: ScaledSession, target: Path) -> int:
 
 
 def _write_parquet(session: ScaledSession, target: Path) -> int:
-    import pyarrow
-    from pyarrow import parquet
+    import pyarrow  # pyright: ignore[reportMissingTypeStubs]
+    from pyarrow import parquet  # pyright: ignore[reportMissingTypeStubs]
 
     n = session.position.shape[1]
     columns: dict[str, Any] = {"t": session.time, "cycle": session.cycle}
@@ -165,7 +165,8 @@ def _write_parquet(session: ScaledSession, target: Path) -> int:
     for name, values in groups.items():
         columns |= {f"{name}{axis + 1}": np.ascontiguousarray(values[:, axis]) for axis in range(n)}
     texts = {name: str(value) for name, value in session.attributes.items()}
-    parquet.write_table(pyarrow.table(columns).replace_schema_metadata(texts), target)
+    table: Any = pyarrow.table(columns)  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
+    parquet.write_table(table.replace_schema_metadata(texts), target)  # pyright: ignore[reportUnknownMemberType]
     return len(session.time)
 
 

@@ -7,7 +7,7 @@ which the drive stops by itself.
 
 import contextlib
 import threading
-from collections.abc import Iterator
+from collections.abc import Generator
 from dataclasses import dataclass
 
 from daq.rig import Rig
@@ -83,7 +83,7 @@ class Homing:
 
         Raises DriveError, with the drive's reason, when a fault stays.
         """
-        done = []
+        done: list[str] = []
         for axis, drive in zip(self.rig.axes, self._drives.drives, strict=True):
             if drive.state() is State.FAULT:
                 reason = drive.error_in_words()
@@ -123,7 +123,7 @@ class Homing:
         return HomedJoint(axis.joint, position, within, words)
 
     @contextlib.contextmanager
-    def _heartbeats(self, index: int) -> Iterator[None]:
+    def _heartbeats(self, index: int) -> Generator[None]:
         """Our sign of life, without which the drive stops by itself."""
         drive, supervision = self._drives.drives[index], self.rig.supervision
         self._drives.heartbeat()

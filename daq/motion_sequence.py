@@ -133,6 +133,8 @@ class MotionSequence:
             case Step.POWERING_OFF:
                 if self._age * self.rig.cycle >= _POWER_OFF:
                     self._enter(Step.ENDED)
+            case Step.STANDBY | Step.ENDED:
+                pass
 
     def _enter(self, step: Step) -> None:
         self.step = step

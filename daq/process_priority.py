@@ -13,7 +13,7 @@ _MCL_CURRENT, _MCL_FUTURE = 1, 2
 
 def ask_for_real_time() -> list[str]:
     """Ask for what a real-time process needs; what was granted and what was not, in words."""
-    remarks = []
+    remarks: list[str] = []
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
         remarks.append(f"real-time priority (SCHED_FIFO {_PRIORITY})")

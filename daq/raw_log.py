@@ -39,7 +39,7 @@ class RawLog:
         channel = self._channel
         data = frames["data"].tobytes().hex().upper()
         digits = 2 * frames["data"].shape[1]
-        lines = []
+        lines: list[str] = []
         columns = (frames[name].tolist() for name in ("stamp", "can_id", "flags", "length"))
         for index, (stamp, identifier, flags, length) in enumerate(zip(*columns, strict=True)):
             start = index * digits

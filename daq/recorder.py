@@ -11,7 +11,7 @@ import signal
 import sys
 import time
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
@@ -50,7 +50,7 @@ class Ending:
     """What the acquisition process says last: how the motion ended, and what was counted."""
 
     reason: StopReason
-    counters: dict[str, Any] = field(default_factory=dict)
+    counters: dict[str, Any] = field(default_factory=dict[str, Any])
 
 
 def raw_log_of(recording: Path) -> Path:
@@ -135,7 +135,7 @@ class Recorder:
             self._synced = now
 
     @contextmanager
-    def _disk(self) -> Iterator[None]:
+    def _disk(self) -> Generator[None]:
         """Turn a refusal of the disk into a word to the acquisition process."""
         try:
             yield

@@ -132,7 +132,7 @@ def recover_experiment(folder: Path, reason: str, admit_too: Collection[str] = (
     for name in admit_too:
         if name not in [path.name for path in paths]:
             raise InputError(f"--admit {name}: {folder / INCOMPLETE} holds no such recording")
-    states = []
+    states: list[RecordingState] = []
     for path in paths:
         if being_written(path):
             if path.name in admit_too:

@@ -146,7 +146,7 @@ class RigDrives:
             position = self.positions()
         except DriverError as error:
             return [CheckItem("positions", False, str(error))]
-        items = []
+        items: list[CheckItem] = []
         for axis, value in zip(self.rig.axes, position, strict=True):
             lowest, highest = axis.limits.position
             slack = axis.limits.following_error
@@ -167,7 +167,7 @@ class RigDrives:
 
         Raises DriveError when a drive refuses.
         """
-        streams = []
+        streams: list[DriveStream] = []
         for axis, drive in zip(self.rig.axes, self.drives, strict=True):
             drive.disable()
             streams.append(drive.map_stream(_MODES[axis.mode], temperature=self.rig.record_temperature))

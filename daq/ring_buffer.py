@@ -305,7 +305,7 @@ def _description_of_dtype(dtype: np.dtype[Any]) -> list[list[Any]]:
     fields = dtype.fields
     if fields is None:
         raise ValueError("a ring holds structured rows")
-    description = []
+    description: list[list[Any]] = []
     for name, (field, offset, *_) in fields.items():
         description.append([name, field.base.str, list(field.shape), offset])
     return [*description, ["", "", [], dtype.itemsize]]

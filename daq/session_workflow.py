@@ -104,7 +104,7 @@ class PayloadSession:
         self.file: Path | None = None
         self.rig_check: RigCheck | None = None
         self.weighed_mass: float | None = None
-        self._on_event = on_event or (lambda event: None)
+        self._on_event = on_event or _unheard
         self._after_session = after_session
         self._seed = seed
         self._counts = plan_counts(rig, plan)
@@ -345,6 +345,8 @@ class PayloadSession:
                 self._on_event(SessionEvent("progress", self.state, "", data))
             case "ended":
                 self._ended = told
+            case "moving":
+                pass  # `start` has said so already
 
     def _finish(self, reason: StopReason) -> None:
         """The motion has ended: see the files closed, list the session if it is complete."""
@@ -388,6 +390,10 @@ class PayloadSession:
                     SessionEvent("remark", self.state, f"after the session: {type(error).__name__}: {error}")
                 )
         self._end(SessionState.DONE, f"{words}; {found.rows} samples in {self.file.name}")
+
+
+def _unheard(event: SessionEvent) -> None:
+    """Where nobody listens."""
 
 
 def _seed_of(recording: Path) -> int:

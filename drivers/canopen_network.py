@@ -10,6 +10,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from types import TracebackType
+from typing import Any
 
 import can
 import canopen
@@ -26,6 +27,9 @@ _NMT_STATES = {
     127: "PRE-OPERATIONAL",
 }
 EMERGENCIES_KEPT = 100  # per node
+
+FrameCallback = Callable[[int, bytearray, float], None]
+"""called with CAN id, data and time stamp in s"""
 
 
 def service_filters() -> Filters:
@@ -100,7 +104,7 @@ class CanopenNetwork:
         self._network = canopen.Network()
         self._network.NOTIFIER_CYCLE = _NOTIFIER_CYCLE
         self._network.bus = open_bus(settings, filters=service_filters())
-        self._network.connect()
+        self._network.connect()  # pyright: ignore[reportUnknownMemberType]  untyped in canopen
 
     def __enter__(self) -> "CanopenNetwork":
         return self
@@ -125,10 +129,10 @@ class CanopenNetwork:
         """
         known = self._network.nodes.pop(node, None)
         if isinstance(known, canopen.RemoteNode):
-            self._network.subscribe(0x80 + node, known.emcy.on_emcy)  # canopen insists on removing it
+            self._network.subscribe(0x80 + node, _emcy_consumer(known))  # canopen insists on removing it
             known.remove_network()
         remote = self._network.add_node(node, dictionary)
-        self._network.unsubscribe(0x80 + node, remote.emcy.on_emcy)
+        self._unsubscribe(0x80 + node, _emcy_consumer(remote))
         return remote
 
     def watch(self, node: int) -> NodeWatch:
@@ -140,12 +144,15 @@ class CanopenNetwork:
 
     def unwatch(self, watch: NodeWatch) -> None:
         """Stop to listen."""
-        self._network.unsubscribe(0x700 + watch.node, watch.on_heartbeat)
-        self._network.unsubscribe(0x80 + watch.node, watch.on_emcy)
+        self._unsubscribe(0x700 + watch.node, watch.on_heartbeat)
+        self._unsubscribe(0x80 + watch.node, watch.on_emcy)
 
-    def subscribe(self, can_id: int, callback: Callable[[int, bytearray, float], None]) -> None:
+    def subscribe(self, can_id: int, callback: FrameCallback) -> None:
         """Call back for frames with this id, on the network's thread; callbacks must not raise or wait."""
         self._network.subscribe(can_id, callback)
+
+    def _unsubscribe(self, can_id: int, callback: FrameCallback) -> None:
+        self._network.unsubscribe(can_id, callback)  # pyright: ignore[reportUnknownMemberType]  untyped in canopen
 
     def send(self, can_id: int, data: bytes) -> None:
         """Send one frame; BusError when the interface refuses."""
@@ -153,3 +160,8 @@ class CanopenNetwork:
             self._network.send_message(can_id, data)
         except (can.CanError, OSError) as error:
             raise BusError(f"bus {self.settings}: {reason_in_words(error)}") from error
+
+
+def _emcy_consumer(node: canopen.RemoteNode) -> FrameCallback:
+    consumer: Any = node.emcy.on_emcy  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
+    return consumer

@@ -12,7 +12,7 @@ row):
 """
 
 from collections.abc import Iterable
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
@@ -106,7 +106,7 @@ def empty_block(dtype: np.dtype = FRAME) -> FrameBlock:
     return np.empty(0, dtype)
 
 
-def column(frames: FrameBlock, byte_offset: int, dtype: DTypeLike) -> NDArray:
+def column(frames: FrameBlock, byte_offset: int, dtype: DTypeLike) -> NDArray[Any]:
     """The values that lie `byte_offset` bytes into every frame's data, as a view of shape (N,).
 
     This is how a mapped PDO entry is decoded: one strided view for a whole block, no loop. `dtype` is a

@@ -111,7 +111,8 @@ def lay_out(entries: list[MappedEntry]) -> tuple[MappedEntry, ...]:
 
     Raises ValueError when they are longer than the 8 bytes of a PDO.
     """
-    placed, offset = [], 0
+    placed: list[MappedEntry] = []
+    offset = 0
     for entry in entries:
         placed.append(MappedEntry(entry.name, entry.index, entry.subindex, entry.kind, offset))
         offset += entry.bits // 8

@@ -177,7 +177,7 @@ class SocketCanReceiver:
         Raises BusError when the interface went down or away.
         """
         descriptor = self._open_socket().fileno()
-        blocks = []
+        blocks: list[FrameBlock] = []
         while True:
             count = self._receive(descriptor)
             if count:

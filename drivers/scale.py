@@ -10,7 +10,6 @@ Commands of MT-SICS level 0: `S` (weight, when stable), `SI` (weight now), `Z` (
 Source: Mettler-Toledo, MT-SICS Reference Manual, level 0 commands and error messages.
 """
 
-import contextlib
 import time
 from dataclasses import dataclass
 
@@ -19,11 +18,11 @@ import serial
 from drivers.errors import ScaleError
 
 # What a port that goes away raises; on POSIX pyserial lets the terminal's own error through.
-_BROKEN: tuple[type[Exception], ...] = (serial.SerialException, OSError)
-with contextlib.suppress(ImportError):
-    import termios
-
-    _BROKEN += (termios.error,)
+try:
+    from termios import error as _terminal_error
+except ImportError:  # not on POSIX
+    _terminal_error = OSError
+_BROKEN: tuple[type[Exception], ...] = (serial.SerialException, OSError, _terminal_error)
 
 # kg per unit, as MT-SICS abbreviates them.
 KILOGRAMS = {

@@ -64,13 +64,14 @@ class SdoAccess:
         Raises SdoAbortedError when the node refuses, SdoCommunicationError when it does not answer.
         """
         client = self._client
-        client.responses = queue.Queue()
+        responses: queue.Queue[bytes] = queue.Queue()
+        client.responses = responses
         for _ in range(1 + self.retries):
-            client.send_request(request)
+            client.send_request(request)  # pyright: ignore[reportUnknownMemberType]  untyped in canopen
             end = time.monotonic() + self.timeout
             while (left := end - time.monotonic()) > 0:
                 try:
-                    response = client.responses.get(timeout=left)
+                    response = responses.get(timeout=left)
                 except queue.Empty:
                     break
                 if _answers(bytes(request), response):

@@ -79,7 +79,7 @@ class StateMachine:
 
     def error_in_words(self) -> str:
         """Error code 0x603F, error register 0x1001 and the last EMCY, for an operator."""
-        parts = []
+        parts: list[str] = []
         try:
             code = self.sdo.read(cia402.ERROR_CODE, 0, "uint16")
             if code:

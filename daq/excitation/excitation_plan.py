@@ -7,7 +7,7 @@ The file is stored with the recording. It holds no samples: `setpoints` evaluate
 
 import json
 from pathlib import Path
-from typing import Annotated, Literal, NamedTuple, Self
+from typing import Annotated, Any, Literal, NamedTuple, Self, cast
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
@@ -125,8 +125,10 @@ class ExcitationPlan(BaseModel):
             raise InputError(f"{path}: cannot be read ({error})") from None
         except json.JSONDecodeError as error:
             raise InputError(f"{path}, line {error.lineno}: not JSON ({error.msg})") from None
-        if isinstance(document, dict) and isinstance(document.get("plan"), dict):
-            document = document["plan"]
+        if isinstance(document, dict):
+            report = cast(dict[str, Any], document)
+            if isinstance(report.get("plan"), dict):
+                document = report["plan"]
         try:
             return cls.model_validate(document)
         except ValidationError as error:

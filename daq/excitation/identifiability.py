@@ -76,7 +76,7 @@ def coverage(model: PlanModel, motions: Sequence[PlannedMotion], rig: Rig) -> tu
     q = np.concatenate([motion.q for motion in motions])
     dq = np.concatenate([motion.dq for motion in motions])
     ddq = np.concatenate([motion.ddq for motion in motions])
-    found = []
+    coverage: list[JointCoverage] = []
     for j, axis in enumerate(rig.axes):
         limits = axis.limits
         moving = dq[:, j] != 0.0
@@ -89,7 +89,7 @@ def coverage(model: PlanModel, motions: Sequence[PlannedMotion], rig: Rig) -> tu
         def part(chosen: np.ndarray, count: int = count) -> float:
             return float(np.count_nonzero(chosen) / count)
 
-        found.append(
+        coverage.append(
             JointCoverage(
                 joint=axis.joint,
                 position_range=(float(q[:, j].min()), float(q[:, j].max())),
@@ -108,7 +108,7 @@ def coverage(model: PlanModel, motions: Sequence[PlannedMotion], rig: Rig) -> tu
                 payload_masses=tuple(motion.payload.mass for motion in motions),
             )
         )
-    return tuple(found)
+    return tuple(coverage)
 
 
 def hidden_effects(

@@ -1,4 +1,4 @@
-"""A plan made for a model: the ladder and the sinusoids whose regressor tells most about its parameters.
+"""A plan made for a model: the ladder and the sinusoids whose regressor judged most about its parameters.
 
 Searched are the split of the time, the order of the ladder's places and directions, and the centres,
 amplitudes and phases of the sinusoids. Every candidate is first stretched to the rig's limits, so that no
@@ -82,7 +82,7 @@ def optimal_plan(request: Request, progress: Callable[[float, str], None] | None
 
     Raises InputError where the time is too short.
     """
-    say = progress or (lambda fraction, words: None)
+    say = progress or _no_progress
     reach = Reach.of(request.rig, dynamic_share=request.dynamic_share)
     name = f"{request.model.name} {request.seconds:g} s"
     recipes = [
@@ -90,13 +90,14 @@ def optimal_plan(request: Request, progress: Callable[[float, str], None] | None
         for share in LADDER_SHARES
         for seed in range(LADDER_SEEDS)
     ]
-    plans, found = [], []
+    plans: list[ExcitationPlan] = []
+    judged: list[Information] = []
     for number, recipe in enumerate(recipes):
         plans.append(recipe.build(request.rig, reach, request.seconds, name))
-        found.append(information_of(plans[-1], request, COARSE))
+        judged.append(information_of(plans[-1], request, COARSE))
         say(0.2 * (number + 1) / len(recipes), "comparing ladders of speeds")
-    scale = np.max([each.scale for each in found], axis=0)
-    scores = [score(each, request.criterion, scale) for each in found]
+    scale = np.max([each.scale for each in judged], axis=0)
+    scores = [score(each, request.criterion, scale) for each in judged]
     best = int(np.argmax(scores))
     recipe = _with_better_sinusoids(recipes[best], plans[best], request, reach, scale, say)
     plan = recipe.build(request.rig, reach, request.seconds, name)
@@ -105,11 +106,15 @@ def optimal_plan(request: Request, progress: Callable[[float, str], None] | None
     return plan.model_copy(update={"model": request.model.name})
 
 
-def score(found: Information, criterion: str, scale: Array) -> float:
+def _no_progress(fraction: float, words: str) -> None:
+    """Where nobody asked for progress."""
+
+
+def score(judged: Information, criterion: str, scale: Array) -> float:
     """What is maximised: ln det of the information, or minus the logarithm of the condition number."""
     if criterion == "d-optimal":
-        return found.log_determinant(scale)
-    eigenvalues = np.linalg.eigvalsh(found.correlated)
+        return judged.log_determinant(scale)
+    eigenvalues = np.linalg.eigvalsh(judged.correlated)
     return float(0.5 * np.log(max(eigenvalues[0], 1e-12) / eigenvalues[-1]))
 
 
@@ -142,8 +147,8 @@ def _with_better_sinusoids(
         assert trial.centre is not None
         phase = sum_of_sinusoids(reach, seconds, trial.shape, trial.centre)
         motions = one_period(phase, request.payloads)
-        found = information(request.model, motions, request.noise)
-        return score(rest + Information(phase.repeats * found.matrix), request.criterion, scale)
+        once = information(request.model, motions, request.noise)
+        return score(rest + Information(phase.repeats * once.matrix), request.criterion, scale)
 
     x = np.concatenate([np.zeros(n), random_shape(n, recipe.seed).ravel()])
     best, step = goal(x), FIRST_STEP

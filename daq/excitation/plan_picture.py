@@ -60,10 +60,10 @@ def draw_plan(plan: ExcitationPlan, request: Request, file: Path) -> None:
         current.set_ylabel("predicted current, A")
         current.set_xlabel("time, s")
     axes[2, 0].legend(fontsize="small", title="payload", loc="lower left")
-    figure.suptitle(
+    figure.suptitle(  # pyright: ignore[reportUnknownMemberType]  matplotlib leaves **kwargs untyped
         f"{plan.name} on {request.rig.name}; dashed: limits; green: repeats exactly", fontsize="medium"
     )
     try:
-        figure.savefig(file, dpi=120)
+        figure.savefig(file, dpi=120)  # pyright: ignore[reportUnknownMemberType]
     except OSError as error:
         raise InputError(f"{file}: cannot be written ({error.strerror or error})") from None

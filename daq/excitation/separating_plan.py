@@ -61,7 +61,7 @@ def separating_plan(
             f"{motion.position_to:.4g}; its limits are {reach.low[index]:.4g} to {reach.high[index]:.4g}"
         )
     still = np.clip(np.asarray(posture, dtype=float), reach.low, reach.high)
-    remarks = []
+    remarks: list[str] = []
     if high - low < LESS * (motion.position_to - motion.position_from):
         remarks.append(
             f"joint {joint} moves between {low:.4g} and {high:.4g}: further the rig's limits do not let it"

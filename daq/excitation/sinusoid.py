@@ -58,10 +58,10 @@ class Sinusoids(BaseModel):
         start.
         """
         cosine, sine = np.array(self.cosine), np.array(self.sine)
-        pulsation = 2.0 * np.pi * self.frequency * np.arange(1, cosine.shape[1] + 1)
+        pulsation: Array = 2.0 * np.pi * self.frequency * np.arange(1.0, cosine.shape[1] + 1)
         angle = np.outer(time - self.fade, pulsation)
         c, s = np.cos(angle), np.sin(angle)
-        swing = [
+        swing: list[Array] = [
             (c * p) @ cosine_side.T + (s * p) @ sine_side.T
             for p, cosine_side, sine_side in (
                 (1.0, cosine, sine),

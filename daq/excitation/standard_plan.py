@@ -102,15 +102,16 @@ def sum_of_sinusoids(reach: Reach, seconds: float, shape: Array, centre: Array) 
     repeats = max(FEWEST_REPEATS, int(np.ceil(0.9 * seconds / LONGEST_PERIOD)))
     fade = min(0.1 * seconds, 0.5 * seconds / (repeats + 1))
     half = 0.5 * (reach.high - reach.low)
+    axes: int = shape.shape[1]
     unscaled = Sinusoids(
         frequency=repeats / (seconds - 2.0 * fade),
         repeats=repeats,
         fade=fade,
-        centre=(0.0,) * shape.shape[1],
-        cosine=tuple(map(tuple, shape[0].tolist())),
-        sine=tuple(map(tuple, shape[1].tolist())),
+        centre=(0.0,) * axes,
+        cosine=tuple(tuple(row) for row in shape[0].tolist()),
+        sine=tuple(tuple(row) for row in shape[1].tolist()),
     )
-    terms = unscaled.evaluate(peak_times(unscaled), np.zeros(shape.shape[1]))
+    terms = unscaled.evaluate(peak_times(unscaled), np.zeros(axes))
     allowed = (half * (1.0 - np.abs(centre)), reach.velocity, reach.acceleration, reach.jerk)
     share = np.min(
         [limit / np.abs(term).max(axis=0) for limit, term in zip(allowed, terms, strict=True)], axis=0
@@ -119,8 +120,8 @@ def sum_of_sinusoids(reach: Reach, seconds: float, shape: Array, centre: Array) 
     return unscaled.model_copy(
         update={
             "centre": tuple((reach.middle + half * centre).tolist()),
-            "cosine": tuple(map(tuple, scaled[0].tolist())),
-            "sine": tuple(map(tuple, scaled[1].tolist())),
+            "cosine": tuple(tuple(row) for row in scaled[0].tolist()),
+            "sine": tuple(tuple(row) for row in scaled[1].tolist()),
         }
     )
 

@@ -107,7 +107,7 @@ class ElasticArm(Arm):
             if direction == 0.0:
                 self._heat_flow = 0.0
             state = self._q, v, self._link_q, self._link_v
-            first = self._accelerations(current, *state, direction)
+            first = self._accelerations(current, *state, direction=direction)
             end = self._elastic_stride(current, state, first, stride, direction)
             if end[1] * direction < 0.0:
                 if v != 0.0:

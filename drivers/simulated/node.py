@@ -63,7 +63,7 @@ class SimulatedNode(canopen.LocalNode):
         super().__init__(axis.node, load_object_dictionary(DICTIONARY, axis.node))
         self.node = axis.node
         # canopen's own heartbeat needs a bus that sends periodically by itself.
-        self._write_callbacks.clear()
+        self._write_callbacks.clear()  # pyright: ignore[reportUnknownMemberType]  untyped in canopen
         self.axis = axis
         self.send = send
         self.faults = Faults(axis.faults, seed)
@@ -139,7 +139,7 @@ class SimulatedNode(canopen.LocalNode):
     def take_sdo(self, data: bytes) -> None:
         """An SDO request."""
         if not self.faults.frozen and self.nmt_state != _STOPPED:
-            self.sdo.on_request(0x600 + self.node, data, 0.0)
+            self.sdo.on_request(0x600 + self.node, data, 0.0)  # pyright: ignore[reportUnknownMemberType]  untyped in canopen
             self.send_events()
 
     @property
@@ -274,10 +274,10 @@ class SimulatedNode(canopen.LocalNode):
             self._written(index, subindex)
 
     def _find_object(self, index: int, subindex: int) -> ODVariable:
-        found = self.object_dictionary.get(index)
-        if isinstance(found, ODArray) and subindex not in found.subindices:
+        entry = self.object_dictionary.get(index)  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
+        if isinstance(entry, ODArray) and subindex not in entry.subindices:  # pyright: ignore[reportUnknownMemberType]
             raise SdoAbortedError(_NO_SUBINDEX)  # canopen would make one up
-        return super()._find_object(index, subindex)
+        return super()._find_object(index, subindex)  # pyright: ignore[reportUnknownMemberType]  untyped in canopen
 
     def _refuse(self, index: int, subindex: int, data: bytes) -> None:
         """Raise SdoAbortedError for values that the drive does not take."""
