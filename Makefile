@@ -24,6 +24,7 @@ lint: setup-test
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports --no-cache
 	$(BIN)/pyright --pythonpath $(BIN)/python
+	$(BIN)/python .ci/counts
 
 setup: $(VENV)/installed
 setup-test: $(VENV)/installed-test
