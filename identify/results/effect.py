@@ -1,0 +1,43 @@
+"""An effect as documents name it, and its entry in the catalogue: `coulomb effects --json`."""
+
+from pydantic import Field
+
+from identify.results.document import Part
+
+
+class EffectOnJoint(Part):
+    """One effect of a model, on one joint."""
+
+    effect: str = Field(description="name in the catalogue", examples=["viscous"])
+    joint: str = Field(description="name of the joint", examples=["j3"])
+
+    def __str__(self) -> str:
+        """`effect@joint`, as the command line spells it."""
+        return f"{self.effect}@{self.joint}"
+
+
+class EffectParameter(Part):
+    """A parameter that an effect adds to the model."""
+
+    name: str = Field(description="symbol, without the joint's number", examples=["FV"])
+    unit: str = Field(description="of a revolute joint", examples=["N m s/rad"])
+
+
+class CatalogueEffect(Part):
+    """One effect of the catalogue."""
+
+    effect: str = Field(description="name in the catalogue", examples=["viscous"])
+    group: str = Field(description="what sort of effect it is", examples=["friction"])
+    equation: str = Field(description="the torque it adds", examples=["F_v·dq"])
+    explanation: str = Field(
+        description="in an operator's words", examples=["Friction that grows with the speed, as of oil."]
+    )
+    regressors: tuple[str, ...] = Field(
+        description="columns of the observation matrix, one for each parameter", examples=[["dq"]]
+    )
+    parameters: tuple[EffectParameter, ...] = Field(description="what is estimated of it")
+    needs: tuple[str, ...] = Field(description="what the data must hold for it to show", examples=[[]])
+    source: str = Field(description="equation, book or paper", examples=["eq. (8)"])
+    indistinguishable_from: tuple[str, ...] = Field(
+        description="effects that it is easily taken for", examples=[["viscous-cubic"]]
+    )
