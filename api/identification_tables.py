@@ -1,7 +1,6 @@
 """The result of an identification as tables for the terminal."""
 
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Iterable, Sequence
 
 from rich import box
 from rich.console import Console, Group, RenderableType
@@ -9,11 +8,20 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
+from identify.results.comparison import ModelErrors
+from identify.results.effect import CatalogueEffect
+from identify.results.identification import (
+    FeasibleParameters,
+    IdentificationDocument,
+    Parameter,
+    StructuredEstimate,
+)
+
 NARROWEST = 100
 """columns; where the output is not a terminal tables are set at least this wide, so that nothing is cut"""
 
 
-def print_identification(document: dict[str, Any]) -> None:
+def print_identification(document: IdentificationDocument) -> None:
     """Print the document of `identify --json` for a reader."""
     console = console_for_tables()
     console.print(_headline(document))
@@ -21,35 +29,35 @@ def print_identification(document: dict[str, Any]) -> None:
         _errors(document),
         _sessions(document),
         _speeds(document),
-        _parameters("Parameters", document["parameters"]),
-        *([] if "structured" not in document else [_structured(document)]),
+        _parameters("Parameters", document.parameters),
+        None if document.structured is None else _structured(document.structured),
         _eliminated(document),
-        None if "feasible" not in document else _feasible(document["feasible"]),
+        None if document.feasible is None else _feasible(document.feasible),
         _signals(document),
-        _list("Not identifiable on this record", document["not_identifiable"]),
-        _list("Remarks", document["remarks"]),
+        _list("Not identifiable on this record", document.not_identifiable),
+        _list("Remarks", document.remarks),
     ):
         if part is not None:
             console.print(Padding(part, (1, 0, 0, 0)))
 
 
-def print_effects(catalogue: Iterable[dict[str, Any]]) -> None:
+def print_effects(catalogue: Iterable[CatalogueEffect]) -> None:
     """Print the catalogue of effects, group by group."""
     console = console_for_tables()
-    groups: dict[str, list[dict[str, Any]]] = {}
+    groups: dict[str, list[CatalogueEffect]] = {}
     for effect in catalogue:
-        groups.setdefault(effect["group"], []).append(effect)
+        groups.setdefault(effect.group, []).append(effect)
     for group, effects in groups.items():
         console.print(Text(group, style="bold underline"))
         for effect in effects:
-            console.print(Text.assemble((effect["effect"], "bold"), "   ", effect["equation"]))
-            console.print(Padding(Text(effect["explanation"]), (0, 0, 0, 4)))
-            if effect["needs"]:
-                console.print(Padding(Text("needs " + "; ".join(effect["needs"])), (0, 0, 0, 4)))
-            if effect["indistinguishable_from"]:
-                alike = "hard to tell from " + ", ".join(effect["indistinguishable_from"])
+            console.print(Text.assemble((effect.effect, "bold"), "   ", effect.equation))
+            console.print(Padding(Text(effect.explanation), (0, 0, 0, 4)))
+            if effect.needs:
+                console.print(Padding(Text("needs " + "; ".join(effect.needs)), (0, 0, 0, 4)))
+            if effect.indistinguishable_from:
+                alike = "hard to tell from " + ", ".join(effect.indistinguishable_from)
                 console.print(Padding(Text(alike, style="dim"), (0, 0, 0, 4)))
-            console.print(Padding(Text(effect["source"], style="dim"), (0, 0, 1, 4)))
+            console.print(Padding(Text(effect.source, style="dim"), (0, 0, 1, 4)))
 
 
 def console_for_tables() -> Console:
@@ -58,18 +66,18 @@ def console_for_tables() -> Console:
     return console if console.is_terminal else Console(width=max(console.width, NARROWEST), highlight=False)
 
 
-def _headline(document: dict[str, Any]) -> RenderableType:
+def _headline(document: IdentificationDocument) -> RenderableType:
     effects = {}
-    for own in document["effects"]:
-        effects.setdefault(own["effect"], []).append(own["joint"])
+    for own in document.effects:
+        effects.setdefault(own.effect, []).append(own.joint)
     listed = ", ".join(f"{name} ({', '.join(joints)})" for name, joints in effects.items())
-    fit = f"{document['samples']} decimated samples, {document['estimator']} least squares"
-    if document["estimator"] in ("robust", "instrumental"):
-        fit = f"{document['samples']} decimated samples, {document['estimator']} estimator"
+    fit = f"{document.samples} decimated samples, {document.estimator} least squares"
+    if document.estimator in ("robust", "instrumental"):
+        fit = f"{document.samples} decimated samples, {document.estimator} estimator"
     return Group(
-        Text.assemble((document["experiment"], "bold"), f": model {document['model']}"),
+        Text.assemble((document.experiment, "bold"), f": model {document.model}"),
         Text(f"effects: {listed}"),
-        Text(f"{fit}; condition number {_number(document['condition_number'], 3)}"),
+        Text(f"{fit}; condition number {_number(document.condition_number, 3)}"),
     )
 
 
@@ -80,7 +88,7 @@ def _table(title: str, *columns: tuple[str, str]) -> Table:
     return table
 
 
-def _errors(document: dict[str, Any]) -> Table:
+def _errors(document: IdentificationDocument) -> Table:
     table = _table(
         "Relative error ‖Y − Wχ‖ / ‖Y‖",
         ("joint", "left"),
@@ -88,32 +96,32 @@ def _errors(document: dict[str, Any]) -> Table:
         ("validation", "right"),
         ("noise floor", "right"),
     )
-    for own in document["joints"]:
-        figures = (own["relative_error"], own["relative_error_validation"], own["noise_floor"])
-        table.add_row(own["joint"], *(_percent(figure) for figure in figures))
-    whole = (document["relative_error"], document["relative_error_validation"])
+    for own in document.joints:
+        figures = (own.relative_error, own.relative_error_validation, own.noise_floor)
+        table.add_row(own.joint, *(_percent(figure) for figure in figures))
+    whole = (document.relative_error, document.relative_error_validation)
     table.add_row(Text("all", style="bold"), *(_percent(figure) for figure in whole), "")
     return table
 
 
-def _sessions(document: dict[str, Any]) -> Table:
+def _sessions(document: IdentificationDocument) -> Table:
     table = _table(
         "By session", ("session", "left"), ("payload", "left"), ("used for", "left"), ("error", "right")
     )
-    for own in document["sessions"]:
-        table.add_row(own["file"], own["payload"], own["role"], _percent(own["relative_error"]))
-    if len(document["payloads"]) > 1:
-        for own in document["payloads"]:
+    for own in document.sessions:
+        table.add_row(own.file, own.payload, own.role, _percent(own.relative_error))
+    if len(document.payloads) > 1:
+        for own in document.payloads:
             table.add_row(
                 Text("all with this payload", style="dim"),
-                own["payload"],
-                own["role"],
-                _percent(own["relative_error"]),
+                own.payload,
+                own.role,
+                _percent(own.relative_error),
             )
     return table
 
 
-def _speeds(document: dict[str, Any]) -> Table:
+def _speeds(document: IdentificationDocument) -> Table:
     table = _table(
         "By speed",
         ("speed, of the maximum", "left"),
@@ -121,14 +129,14 @@ def _speeds(document: dict[str, Any]) -> Table:
         ("validation", "right"),
         ("samples", "right"),
     )
-    for own in document["speeds"]:
-        span = f"{own['range']} ({100 * own['from']:.0f} to {100 * own['to']:.0f} %)"
-        errors = (own["relative_error"], own["relative_error_validation"])
-        table.add_row(span, *(_percent(error) for error in errors), str(own["samples"]))
+    for own in document.speeds:
+        span = f"{own.range} ({100 * own.from_:.0f} to {100 * own.to:.0f} %)"
+        errors = (own.relative_error, own.relative_error_validation)
+        table.add_row(span, *(_percent(error) for error in errors), str(own.samples))
     return table
 
 
-def _parameters(title: str, parameters: list[dict[str, Any]]) -> Table:
+def _parameters(title: str, parameters: Sequence[Parameter]) -> Table:
     table = _table(
         title,
         ("name", "left"),
@@ -141,28 +149,28 @@ def _parameters(title: str, parameters: list[dict[str, Any]]) -> Table:
         ("grouping", "left"),
     )
     for own in parameters:
-        percent = own["relative_std_percent"]
+        percent = own.relative_std_percent
         table.add_row(
-            own["name"],
-            _number(own["value"], 5),
-            _number(own["std"], 2),
-            _number(own["std_robust"], 2),
+            own.name,
+            _number(own.value, 5),
+            _number(own.std, 2),
+            _number(own.std_robust, 2),
             "" if percent is None else f"{percent:.3g}",
-            own["unit"],
-            own["joint"],
-            own["grouping"] if own["grouping"] not in (None, own["name"]) else "",
+            own.unit,
+            own.joint,
+            own.grouping if own.grouping not in (None, own.name) else "",
         )
     return table
 
 
-def _structured(document: dict[str, Any]) -> Table:
-    error = _percent(document["structured"]["relative_error"])
+def _structured(structured: StructuredEstimate) -> Table:
+    error = _percent(structured.relative_error)
     title = f"One value for each physical parameter (relative error {error})"
-    return _parameters(title, document["structured"]["parameters"])
+    return _parameters(title, structured.parameters)
 
 
-def _eliminated(document: dict[str, Any]) -> Table | None:
-    if not document["eliminated"]:
+def _eliminated(document: IdentificationDocument) -> Table | None:
+    if not document.eliminated:
         return None
     table = _table(
         "Eliminated, in this order",
@@ -172,20 +180,20 @@ def _eliminated(document: dict[str, Any]) -> Table | None:
         ("error before", "right"),
         ("error after", "right"),
     )
-    for own in document["eliminated"]:
-        deviation = own["relative_std_percent"]
-        errors = (own["relative_error_before"], own["relative_error_after"])
+    for own in document.eliminated:
+        deviation = own.relative_std_percent
+        errors = (own.relative_error_before, own.relative_error_after)
         table.add_row(
-            own["name"],
-            own["joint"],
+            own.name,
+            own.joint,
             "" if deviation is None else f"{deviation:.3g}",
             *(_percent(error) for error in errors),
         )
     return table
 
 
-def _feasible(feasible: dict[str, Any]) -> RenderableType:
-    errors = (feasible["weighted_error_of_estimate"], feasible["weighted_error_of_feasible"])
+def _feasible(feasible: FeasibleParameters) -> RenderableType:
+    errors = (feasible.weighted_error_of_estimate, feasible.weighted_error_of_feasible)
     before, after = (_percent(error) for error in errors)
     table = _table(
         f"Nearest physically consistent base parameters (weighted error {before} becomes {after})",
@@ -194,19 +202,19 @@ def _feasible(feasible: dict[str, Any]) -> RenderableType:
         ("consistent", "right"),
         ("unit", "left"),
     )
-    for own in feasible["base"]:
-        table.add_row(own["name"], _number(own["estimate"], 5), _number(own["value"], 5), own["unit"])
+    for own in feasible.base:
+        table.add_row(own.name, _number(own.estimate, 5), _number(own.value, 5), own.unit)
     return table
 
 
-def _signals(document: dict[str, Any]) -> Table:
+def _signals(document: IdentificationDocument) -> Table:
     table = _table("Signals", ("setting", "left"), ("value", "right"), ("unit", "left"), ("why", "left"))
-    for own in document["signals"]:
-        table.add_row(own["name"], _number(own["value"], 4), own["unit"], own["reason"])
+    for own in document.signals:
+        table.add_row(own.name, _number(own.value, 4), own.unit, own.reason)
     return table
 
 
-def _list(title: str, lines: list[str]) -> RenderableType | None:
+def _list(title: str, lines: Sequence[str]) -> RenderableType | None:
     if not lines:
         return None
     return Group(Text(title, style="bold"), *(Text(f"  {line}") for line in lines))
@@ -220,24 +228,24 @@ def _percent(value: float | None) -> str:
     return "—" if value is None else f"{100 * value:.2f} %"
 
 
-def errors_of_models(models: list[dict[str, Any]]) -> Table:
+def errors_of_models(models: Sequence[ModelErrors]) -> Table:
     """Table III for several models: relative errors in all, by joint, session and speed, one column for each model."""
-    table = _table("Relative error", ("", "left"), *((own["model"], "right") for own in models))
+    table = _table("Relative error", ("", "left"), *((own.model, "right") for own in models))
 
     def row(title: str, figures: Iterable[float | None]) -> None:
         listed = list(figures)
         if any(figure is not None for figure in listed):
             table.add_row(title, *(_percent(figure) for figure in listed))
 
-    row("all sessions of the fit", (own["relative_error"] for own in models))
-    row("validation sessions", (own["relative_error_validation"] for own in models))
-    for index, speed in enumerate(models[0]["speeds"][1:], start=1):
-        row(f"  {speed['range']} speed", (own["speeds"][index]["relative_error"] for own in models))
-    for index, joint in enumerate(models[0]["joints"]):
-        row(f"joint {joint['joint']}", (own["joints"][index]["relative_error"] for own in models))
-        checked = (own["joints"][index]["relative_error_validation"] for own in models)
+    row("all sessions of the fit", (own.relative_error for own in models))
+    row("validation sessions", (own.relative_error_validation for own in models))
+    for index, speed in enumerate(models[0].speeds[1:], start=1):
+        row(f"  {speed.range} speed", (own.speeds[index].relative_error for own in models))
+    for index, joint in enumerate(models[0].joints):
+        row(f"joint {joint.joint}", (own.joints[index].relative_error for own in models))
+        checked = (own.joints[index].relative_error_validation for own in models)
         row("  on validation sessions", checked)
-    for index, session in enumerate(models[0]["sessions"]):
-        title = f"{session['file']}, payload {session['payload']}"
-        row(title, (own["sessions"][index]["relative_error"] for own in models))
+    for index, session in enumerate(models[0].sessions):
+        title = f"{session.file}, payload {session.payload}"
+        row(title, (own.sessions[index].relative_error for own in models))
     return table

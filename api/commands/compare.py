@@ -1,10 +1,12 @@
 """`coulomb compare`: models side by side, in figures and in one table of errors."""
 
-import json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from identify.results.comparison import ComparisonDocument
 
 
 def register(application: typer.Typer) -> None:
@@ -35,17 +37,17 @@ def compare_command(
     from identify.validation.comparison import compare, comparison_document, write_figures
 
     found = compare(load_experiment(resolve(experiment)), model or [], add or [])
-    document = comparison_document(found)
-    document["figures"] = [str(out / file) for file in write_figures(found, out)]
+    figures = [str(out / file) for file in write_figures(found, out)]
+    document = comparison_document(found, figures)
     if as_json:
-        print(json.dumps(document, ensure_ascii=False, allow_nan=False))
+        print(document.json_text())
     else:
         _print(document, out)
 
 
-def _print(document: dict[str, Any], out: Path) -> None:
+def _print(document: "ComparisonDocument", out: Path) -> None:
     from api.identification_tables import console_for_tables, errors_of_models
 
     console = console_for_tables()
-    console.print(errors_of_models(document["models"]))
-    console.print(f"{len(document['figures'])} figures in {out}")
+    console.print(errors_of_models(document.models))
+    console.print(f"{len(document.figures)} figures in {out}")

@@ -1,7 +1,5 @@
 """`coulomb diagnose` and `coulomb improve`."""
 
-import json
-
 import typer
 
 from api.command_arguments import Additions, AsJson, Experiment, ModelName
@@ -22,8 +20,8 @@ def diagnose_command(
     from identify.diagnosis.diagnosis import diagnose
     from identify.recording import load_experiment
 
-    document = diagnose(load_experiment(resolve(experiment)), model, add or []).to_json()
-    print(json.dumps(document, ensure_ascii=False, allow_nan=False) if as_json else diagnosis_text(document))
+    document = diagnose(load_experiment(resolve(experiment)), model, add or []).document()
+    print(document.json_text() if as_json else diagnosis_text(document))
 
 
 def improve_command(experiment: Experiment, model: ModelName = "usual", as_json: AsJson = False) -> None:
@@ -33,7 +31,5 @@ def improve_command(experiment: Experiment, model: ModelName = "usual", as_json:
     from identify.diagnosis.improvement import improve
     from identify.recording import load_experiment
 
-    document = improve(load_experiment(resolve(experiment)), model).to_json()
-    print(
-        json.dumps(document, ensure_ascii=False, allow_nan=False) if as_json else improvement_text(document)
-    )
+    document = improve(load_experiment(resolve(experiment)), model).document()
+    print(document.json_text() if as_json else improvement_text(document))

@@ -55,13 +55,13 @@ def identify_command(
         payloads=payload or [],
         unknown_payloads=unknown_payload or [],
     )
-    document = result.to_json()
+    document = result.document()
     if feasible:
-        from identify.estimation.feasible import feasible_document
+        from identify.estimation.feasible import feasible_parameters
 
-        document["feasible"] = feasible_document(result)
+        document = document.changed(feasible=feasible_parameters(result))
     if as_json:
-        print(json.dumps(document, ensure_ascii=False, allow_nan=False))
+        print(document.json_text())
     else:
         from api.identification_tables import print_identification
 
@@ -83,5 +83,6 @@ def effects_command(
         print(effects_document(), end="")
     else:
         from api.identification_tables import print_effects
+        from identify.results.effect import CatalogueEffect
 
-        print_effects(catalogue())
+        print_effects([CatalogueEffect.model_validate(entry) for entry in catalogue()])

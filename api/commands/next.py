@@ -1,6 +1,5 @@
 """`coulomb next`: the experiment that would separate two rival explanations best."""
 
-import json
 from typing import Annotated
 
 import typer
@@ -31,11 +30,12 @@ def next_command(
         raise InputError("--between: give it twice, once for each of the two effects")
     result = next_experiment(load_experiment(resolve(experiment)), model, add or [], between or [])
     if as_json:
-        print(json.dumps(result.to_json(), ensure_ascii=False, allow_nan=False))
+        print(result.json_text())
         return
     print(result.advice)
     for proposal in result.proposals:
+        span = f"from {proposal.position_from:.3g} to {proposal.position_to:.3g}"
         print(
-            f"  {proposal.separation:8.1f} σ  {proposal.shape:10s} payload {proposal.payload}, up to {proposal.speed:.3g}/s, "
-            f"from {proposal.low:.3g} to {proposal.high:.3g}, {proposal.repeats} repeats"
+            f"  {proposal.separation or 0.0:8.1f} σ  {proposal.shape:10s} payload {proposal.payload}, "
+            f"up to {proposal.speed:.3g}/s, {span}, {proposal.repeats} repeats"
         )

@@ -16,6 +16,8 @@ from api.service.job_process import Progress
 from api.service.model_story import data_fingerprint
 from api.service.prediction_files import write_candidate, write_prediction
 from identify.recording import load_experiment
+from identify.results.diagnosis import DiagnosisDocument
+from identify.results.reading import document_of
 
 PICTURED = 6
 """Best candidates of each joint whose effect on the residual is shown before anybody adds them."""
@@ -76,13 +78,14 @@ def separate(
 
     None where nothing is left open there.
     """
-    from identify.diagnosis.next_experiment import separate_said
+    from identify.diagnosis.next_experiment import separate_diagnosed
     from identify.estimation.identification import open_record, requested_model
 
     progress(0.05, "reading the sessions")
     record = open_record(load_experiment(Path(experiment)))
     progress(0.2, "trying payloads, speeds and ranges on both models")
-    found = separate_said(record, requested_model(record, model, add), diagnosis, joint)
+    kept = document_of(DiagnosisDocument, diagnosis, "the stored diagnosis")
+    found = separate_diagnosed(record, requested_model(record, model, add), kept, joint)
     return None if found is None else _finite(found.to_json())
 
 

@@ -33,7 +33,7 @@ def write_identified_urdf(
     """
     import identify
     from identify.dynamics.urdf import write_urdf
-    from identify.estimation.feasible import feasible_document
+    from identify.estimation.feasible import feasible_parameters
     from identify.recording import InputError, load_experiment
 
     loaded = load_experiment(Path(experiment))
@@ -41,7 +41,7 @@ def write_identified_urdf(
         loaded, model=model, add=add, progress=lambda done, words: progress(0.6 * done, words)
     )
     progress(0.6, "standard parameters of real bodies")
-    standard = [entry["value"] for entry in feasible_document(result)["standard"]]
+    standard = [parameter.value for parameter in feasible_parameters(result).standard]
     values = {parameter.name: parameter.value for parameter in result.parameters}
     losses = [[values.get(f"{name}{joint + 1}", 0.0) for joint in range(loaded.n)] for name in ("FV", "FC")]
     try:

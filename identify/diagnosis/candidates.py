@@ -12,6 +12,7 @@ from identify.effects.model import Model, Term, terms_of
 from identify.effects.motion import JointSummary
 from identify.estimation.observation import Observation, Slot, rows_of
 from identify.estimation.record import Record
+from identify.results.diagnosis import NotApplicable
 
 Index = NDArray[np.intp]
 
@@ -77,20 +78,20 @@ def find_candidates(
     known: dict[str, Effect],
     summaries: Sequence[JointSummary],
     first: int,
-) -> tuple[list[Candidate], list[dict[str, str]]]:
+) -> tuple[list[Candidate], list[NotApplicable]]:
     """Candidates for every joint, and what was left out with the reason in words.
 
     first : index of the first candidate's slot in the observation to come
     """
     found: list[Candidate] = []
-    left_out: list[dict[str, str]] = []
+    left_out: list[NotApplicable] = []
     for summary in summaries:
         for effect in known.values():
             if model.has(effect.name, summary.joint):
                 continue
             obstacle = effect.obstacle(summary)
             if obstacle:
-                left_out.append({"effect": effect.name, "joint": summary.name, "reason": obstacle})
+                left_out.append(NotApplicable(effect=effect.name, joint=summary.name, reason=obstacle))
                 continue
             for term in terms_of(effect, [summary.joint], record.experiment.drive_gain):
                 if term.key in {own.key for own in model.terms} or summary.joint not in rows_of(record, term):

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,11 +22,14 @@ from identify.diagnosis.verdict import (
 from identify.diagnosis.where import where_it_fails
 from identify.effects.model import Model, Term
 from identify.estimation.fitting import FittedModel, Progress, fit_model
-from identify.estimation.identification import known_effects, number, open_record, requested_model
+from identify.estimation.identification import known_effects, open_record, requested_model
 from identify.estimation.prediction import Prediction, mean_error, predict
 from identify.estimation.record import Record
 from identify.estimation.small_algebra import single_threaded
 from identify.recording import Experiment
+from identify.results import diagnosis as documents
+from identify.results.diagnosis import DiagnosisDocument, NotApplicable, Verdict, Where
+from identify.results.document import Json
 from identify.validation.noise_floor import noise_floors
 
 Array = NDArray[np.float64]
@@ -56,46 +58,57 @@ class JointDiagnosis:
     """
 
     joint: str
-    verdict: str
+    verdict: Verdict
     missing: tuple[Term, ...]
     evidence: tuple[Finding, ...]
     findings: tuple[Finding, ...]
     rivals: dict[str, tuple[str, ...]]
     structure: tuple[Structure, ...]
-    where: list[dict[str, object]]
+    where: tuple[Where, ...]
     noise_floor: float | None
     superfluous: tuple[str, ...]
     cautions: dict[str, str] = field(default_factory=dict)
 
-    def to_json(self) -> dict[str, Any]:
-        """The contract's form."""
-        return {
-            "joint": self.joint,
-            "verdict": self.verdict,
-            "missing": [term.effect.name for term in self.missing],
-            "candidates": [
-                self._candidate_json(finding, rank) for rank, finding in enumerate(self.findings, start=1)
-            ],
-            "evidence": [
-                self._candidate_json(finding, rank) for rank, finding in enumerate(self.evidence, start=1)
-            ],
-            "where": self.where,
-            "noise_floor": number(self.noise_floor),
-            "structure": [
-                {
-                    "variables": list(s.variables),
-                    "share": number(s.share),
-                    "deviation": number(s.deviation),
-                    "found": s.found,
-                }
-                for s in self.structure
-            ],
-            "superfluous": list(self.superfluous),
-        }
+    def document(self) -> documents.JointDiagnosis:
+        """Its part of the document."""
+        return documents.JointDiagnosis(
+            joint=self.joint,
+            verdict=self.verdict,
+            missing=tuple(term.effect.name for term in self.missing),
+            candidates=self._candidates(self.findings),
+            evidence=self._candidates(self.evidence),
+            where=self.where,
+            noise_floor=self.noise_floor,
+            structure=tuple(
+                documents.LeftoverStructure(
+                    variables=each.variables, share=each.share, deviation=each.deviation, found=each.found
+                )
+                for each in self.structure
+            ),
+            superfluous=self.superfluous,
+        )
 
-    def _candidate_json(self, finding: Finding, rank: int) -> dict[str, Any]:
-        name = finding.candidate.name
-        return _candidate_json(finding, rank, self.rivals.get(name, ()), self.cautions.get(name))
+    def _candidates(self, findings: Sequence[Finding]) -> tuple[documents.Candidate, ...]:
+        return tuple(self._candidate(finding, rank) for rank, finding in enumerate(findings, start=1))
+
+    def _candidate(self, finding: Finding, rank: int) -> documents.Candidate:
+        effect = finding.candidate.term.effect
+        return documents.Candidate(
+            effect=effect.name,
+            rank=rank,
+            relative_error_before=finding.relative(finding.before.trained),
+            relative_error_after=finding.relative(finding.after.trained),
+            heldout_error_before=finding.relative(finding.before.total),
+            heldout_error_after=finding.relative(finding.after.total),
+            p_value=finding.p_value,
+            justified=finding.justified,
+            indistinguishable_from=self.rivals.get(effect.name, ()),
+            caution=self.cautions.get(effect.name),
+            explanation=effect.explanation,
+            equation=effect.equation,
+            variable=effect.variable,
+            constants=finding.candidate.constants[finding.variant],
+        )
 
 
 @dataclass(frozen=True)
@@ -113,22 +126,26 @@ class Diagnosis:
     joints: tuple[JointDiagnosis, ...]
     added: tuple[Term, ...] = ()
     """the missing effects of all joints, in the order in which they were found, the strongest first"""
-    left_out: tuple[dict[str, str], ...] = field(default=())
+    left_out: tuple[NotApplicable, ...] = ()
     least: tuple[float, ...] = ()
     """for every joint the drop of the squared held-out error that an effect had to bring"""
 
-    def to_json(self) -> dict[str, Any]:
+    def document(self) -> DiagnosisDocument:
         """The contract's `diagnose --json`, section 3."""
         floors = [joint.noise_floor for joint in self.joints]
-        return {
-            "experiment": self.experiment.name,
-            "model": self.model,
-            "relative_error": number(self.fitted.fit.relative_error),
-            "relative_error_with_missing": number(self.better.fit.relative_error),
-            "noise_floor": overall_floor(floors, self.fitted.fit.norm),
-            "joints": [joint.to_json() for joint in self.joints],
-            "not_applicable": list(self.left_out),
-        }
+        return DiagnosisDocument(
+            experiment=self.experiment.name,
+            model=self.model,
+            relative_error=self.fitted.fit.relative_error,
+            relative_error_with_missing=self.better.fit.relative_error,
+            noise_floor=overall_floor(floors, self.fitted.fit.norm),
+            joints=tuple(joint.document() for joint in self.joints),
+            not_applicable=self.left_out,
+        )
+
+    def to_json(self) -> Json:
+        """The document as plain values."""
+        return self.document().to_json()
 
 
 def overall_floor(floors: Sequence[float | None], norm: Array) -> float | None:
@@ -136,7 +153,7 @@ def overall_floor(floors: Sequence[float | None], norm: Array) -> float | None:
     known = [floor for floor in floors if floor is not None]
     if len(known) < len(floors) or not known:
         return None
-    return number(float(np.linalg.norm(np.array(known) * norm) / np.linalg.norm(norm)))
+    return float(np.linalg.norm(np.array(known) * norm) / np.linalg.norm(norm))
 
 
 def diagnose(
@@ -337,7 +354,7 @@ def _conclude(
     if imitated(error, free, len(missing), of_one_variable) and not acts_like(part, error, free):
         keeps_its_name = part > MOST_OF_IT and missing[0].effect.variable == variable
         said, missing = "unexplained", missing[:1] if keeps_its_name else ()
-        where.sort(key=lambda row: row["variable"] != variable)
+        where = tuple(sorted(where, key=lambda row: row.variable != variable))
     if missing:
         missing = (*missing, *sampling)
     names = [term.effect.name for term in missing]
@@ -383,29 +400,3 @@ def _missing_first(findings: Sequence[Finding], missing: Sequence[str]) -> list[
         return list(findings)
     front = [finding for finding in findings if finding.candidate.name == missing[0]]
     return front + [finding for finding in findings if finding.candidate.name != missing[0]]
-
-
-def _candidate_json(
-    finding: Finding, rank: int, rivals: Sequence[str], cautious: str | None
-) -> dict[str, Any]:
-    effect = finding.candidate.term.effect
-
-    def error(square: float) -> float | None:
-        return number(finding.relative(square))
-
-    return {
-        "effect": effect.name,
-        "rank": rank,
-        "relative_error_before": error(finding.before.trained),
-        "relative_error_after": error(finding.after.trained),
-        "heldout_error_before": error(finding.before.total),
-        "heldout_error_after": error(finding.after.total),
-        "p_value": finding.p_value,
-        "justified": finding.justified,
-        "indistinguishable_from": list(rivals),
-        "caution": cautious,
-        "explanation": effect.explanation,
-        "equation": effect.equation,
-        "variable": effect.variable,
-        "constants": finding.candidate.constants[finding.variant],
-    }

@@ -2,16 +2,20 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from identify.diagnosis.diagnosis import Diagnosis, diagnose_record
 from identify.effects.model import Term
 from identify.estimation.fitting import FittedModel, Progress, fit_model
-from identify.estimation.identification import block_errors, number, open_record, requested_model
+from identify.estimation.identification import block_errors, open_record, requested_model
 from identify.estimation.small_algebra import single_threaded
 from identify.recording import Experiment
+from identify.results import improvement as documents
+from identify.results.diagnosis import Verdict
+from identify.results.document import Json
+from identify.results.effect import EffectOnJoint
+from identify.results.improvement import ImprovementDocument
 
 MOST_STEPS = 24
 """Additions after which the story ends even if more would be justified."""
@@ -41,31 +45,36 @@ class Improvement:
     refused: frozenset[tuple[str, int]] = frozenset()
 
     @property
-    def verdict(self) -> str:
+    def verdict(self) -> Verdict:
         """The worst verdict over the joints at the end; `unexplained` where an effect that is missing did not hold."""
-        verdicts = {joint.verdict for joint in self.diagnosis.joints}
+        verdicts: set[Verdict] = {joint.verdict for joint in self.diagnosis.joints}
         if self.refused:
             verdicts.add("unexplained")
-        return next(word for word in ("missing", "unexplained", "adequate") if word in verdicts)
+        order: tuple[Verdict, ...] = ("missing", "unexplained", "adequate")
+        return next(word for word in order if word in verdicts)
 
-    def to_json(self) -> dict[str, Any]:
+    def document(self) -> ImprovementDocument:
         """The contract's `improve --json`, section 3."""
         names = self.steps[0].fitted.record.joint_names
-        return {
-            "experiment": self.experiment.name,
-            "model": self.model,
-            "steps": [
-                {
-                    "added": None
+        return ImprovementDocument(
+            experiment=self.experiment.name,
+            model=self.model,
+            steps=tuple(
+                documents.Step(
+                    added=None
                     if step.added is None
-                    else {"effect": step.added.effect.name, "joint": names[step.added.joint]},
-                    "relative_error": number(step.relative_error),
-                    "relative_error_validation": number(step.relative_error_validation),
-                }
+                    else EffectOnJoint(effect=step.added.effect.name, joint=names[step.added.joint]),
+                    relative_error=step.relative_error,
+                    relative_error_validation=step.relative_error_validation,
+                )
                 for step in self.steps
-            ],
-            "verdict": self.verdict,
-        }
+            ),
+            verdict=self.verdict,
+        )
+
+    def to_json(self) -> Json:
+        """The document as plain values."""
+        return self.document().to_json()
 
 
 @single_threaded

@@ -16,6 +16,7 @@ from identify.estimation.informed_summary import informed_summaries, joint_predi
 from identify.estimation.observation import Slot, observe
 from identify.estimation.prediction import Prediction
 from identify.estimation.reversal_noise import ReversalNoise
+from identify.results.diagnosis import NotApplicable
 
 Array = NDArray[np.float64]
 
@@ -32,7 +33,7 @@ class Look:
     fitted: FittedModel
     predictions: list[list[Prediction]]
     selection: Selection
-    left_out: list[dict[str, str]]
+    left_out: list[NotApplicable]
     free_functions: list[dict[str, NDArray[np.intp]]]
 
     @classmethod

@@ -9,10 +9,8 @@ separation to expect.
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +19,7 @@ from identify.diagnosis.diagnosis import Diagnosis, diagnose_record
 from identify.diagnosis.selection import Finding
 from identify.effects.model import Model, Term, terms_of
 from identify.estimation.fitting import FittedModel, fit_model
-from identify.estimation.identification import known_effects, number, open_record, requested_model
+from identify.estimation.identification import known_effects, open_record, requested_model
 from identify.estimation.least_squares import joint_rows
 from identify.estimation.observation import Observation, Slot, observe
 from identify.estimation.record import Record
@@ -34,10 +32,13 @@ from identify.recording import (
     load_experiment,
     write_experiment,
 )
+from identify.results.diagnosis import Candidate, DiagnosisDocument
+from identify.results.next_experiment import NextExperimentDocument, Proposal, Shape
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
+SHAPES: tuple[Shape, ...] = ("sinusoid", "trapezoid")
 SPEEDS = (0.03, 0.1, 0.3, 0.7, 1.0)
 """parts of the top speed"""
 RANGES = (1.0, 0.5, 0.1)
@@ -56,70 +57,9 @@ SHOWN = 5
 """proposals in the answer"""
 
 
-@dataclass(frozen=True)
-class Proposal:
-    """An experiment and what it would tell.
-
-    speed, low, high : rad/s and rad (m/s and m): the joint moves between low and high at up to this speed
-    separation       : standard deviations of the noise by which the rivals' predictions would part
-    """
-
-    payload: str
-    speed: float
-    low: float
-    high: float
-    shape: str
-    repeats: int
-    separation: float
-
-    def to_json(self) -> dict[str, Any]:
-        """As plain values."""
-        return {
-            "payload": self.payload,
-            "shape": self.shape,
-            "speed": self.speed,
-            "position_from": self.low,
-            "position_to": self.high,
-            "repeats": self.repeats,
-            "separation": number(self.separation),
-            "decides": self.separation >= SEPARATED,
-        }
-
-
-@dataclass(frozen=True)
-class NextExperiment:
-    """The result of `next`.
-
-    rivals    : the two effects to separate; empty where the diagnosis is not in doubt
-    so_far    : separation on the data so far
-    proposals : the best first
-    posture   : (n,) rad or m: where the other joints stand meanwhile
-    """
-
-    experiment: str
-    joint: str | None
-    rivals: tuple[str, ...]
-    so_far: float | None
-    proposals: tuple[Proposal, ...]
-    advice: str
-    posture: tuple[float, ...] = ()
-
-    def to_json(self) -> dict[str, Any]:
-        """One document."""
-        return {
-            "experiment": self.experiment,
-            "joint": self.joint,
-            "rivals": list(self.rivals),
-            "separation_so_far": number(self.so_far),
-            "proposals": [proposal.to_json() for proposal in self.proposals],
-            "posture": list(self.posture),
-            "advice": self.advice,
-        }
-
-
 def next_experiment(
     experiment: Experiment, model: str = "usual", add: Sequence[str] = (), rivals: Sequence[str] = ()
-) -> NextExperiment:
+) -> NextExperimentDocument:
     """Plan the experiment that separates the rivals that the diagnosis left, or two effects that are named.
 
     :raises InputError: the experiment, the model or an effect is wrong.
@@ -129,12 +69,20 @@ def next_experiment(
     return separate(record, diagnosis, rivals)
 
 
-def separate(record: Record, diagnosis: Diagnosis, wanted: Sequence[str] = ()) -> NextExperiment:
+def separate(record: Record, diagnosis: Diagnosis, wanted: Sequence[str] = ()) -> NextExperimentDocument:
     """`next_experiment` from a diagnosis that was made already."""
     chosen = _rivals(diagnosis, wanted)
     if chosen is None:
         advice = _advice_without_rivals(diagnosis)
-        return NextExperiment(record.experiment.name, None, (), None, (), advice)
+        return NextExperimentDocument(
+            experiment=record.experiment.name,
+            joint=None,
+            rivals=(),
+            separation_so_far=None,
+            proposals=(),
+            posture=(),
+            advice=advice,
+        )
     joint, pair = chosen
     constants = {finding.candidate.term.key: finding.candidate.constants[finding.variant] for finding in pair}
     terms = [finding.candidate.term.chosen(constants[finding.candidate.term.key]) for finding in pair]
@@ -143,38 +91,43 @@ def separate(record: Record, diagnosis: Diagnosis, wanted: Sequence[str] = ()) -
     return separate_terms(record, diagnosis.fitted.model, joint, terms, diagnosis.added, cautious)
 
 
-def separate_said(record: Record, model: Model, said: Mapping[str, Any], name: str) -> NextExperiment | None:
-    """`separate` for one joint from the document of a diagnosis that was kept; None where it left no rivals there.
+def separate_diagnosed(
+    record: Record, model: Model, diagnosis: DiagnosisDocument, name: str
+) -> NextExperimentDocument | None:
+    """`separate` for one joint from a diagnosis that was stored; None where it left no rivals there.
 
     model : the model that was diagnosed
-    said  : the document of `coulomb diagnose --json`
     name  : the joint
     """
-    joints = {row["joint"]: row for row in said["joints"]}
-    candidates = {row["effect"]: row for row in joints[name]["candidates"]}
-    strongest = [row["effect"] for row in joints[name]["candidates"][:1] if row["justified"]]
+    said = diagnosis.joint(name)
+    if said is None:
+        return None
+    candidates = {candidate.effect: candidate for candidate in said.candidates}
+    strongest = [candidate.effect for candidate in said.candidates[:1] if candidate.justified]
     pairs = [
         (effect, rival)
-        for effect in [*joints[name]["missing"], *strongest]
-        for rival in candidates.get(effect, {}).get("indistinguishable_from", ())
+        for effect in [*said.missing, *strongest]
+        if effect in candidates
+        for rival in candidates[effect].indistinguishable_from
         if rival in candidates
     ]
     if not pairs:
         return None
     known = known_effects(record.experiment)
 
-    def term_of(row: Mapping[str, Any], joint: int) -> Term:
-        own = terms_of(known[row["effect"]], [joint], record.experiment.drive_gain)
-        return own[0].chosen(dict(row["constants"]))
+    def term_of(candidate: Candidate, joint: int) -> Term:
+        own = terms_of(known[candidate.effect], [joint], record.experiment.drive_gain)
+        return own[0].chosen(dict(candidate.constants))
 
     joint = record.joint_names.index(name)
-    terms = [term_of(candidates[effect], joint) for effect in pairs[0]]
+    pair = [candidates[effect] for effect in pairs[0]]
+    terms = [term_of(candidate, joint) for candidate in pair]
     beside = [
-        term_of(row, record.joint_names.index(other["joint"]))
-        for other in said["joints"]
-        for row in other["evidence"]
+        term_of(candidate, record.joint_names.index(other.joint))
+        for other in diagnosis.joints
+        for candidate in other.evidence
     ]
-    cautious = next((words for effect in pairs[0] if (words := candidates[effect]["caution"])), "")
+    cautious = next((candidate.caution for candidate in pair if candidate.caution), "")
     return separate_terms(record, model, joint, terms, beside, cautious)
 
 
@@ -186,7 +139,7 @@ def separate_terms(
     terms: Sequence[Term],
     missing: Sequence[Term],
     cautious: str = "",
-) -> NextExperiment:
+) -> NextExperimentDocument:
     """The experiment that separates two effects of a joint, their constants chosen.
 
     model    : the model that was diagnosed
@@ -198,27 +151,29 @@ def separate_terms(
     base = fit_model(record, model.with_terms(beside))
     fits = [fit_model(record, base.model.with_terms([term])) for term in terms]
     now = _separation(fits, terms, joint, None, base)
-    proposals = [
-        Proposal(
-            payload,
-            speed,
-            low,
-            high,
-            shape,
-            repeats,
-            _expected(record, fits, terms, joint, base, motion, payload),
+    proposals = []
+    for payload, speed, low, high, shape, repeats, motion in _options(record, joint):
+        expected = _expected(record, fits, terms, joint, base, motion, payload)
+        proposal = Proposal(
+            payload=payload,
+            shape=shape,
+            speed=speed,
+            position_from=low,
+            position_to=high,
+            repeats=repeats,
+            separation=expected,
+            decides=expected >= SEPARATED,
         )
-        for payload, speed, low, high, shape, repeats, motion in _options(record, joint)
-    ]
-    proposals.sort(key=lambda proposal: proposal.separation, reverse=True)
-    return NextExperiment(
-        record.experiment.name,
-        record.joint_names[joint],
-        tuple(term.effect.name for term in terms),
-        now,
-        tuple(proposals[:SHOWN]),
-        _advice(terms, now, proposals, cautious),
-        tuple(_posture(record).tolist()),
+        proposals.append((expected, proposal))
+    proposals.sort(key=lambda pair: pair[0], reverse=True)
+    return NextExperimentDocument(
+        experiment=record.experiment.name,
+        joint=record.joint_names[joint],
+        rivals=tuple(term.effect.name for term in terms),
+        separation_so_far=now,
+        proposals=tuple(proposal for _, proposal in proposals[:SHOWN]),
+        posture=tuple(_posture(record).tolist()),
+        advice=_advice(terms, now, proposals[0] if proposals else None, cautious),
     )
 
 
@@ -242,7 +197,7 @@ def _posture(record: Record) -> Array:
     return np.mean(np.vstack([part.q for part in record.samples.values()]), axis=0)
 
 
-def _options(record: Record, joint: int) -> Iterator[tuple[str, float, float, float, str, int, Array]]:
+def _options(record: Record, joint: int) -> Iterator[tuple[str, float, float, float, Shape, int, Array]]:
     """Experiments within the limits: payload, speed, from, to, shape, repeats and the positions (samples, n)."""
     description: Joint = record.experiment.robot.joints[joint]
     summary = record.summaries[joint]
@@ -257,7 +212,7 @@ def _options(record: Record, joint: int) -> Iterator[tuple[str, float, float, fl
         for part in SPEEDS:
             for span in RANGES:
                 middle, half = 0.5 * (low + high), 0.5 * span * (high - low)
-                for shape in ("sinusoid", "trapezoid"):
+                for shape in SHAPES:
                     repeats, course = _course(shape, part * top, middle, half)
                     if repeats < 1:
                         continue
@@ -266,7 +221,7 @@ def _options(record: Record, joint: int) -> Iterator[tuple[str, float, float, fl
                     yield payload.name, part * top, middle - half, middle + half, shape, repeats, motion
 
 
-def _course(shape: str, speed: float, middle: float, half: float) -> tuple[int, Array]:
+def _course(shape: Shape, speed: float, middle: float, half: float) -> tuple[int, Array]:
     """Positions between middle ± half at up to `speed`, whole repeats within `DURATION`; smooth at the ends."""
     time = np.arange(round(DURATION * RATE)) / RATE
     if shape == "sinusoid":
@@ -371,23 +326,24 @@ def _unfollowed(
 
 
 def _advice_without_rivals(diagnosis: Diagnosis) -> str:
-    needs = sorted({row["reason"] for row in diagnosis.left_out})
+    needs = sorted({effect.reason for effect in diagnosis.left_out})
     if needs:
         return "No rivals are left. Effects that these data cannot show: " + "; ".join(needs) + "."
     return "No rivals are left: the diagnosis is not in doubt."
 
 
-def _advice(terms: Sequence[Term], now: float, proposals: Sequence[Proposal], cautious: str) -> str:
+def _advice(terms: Sequence[Term], now: float, best: tuple[float, Proposal] | None, cautious: str) -> str:
+    """What to do, in words, from the best proposal and the separation that it promises."""
     pair = " and ".join(term.effect.name for term in terms)
-    if not proposals or proposals[0].separation < HELPS:
+    if best is None or best[0] < HELPS:
         words = f"With these payloads and within the limits no motion separates {pair}."
         return " ".join([words, cautious or _checks(terms)]).strip()
-    best = proposals[0]
-    word = "decides" if best.separation >= SEPARATED else "helps most, but does not decide,"
+    separation, motion = best
+    word = "decides" if motion.decides else "helps most, but does not decide,"
     return (
-        f"A {best.shape} between {best.low:.3g} and {best.high:.3g} at up to {best.speed:.3g} per second with payload "
-        f"{best.payload}, {best.repeats} repeats, {word} between {pair}: {best.separation:.1f} standard deviations "
-        f"(the data so far: {now:.1f})."
+        f"A {motion.shape} between {motion.position_from:.3g} and {motion.position_to:.3g} at up to {motion.speed:.3g} per "
+        f"second with payload {motion.payload}, {motion.repeats} repeats, {word} between {pair}: {separation:.1f} standard "
+        f"deviations (the data so far: {now:.1f})."
     )
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from identify.diagnosis.selection import LEAST_OF_TORQUE
 from identify.diagnosis.structure import Structure
+from identify.results.diagnosis import Verdict
 
 WITHOUT_MOTION = {"time", "frequency", "moments"}
 """Structure that comes and goes without regard to the motion, which a noise floor from repeats counts as noise."""
@@ -71,7 +72,7 @@ def acts_like(part: float, after: float, free: float) -> bool:
 
 def verdict(
     before: float, after: float, floor: float | None, structure: Sequence[Structure], missing: bool
-) -> str:
+) -> Verdict:
     """The contract's verdict.
 
     before, after : relative error of the joint without and with what is missing

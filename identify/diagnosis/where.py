@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from identify.diagnosis.structure import variable
 from identify.estimation.prediction import Prediction
+from identify.results.diagnosis import Where
 
 Array = NDArray[np.float64]
 
@@ -14,27 +15,29 @@ BINS = 12
 VARIABLES = ("dq", "q", "ddq", "load", "time", "travel since reversal", "temperature")
 
 
-def where_it_fails(predictions: Sequence[Prediction]) -> list[dict[str, object]]:
+def where_it_fails(predictions: Sequence[Prediction]) -> tuple[Where, ...]:
     """For every variable the range that holds more of the squared error than its share of the samples, the most
     striking variable first; contract section 3, key `where`."""
     residual = np.concatenate([part.residual[part.moving] for part in predictions])
     power = residual**2
     total = float(power.sum())
     if total <= 0:
-        return []
+        return ()
     found = []
     for name in VARIABLES:
         if name == "temperature" and any(part.temperature is None for part in predictions):
             continue
         values = np.concatenate([variable(part, name)[part.moving] for part in predictions])
-        row = _worst_range(values, residual, total)
+        row = _worst_range(name, values, residual, total)
         if row is not None:
-            found.append({"variable": name, **row})
-    found += _worst_group("session", [part.file for part in predictions], predictions, total)
-    return sorted(found, key=lambda row: float(str(row["excess"])), reverse=True)
+            found.append(row)
+    worst = _worst_session(predictions, total)
+    if worst is not None:
+        found.append(worst)
+    return tuple(sorted(found, key=lambda row: row.excess, reverse=True))
 
 
-def _worst_range(values: Array, residual: Array, total: float) -> dict[str, float] | None:
+def _worst_range(name: str, values: Array, residual: Array, total: float) -> Where | None:
     """The run of bins, of equal numbers of samples, in which the error exceeds its share the most."""
     edges = np.unique(np.quantile(values, np.linspace(0, 1, BINS + 1)))
     if len(edges) < 4:
@@ -53,32 +56,30 @@ def _worst_range(values: Array, residual: Array, total: float) -> dict[str, floa
     if best_range[1] == 0:
         return None
     low, high = best_range
-    return {
-        "from": float(edges[low]),
-        "to": float(edges[high]),
-        "share_of_error": float(error[low:high].sum()),
-        "share_of_samples": float(samples[low:high].sum()),
-        "excess": best,
-    }
+    return Where(
+        variable=name,
+        from_=float(edges[low]),
+        to=float(edges[high]),
+        share_of_error=float(error[low:high].sum()),
+        share_of_samples=float(samples[low:high].sum()),
+        excess=best,
+    )
 
 
-def _worst_group(
-    name: str, labels: Sequence[str], predictions: Sequence[Prediction], total: float
-) -> list[dict[str, object]]:
-    if len(labels) < 2:
-        return []
+def _worst_session(predictions: Sequence[Prediction], total: float) -> Where | None:
+    """The session whose share of the error exceeds its share of the samples the most; None where there is one only."""
+    if len(predictions) < 2:
+        return None
     errors = [float(np.sum(part.residual[part.moving] ** 2)) / total for part in predictions]
     samples = np.array([part.moving.sum() for part in predictions], float)
     samples /= max(samples.sum(), 1.0)
     worst = int(np.argmax(np.array(errors) - samples))
-    return [
-        {
-            "variable": name,
-            "from": worst,
-            "to": worst,
-            "label": labels[worst],
-            "share_of_error": errors[worst],
-            "share_of_samples": float(samples[worst]),
-            "excess": errors[worst] - float(samples[worst]),
-        }
-    ]
+    return Where(
+        variable="session",
+        from_=worst,
+        to=worst,
+        label=predictions[worst].file,
+        share_of_error=errors[worst],
+        share_of_samples=float(samples[worst]),
+        excess=errors[worst] - float(samples[worst]),
+    )

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +9,7 @@ from numpy.typing import NDArray
 from identify.estimation.fitting import FittedModel
 from identify.estimation.least_squares import LeastSquares, least_squares
 from identify.estimation.statistics import NORMAL, classical_deviation, robust_deviation
+from identify.results.identification import EliminatedParameter
 
 Array = NDArray[np.float64]
 
@@ -36,16 +36,15 @@ class Elimination:
     error_before: float
     error_after: float
 
-    def to_json(self, name: str, joint: str) -> dict[str, Any]:
-        """One entry of `eliminated`."""
-        percent = 100 * self.relative_std
-        return {
-            "name": name,
-            "joint": joint,
-            "relative_std_percent": percent if np.isfinite(percent) else None,
-            "relative_error_before": self.error_before,
-            "relative_error_after": self.error_after,
-        }
+    def document(self, name: str, joint: str) -> EliminatedParameter:
+        """Its entry in the document of an identification."""
+        return EliminatedParameter(
+            name=name,
+            joint=joint,
+            relative_std_percent=100 * self.relative_std,
+            relative_error_before=self.error_before,
+            relative_error_after=self.error_after,
+        )
 
 
 def essential_parameters(fitted: FittedModel, kept: Sequence[int] = ()) -> FittedModel:

@@ -14,7 +14,6 @@ estimated beside them. That is a semidefinite programme.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +23,11 @@ from identify.dynamics.standard_parameters import PARAMETERS_PER_JOINT, standard
 from identify.estimation.identification import Identification
 from identify.estimation.least_squares import joint_rows
 from identify.recording import InputError
+from identify.results.identification import (
+    FeasibleBaseParameter,
+    FeasibleParameters,
+    FeasibleStandardParameter,
+)
 
 Array = NDArray[np.float64]
 
@@ -95,8 +99,8 @@ def _pseudo_inertia_units(index: int) -> Array:
     return pseudo_inertia(unit)
 
 
-def feasible_document(result: Identification) -> dict[str, Any]:
-    """The feasible parameters beside an identification's, for JSON.
+def feasible_parameters(result: Identification) -> FeasibleParameters:
+    """The feasible parameters beside an identification's, as part of its document.
 
     :raises InputError: the model has no base parameters of its own, or see `nearest_feasible`.
     """
@@ -121,13 +125,16 @@ def feasible_document(result: Identification) -> dict[str, Any]:
     before = rows[:, -2] - rows[:, :-2] @ fit.chi
     geometry = base.geometry
     listed = zip(standard_names(geometry), standard_units(geometry), nearest.standard, strict=True)
-    return {
-        "weighted_error_of_estimate": float(np.linalg.norm(before)) / measured,
-        "weighted_error_of_feasible": float(np.linalg.norm(residual)) / measured,
-        "base": [
-            {"name": name, "estimate": float(old), "value": float(new), "unit": unit}
+    return FeasibleParameters(
+        weighted_error_of_estimate=float(np.linalg.norm(before)) / measured,
+        weighted_error_of_feasible=float(np.linalg.norm(residual)) / measured,
+        base=tuple(
+            FeasibleBaseParameter(name=name, estimate=float(old), value=float(new), unit=unit)
             for name, unit, old, new in zip(base.names, base.units, fit.chi, nearest.base, strict=False)
-        ],
-        "standard": [{"name": name, "value": float(value), "unit": unit} for name, unit, value in listed],
-        "remark": "the standard parameters are one choice of many with these base parameters",
-    }
+        ),
+        standard=tuple(
+            FeasibleStandardParameter(name=name, value=float(value), unit=unit)
+            for name, unit, value in listed
+        ),
+        remark="the standard parameters are one choice of many with these base parameters",
+    )

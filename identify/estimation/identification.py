@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Literal
 
 from identify.effects.model import Term
 from identify.estimation.essential import RULE, essential_parameters
@@ -25,6 +25,8 @@ from identify.estimation.requested_model import (
 from identify.estimation.small_algebra import single_threaded
 from identify.estimation.structured import StructuredFit, fit_structured, held_out
 from identify.recording import Experiment, InputError, SessionEntry
+from identify.results.document import Json
+from identify.results.identification import IdentificationDocument, Role
 from identify.validation.relative_error import block_errors, ratio
 
 __all__ = [
@@ -59,7 +61,7 @@ class Identification:
     effects: tuple[Term, ...]
     fitted: FittedModel
     structured: StructuredFit | None = None
-    form: str = "linear"
+    form: Literal["linear", "structured"] = "linear"
     remarks: tuple[str, ...] = field(default=())
     unknown_payloads: tuple[str, ...] = ()
 
@@ -117,10 +119,10 @@ class Identification:
             )
         return self.predictions[file, joint]
 
-    def role_of(self, entry: SessionEntry) -> str:
+    def role_of(self, entry: SessionEntry) -> Role:
         """How a session was used: identification, validation, or left out."""
-        if entry.role != "identification":
-            return entry.role
+        if entry.role == "validation":
+            return "validation"
         used = {own.file for own in self.fitted.entries}
         return "identification" if entry.file in used else "left out"
 
@@ -160,11 +162,15 @@ class Identification:
             found += [f"{entry.file}: {remark}" for remark in record.facts(entry).remarks]
         return found
 
-    def to_json(self) -> dict[str, Any]:
+    def document(self) -> IdentificationDocument:
         """The contract's `identify --json`, section 3."""
         from identify.validation.document import identification_document
 
         return identification_document(self)
+
+    def to_json(self) -> Json:
+        """The document as plain values."""
+        return self.document().to_json()
 
 
 @single_threaded

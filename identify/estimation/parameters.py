@@ -1,7 +1,6 @@
 """The fitted parameters by name, with their deviations."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -10,6 +9,7 @@ from identify.effects.load_velocity import LoadVelocity, linear_names
 from identify.effects.model import Term
 from identify.estimation.fitting import FittedModel
 from identify.estimation.record import Record
+from identify.results import identification as documents
 
 
 @dataclass(frozen=True)
@@ -34,18 +34,18 @@ class Parameter:
         """eq. (16)"""
         return None if self.std is None or self.value == 0 else 100 * self.std / abs(self.value)
 
-    def to_json(self) -> dict[str, Any]:
-        """The contract's form, section 3."""
-        return {
-            "name": self.name,
-            "joint": self.joint,
-            "value": self.value,
-            "std": self.std,
-            "std_robust": self.std_robust,
-            "relative_std_percent": self.relative_std_percent,
-            "unit": self.unit,
-            "grouping": self.grouping,
-        }
+    def document(self) -> documents.Parameter:
+        """Its entry in the document of an identification."""
+        return documents.Parameter(
+            name=self.name,
+            joint=self.joint,
+            value=self.value,
+            std=self.std,
+            std_robust=self.std_robust,
+            relative_std_percent=self.relative_std_percent,
+            unit=self.unit,
+            grouping=self.grouping,
+        )
 
 
 def column_names(fitted: FittedModel) -> list[tuple[str, str, str, str | None]]:

@@ -66,16 +66,17 @@ class Where(Part):
     variable: str = Field(
         description="dq, q, ddq, load, time, travel since reversal, temperature or session", examples=["dq"]
     )
-    from_: int | float | None = Field(
-        alias="from",
+    from_: int | float = Field(
+        validation_alias="from",
+        serialization_alias="from",
         description="in the variable's SI unit; of a session its number from 0",
         examples=[-0.1],
     )
-    to: int | float | None = Field(description="as `from`", examples=[0.1])
+    to: int | float = Field(description="as `from`", examples=[0.1])
     label: str | None = Field(default=None, description="of a session its file", examples=[None])
-    share_of_error: Figure = Field(description="of the squared error, 0 to 1", examples=[0.6])
-    share_of_samples: Figure = Field(description="of the samples in motion, 0 to 1", examples=[0.2])
-    excess: Figure = Field(description="share of error less share of samples", examples=[0.4])
+    share_of_error: float = Field(description="of the squared error, 0 to 1", examples=[0.6])
+    share_of_samples: float = Field(description="of the samples in motion, 0 to 1", examples=[0.2])
+    excess: float = Field(description="share of error less share of samples", examples=[0.4])
 
 
 class LeftoverStructure(Part):

@@ -15,6 +15,9 @@ def finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
+Json = dict[str, Any]
+"""A document as plain values. Any: JSON values nest freely, and whoever reads one validates it into its type first."""
+
 Figure = Annotated[float | None, BeforeValidator(finite)]
 """A figure; None where it cannot be given, never left out and never invented."""
 
@@ -24,21 +27,20 @@ class Part(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True, defer_build=True)
 
+    def to_json(self) -> Json:
+        """As plain values, keys as in the contract."""
+        return self.model_dump(mode="json", by_alias=True)
+
+    def changed(self, **fields: object) -> Self:
+        """The same with some fields replaced, checked."""
+        return type(self).model_validate({**dict(self), **fields})
+
 
 class Document(Part):
     """A whole document, with the version of its form."""
 
     format: Literal[2] = Field(default=FORMAT, description="version of this document's form")
 
-    # Any: the one place where a document becomes the plain values that `json` writes
-    def to_json(self) -> dict[str, Any]:
-        """As plain values, keys as in the contract."""
-        return self.model_dump(mode="json", by_alias=True)
-
     def json_text(self, indent: int | None = None) -> str:
         """As JSON."""
         return json.dumps(self.to_json(), ensure_ascii=False, allow_nan=False, indent=indent)
-
-    def changed(self, **fields: object) -> Self:
-        """The same document with some fields replaced, checked."""
-        return type(self).model_validate({**dict(self), **fields})

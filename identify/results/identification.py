@@ -1,6 +1,7 @@
 """What an identification found: the document of `coulomb identify --json`."""
 
-from typing import Literal
+from collections.abc import Mapping
+from typing import Literal, Self
 
 from pydantic import ConfigDict, Field
 
@@ -29,9 +30,7 @@ class SessionError(Part):
     file: str = Field(description="of the recording, in the experiment's folder", examples=["session-00.csv"])
     payload: str = Field(description="name of the payload", examples=["none"])
     role: Role = Field(description="how the session was used", examples=["identification"])
-    relative_error: Figure = Field(
-        description="‖Y − Wχ‖ / ‖Y‖, part of the measured torque", examples=[0.07]
-    )
+    relative_error: Figure = Field(description="‖Y − Wχ‖ / ‖Y‖, part of the measured torque", examples=[0.07])
 
 
 class Parameter(Part):
@@ -71,10 +70,15 @@ class EffectConstants(Part):
     """
 
     model_config = ConfigDict(extra="allow")
-    __pydantic_extra__: dict[str, float]
+    __pydantic_extra__: dict[str, float] = Field(init=False)  # pyright: ignore[reportIncompatibleVariableOverride]
 
     effect: str = Field(description="name in the catalogue", examples=["stribeck"])
     joint: str = Field(description="name of the joint", examples=["j3"])
+
+    @classmethod
+    def of(cls, effect: str, joint: str, values: Mapping[str, float]) -> Self:
+        """The constants of one effect on one joint."""
+        return cls.model_validate({"effect": effect, "joint": joint, **values})
 
     @property
     def values(self) -> dict[str, float]:
@@ -88,9 +92,7 @@ class PayloadError(Part):
     payload: str = Field(description="name of the payload", examples=["disk-7"])
     mass: Figure = Field(description="kg, as declared; null where it was estimated", examples=[6.97])
     role: Role = Field(description="how the sessions were used", examples=["identification"])
-    relative_error: Figure = Field(
-        description="‖Y − Wχ‖ / ‖Y‖, part of the measured torque", examples=[0.07]
-    )
+    relative_error: Figure = Field(description="‖Y − Wχ‖ / ‖Y‖, part of the measured torque", examples=[0.07])
 
 
 class JointSpeedError(Part):
@@ -106,11 +108,14 @@ class SpeedError(Part):
     """Errors in a range of speed (Table III); parts of the measured torque."""
 
     range: str = Field(description="all, low or high", examples=["low"])
-    from_: float = Field(alias="from", description="part of the joint's top speed", examples=[0.0])
-    to: float = Field(description="part of the joint's top speed", examples=[0.1])
-    relative_error: Figure = Field(
-        description="on the sessions of the fit, over all joints", examples=[0.07]
+    from_: float = Field(
+        validation_alias="from",
+        serialization_alias="from",
+        description="part of the joint's top speed",
+        examples=[0.0],
     )
+    to: float = Field(description="part of the joint's top speed", examples=[0.1])
+    relative_error: Figure = Field(description="on the sessions of the fit, over all joints", examples=[0.07])
     relative_error_validation: Figure = Field(description="on the validation sessions", examples=[0.08])
     samples: int = Field(description="decimated samples of the fit's sessions in this range", examples=[812])
     joints: tuple[JointSpeedError, ...] = Field(description="the same for each joint")
@@ -128,9 +133,7 @@ class SignalChoice(Part):
 class StructuredEstimate(Part):
     """The load-velocity model with one value for each physical parameter, instead of eq. (30)'s products."""
 
-    relative_error: Figure = Field(
-        description="‖Y − Wχ‖ / ‖Y‖, part of the measured torque", examples=[0.06]
-    )
+    relative_error: Figure = Field(description="‖Y − Wχ‖ / ‖Y‖, part of the measured torque", examples=[0.06])
     parameters: tuple[Parameter, ...] = Field(description="the physical parameters")
 
 
@@ -171,9 +174,7 @@ class IdentificationDocument(Document):
     """The document of `coulomb identify --json`: a model fitted over all sessions so far."""
 
     experiment: str = Field(description="name of the experiment", examples=["rx130l-joint3"])
-    model: str = Field(
-        description="as requested: rigid, usual, load-velocity, rigid+…", examples=["usual"]
-    )
+    model: str = Field(description="as requested: rigid, usual, load-velocity, rigid+…", examples=["usual"])
     effects: tuple[EffectOnJoint, ...] = Field(description="every effect of the model, on every joint")
     relative_error: Figure = Field(
         description="‖Y − Wχ‖ / ‖Y‖ over all joints and sessions of the fit, part of the measured torque",

@@ -6,6 +6,8 @@ from pydantic import Field
 
 from identify.results.document import Document, Figure, Part
 
+Shape = Literal["sinusoid", "trapezoid"]
+
 
 class Proposal(Part):
     """An experiment that would tell two rival effects apart, and by how much.
@@ -14,9 +16,7 @@ class Proposal(Part):
     """
 
     payload: str = Field(description="the payload to mount", examples=["disk-7"])
-    shape: Literal["sinusoid", "trapezoid"] = Field(
-        description="of the position, or of the velocity", examples=["trapezoid"]
-    )
+    shape: Shape = Field(description="of the position, or of the velocity", examples=["trapezoid"])
     speed: float = Field(description="rad/s or m/s at most", examples=[0.36])
     position_from: float = Field(description="rad or m", examples=[-1.2])
     position_to: float = Field(description="rad or m", examples=[1.6])

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 from identify.signals import parallel_filter
 
@@ -64,7 +63,3 @@ class SignalSettings:
         filter, which treats Y and W alike at the border too, only spreads what is left.
         """
         return 1.5 / min(self.position_cutoff) + 1.0 / self.decimation_cutoff
-
-    def report(self) -> list[dict[str, Any]]:
-        """The choices as plain values for JSON."""
-        return [asdict(choice) for choice in self.choices]

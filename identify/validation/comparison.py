@@ -5,10 +5,10 @@ import re
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from identify.estimation.identification import Identification, identify
 from identify.recording import Experiment, InputError
+from identify.results.comparison import ComparisonDocument, ModelErrors
 
 
 def compare(
@@ -30,17 +30,28 @@ def compare(
     return found
 
 
-def comparison_document(found: dict[str, Identification]) -> dict[str, Any]:
-    """Errors of every model in all, by joint, session, payload and speed (Tables III and IV)."""
+def comparison_document(found: dict[str, Identification], figures: Sequence[str] = ()) -> ComparisonDocument:
+    """Errors of every model in all, by joint, session, payload and speed (Tables III and IV).
+
+    figures : files that were drawn of them
+    """
     models = []
     for name, result in found.items():
-        document = result.to_json()
-        kept = (
-            "relative_error", "relative_error_validation", "joints", "sessions", "payloads", "speeds", "form",
-        )  # fmt: skip
-        models.append({"model": name, **{key: document[key] for key in kept}})
+        document = result.document()
+        models.append(
+            ModelErrors(
+                model=name,
+                relative_error=document.relative_error,
+                relative_error_validation=document.relative_error_validation,
+                joints=document.joints,
+                sessions=document.sessions,
+                payloads=document.payloads,
+                speeds=document.speeds,
+                form=document.form,
+            )
+        )
     first = next(iter(found.values()))
-    return {"experiment": first.experiment.name, "models": models}
+    return ComparisonDocument(experiment=first.experiment.name, models=tuple(models), figures=tuple(figures))
 
 
 def write_figures(found: dict[str, Identification], out: Path) -> list[str]:

@@ -1,81 +1,90 @@
 """The document of an identification: the contract's `identify --json`, section 3, and what stands beside it."""
 
-from typing import Any
-
 import numpy as np
 
 from identify.estimation.identification import Identification
-from identify.estimation.parameters import column_names, number
+from identify.estimation.parameters import column_names
+from identify.results.effect import EffectOnJoint
+from identify.results.identification import (
+    EffectConstants,
+    IdentificationDocument,
+    JointError,
+    SessionError,
+    SignalChoice,
+    SpeedError,
+    StructuredEstimate,
+)
 from identify.validation.noise_floor import noise_floors
 from identify.validation.relative_error import block_errors, by_payload, by_speed, ratio
 
 
-def identification_document(result: Identification) -> dict[str, Any]:
-    """The result as plain values; a figure that cannot be given is None."""
+def identification_document(result: Identification) -> IdentificationDocument:
+    """The result as a document; a figure that cannot be given is None."""
     fitted, record = result.fitted, result.fitted.record
     training = block_errors(fitted.observation, fitted.fit.chi)
     checked = None if result.validation is None else block_errors(result.validation, fitted.fit.chi)
     floors = noise_floors(record)
     described = column_names(fitted)
     squares = session_squares(result)
-    document: dict[str, Any] = {
-        "experiment": result.experiment.name,
-        "model": result.model,
-        "effects": [
-            {"effect": term.effect.name, "joint": record.joint_names[term.joint]} for term in result.effects
-        ],
-        "relative_error": number(result.relative_error),
-        "relative_error_validation": number(result.relative_error_validation),
-        "joints": [
-            {
-                "joint": name,
-                "relative_error": ratio(*training[:, joint].sum(0)),
-                "relative_error_validation": None if checked is None else ratio(*checked[:, joint].sum(0)),
-                "noise_floor": number(floors[joint]),
-            }
+    entries = [entry for entry in result.experiment.sessions if entry.file in squares]
+    structured = None
+    if result.structured is not None:
+        structured = StructuredEstimate(
+            relative_error=result.structured.fitted.fit.relative_error,
+            parameters=tuple(parameter.document() for parameter in result.structured_parameters),
+        )
+    return IdentificationDocument(
+        experiment=result.experiment.name,
+        model=result.model,
+        effects=tuple(
+            EffectOnJoint(effect=term.effect.name, joint=record.joint_names[term.joint])
+            for term in result.effects
+        ),
+        relative_error=result.relative_error,
+        relative_error_validation=result.relative_error_validation,
+        joints=tuple(
+            JointError(
+                joint=name,
+                relative_error=ratio(*training[:, joint].sum(0)),
+                relative_error_validation=None if checked is None else ratio(*checked[:, joint].sum(0)),
+                noise_floor=floors[joint],
+            )
             for joint, name in enumerate(record.joint_names)
-        ],
-        "sessions": [
-            {
-                "file": entry.file,
-                "payload": entry.payload.name,
-                "role": result.role_of(entry),
-                "relative_error": ratio(*squares[entry.file]),
-            }
-            for entry in result.experiment.sessions
-            if entry.file in squares
-        ],
-        "parameters": [parameter.to_json() for parameter in result.parameters],
-        "condition_number": number(fitted.fit.condition_number),
-        "samples": int(fitted.fit.rows.sum()),
-        "form": result.form,
-        "estimator": fitted.estimator,
-        "eliminated": [own.to_json(*described[own.column][:2]) for own in fitted.eliminated],
-        "constants": [
-            {"effect": slot.term.effect.name, "joint": record.joint_names[slot.term.joint], **slot.values}
+        ),
+        sessions=tuple(
+            SessionError(
+                file=entry.file,
+                payload=entry.payload.name,
+                role=result.role_of(entry),
+                relative_error=ratio(*squares[entry.file]),
+            )
+            for entry in entries
+        ),
+        parameters=tuple(parameter.document() for parameter in result.parameters),
+        condition_number=fitted.fit.condition_number,
+        samples=int(fitted.fit.rows.sum()),
+        form=result.form,
+        estimator=fitted.estimator,
+        eliminated=tuple(own.document(*described[own.column][:2]) for own in fitted.eliminated),
+        constants=tuple(
+            EffectConstants.of(slot.term.effect.name, record.joint_names[slot.term.joint], slot.values)
             for slot in fitted.slots
             if slot.values
-        ],
-        "relative_error_left_out": number(result.relative_error_left_out),
-        "payloads": by_payload(
-            [
-                (entry, result.role_of(entry), squares[entry.file])
-                for entry in result.experiment.sessions
-                if entry.file in squares
-            ],
+        ),
+        relative_error_left_out=result.relative_error_left_out,
+        payloads=by_payload(
+            [(entry, result.role_of(entry), squares[entry.file]) for entry in entries],
             result.unknown_payloads,
         ),
-        "speeds": speeds(result),
-        "signals": record.settings.report(),
-        "not_identifiable": [described[column][0] for column in fitted.fit.dropped],
-        "remarks": result.all_remarks,
-    }
-    if result.structured is not None:
-        document["structured"] = {
-            "relative_error": number(result.structured.fitted.fit.relative_error),
-            "parameters": [parameter.to_json() for parameter in result.structured_parameters],
-        }
-    return document
+        speeds=speeds(result),
+        signals=tuple(
+            SignalChoice(name=choice.name, value=choice.value, unit=choice.unit, reason=choice.reason)
+            for choice in record.settings.choices
+        ),
+        not_identifiable=tuple(described[column][0] for column in fitted.fit.dropped),
+        remarks=tuple(result.all_remarks),
+        structured=structured,
+    )
 
 
 def session_squares(result: Identification) -> dict[str, np.ndarray]:
@@ -89,7 +98,7 @@ def session_squares(result: Identification) -> dict[str, np.ndarray]:
     return found
 
 
-def speeds(result: Identification) -> list[dict[str, Any]]:
+def speeds(result: Identification) -> tuple[SpeedError, ...]:
     """Table III: relative errors at all, low and high speeds."""
     record = result.fitted.record
     top = dict(zip(record.joint_names, record.top_speed.tolist(), strict=True))

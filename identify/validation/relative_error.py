@@ -2,7 +2,6 @@
 
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +10,7 @@ from identify.estimation.least_squares import spread
 from identify.estimation.observation import Observation
 from identify.estimation.prediction import Prediction
 from identify.recording import SessionEntry
+from identify.results.identification import JointSpeedError, PayloadError, Role, SpeedError
 
 Array = NDArray[np.float64]
 
@@ -56,7 +56,7 @@ def squares_in(speed: SpeedRange, prediction: Prediction, top_speed: float) -> A
     return np.array([residual @ residual, measured @ measured, float(chosen.sum())])
 
 
-def by_speed(groups: dict[str, list[Prediction]], top_speed: dict[str, float]) -> list[dict[str, Any]]:
+def by_speed(groups: dict[str, list[Prediction]], top_speed: dict[str, float]) -> tuple[SpeedError, ...]:
     """Table III: relative errors in the ranges of speed, in all and for each joint.
 
     groups    : predictions of the sessions of a role, e.g. {"identification": …, "validation": …}
@@ -64,49 +64,50 @@ def by_speed(groups: dict[str, list[Prediction]], top_speed: dict[str, float]) -
     """
     found = []
     for speed in SPEED_RANGES:
-        table = {
-            role: {joint: np.zeros(3) for joint in top_speed} for role in ("identification", "validation")
-        }
-        for role, predictions in groups.items():
-            for own in predictions:
-                table[role][own.joint] += squares_in(speed, own, top_speed[own.joint])
-        entry: dict[str, Any] = {
-            "range": speed.name,
-            "from": speed.low,
-            "to": min(speed.high, 1.0),
-            **_errors([np.sum(list(table[role].values()), axis=0) for role in table]),
-            "joints": [
-                {"joint": joint, **_errors([table[role][joint] for role in table])} for joint in top_speed
-            ],
-        }
-        found.append(entry)
-    return found
-
-
-def _errors(sums: list[Array]) -> dict[str, Any]:
-    training, checked = sums
-    return {
-        "relative_error": ratio(training[0], training[1]),
-        "relative_error_validation": ratio(checked[0], checked[1]),
-        "samples": int(training[2]),
-    }
+        training, checked = (
+            {joint: np.zeros(3) for joint in top_speed} for _ in ("identification", "validation")
+        )
+        for role, table in (("identification", training), ("validation", checked)):
+            for own in groups.get(role, ()):
+                table[own.joint] += squares_in(speed, own, top_speed[own.joint])
+        whole, unseen = (np.sum(list(table.values()), axis=0) for table in (training, checked))
+        found.append(
+            SpeedError(
+                range=speed.name,
+                from_=speed.low,
+                to=min(speed.high, 1.0),
+                relative_error=ratio(whole[0], whole[1]),
+                relative_error_validation=ratio(unseen[0], unseen[1]),
+                samples=int(whole[2]),
+                joints=tuple(
+                    JointSpeedError(
+                        joint=joint,
+                        relative_error=ratio(training[joint][0], training[joint][1]),
+                        relative_error_validation=ratio(checked[joint][0], checked[joint][1]),
+                        samples=int(training[joint][2]),
+                    )
+                    for joint in top_speed
+                ),
+            )
+        )
+    return tuple(found)
 
 
 def by_payload(
-    sessions: list[tuple[SessionEntry, str, Array]], unknown: Collection[str] = ()
-) -> list[dict[str, Any]]:
+    sessions: list[tuple[SessionEntry, Role, Array]], unknown: Collection[str] = ()
+) -> tuple[PayloadError, ...]:
     """Relative error of each payload in each role.
 
     sessions : entry, how it was used, and its squared norms (residual, measured)
     unknown  : names of payloads whose mass is not taken as declared
     """
-    found: dict[tuple[str, str], Array] = {}
+    found: dict[tuple[str, Role], Array] = {}
     masses: dict[str, float | None] = {}
     for entry, role, squares in sessions:
         key = (entry.payload.name, role)
         found[key] = found.get(key, np.zeros(2)) + squares
         masses[entry.payload.name] = None if entry.payload.name in unknown else entry.payload.mass
-    return [
-        {"payload": payload, "mass": masses[payload], "role": role, "relative_error": ratio(*squares)}
+    return tuple(
+        PayloadError(payload=payload, mass=masses[payload], role=role, relative_error=ratio(*squares))
         for (payload, role), squares in found.items()
-    ]
+    )

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import identify
-from identify.diagnosis.next_experiment import NextExperiment, Proposal, next_experiment
+from identify.diagnosis.next_experiment import next_experiment
+from identify.results.next_experiment import NextExperimentDocument, Proposal
 from tests.plants.rx130l_joint3 import (
     LEVER,
     STEP,
@@ -30,14 +31,14 @@ RATE = 250.0
 
 def run(proposal: Proposal, mass: float, seed: int) -> SessionRecord:
     """The proposed motion on the simulated joint, from rest in the middle of it."""
-    distance = proposal.high - proposal.low
+    distance = proposal.position_to - proposal.position_from
     if proposal.shape == "sinusoid":
         piece = _sinusoid(0.5 * distance, proposal.speed / (np.pi * distance), 1, STEP) + 0.5 * distance
     else:
         piece = _trapezoids(distance, proposal.speed, STEP)
-    way = [proposal.low + piece] * proposal.repeats
-    middle = 0.5 * (proposal.low + proposal.high)
-    approach = middle + _one_way(proposal.low - middle, 0.3, STEP)
+    way = [proposal.position_from + piece] * proposal.repeats
+    middle = 0.5 * (proposal.position_from + proposal.position_to)
+    approach = middle + _one_way(proposal.position_from - middle, 0.3, STEP)
     reference = np.concatenate([approach, *way])
     return simulate(PLANT, mass, seed=seed, rate=RATE, reference=reference)
 
@@ -83,7 +84,7 @@ def bare(request, tmp_path_factory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def planned(bare) -> NextExperiment:
+def planned(bare) -> NextExperimentDocument:
     return next_experiment(identify.load_experiment(bare))
 
 
@@ -104,8 +105,8 @@ def test_the_loop_closes_ambiguous_next_run_decided(bare, planned, tmp_path):
 
 def test_the_proposal_separates_more_than_the_data_so_far_and_the_best_comes_first(planned):
     separations = [proposal.separation for proposal in planned.proposals]
-    assert planned.so_far is not None
-    assert separations[0] > 1.5 * planned.so_far
+    assert planned.separation_so_far is not None
+    assert separations[0] > 1.5 * planned.separation_so_far
     assert separations == sorted(separations, reverse=True)
 
 
@@ -114,7 +115,7 @@ def test_what_was_run_separates_about_as_much_as_was_expected(bare, planned, tmp
     best = planned.proposals[0]
     folder = Path(shutil.copytree(bare, tmp_path / "after"))
     append_session(folder, "next.csv", best.payload, run(best, DISK, seed=91))
-    found = next_experiment(identify.load_experiment(folder), rivals=planned.rivals).so_far
+    found = next_experiment(identify.load_experiment(folder), rivals=planned.rivals).separation_so_far
     assert found is not None
     assert 0.4 * best.separation < found < 2.5 * best.separation
 
@@ -122,7 +123,7 @@ def test_what_was_run_separates_about_as_much_as_was_expected(bare, planned, tmp
 def test_proposals_stay_within_the_motion_that_the_joint_has_shown(bare, planned):
     position = np.loadtxt(bare / "session-00.csv", delimiter=",", skiprows=1)[:, 1]
     for proposal in planned.proposals:
-        assert position.min() - 1e-3 <= proposal.low < proposal.high <= position.max() + 1e-3
+        assert position.min() - 1e-3 <= proposal.position_from < proposal.position_to <= position.max() + 1e-3
         assert 0 < proposal.speed <= 1.1 * 1.2
         assert proposal.repeats >= 1
 
@@ -138,6 +139,6 @@ def test_what_no_motion_separates_is_said_with_what_to_look_at(hidden):
 
 def test_the_document_is_plain_json_with_rivals_separation_and_proposals(planned):
     document = json.loads(json.dumps(planned.to_json(), allow_nan=False))
-    assert document["separation_so_far"] == pytest.approx(planned.so_far)
+    assert document["separation_so_far"] == pytest.approx(planned.separation_so_far)
     assert document["proposals"][0]["decides"] is True
     assert document["advice"].startswith("A ")

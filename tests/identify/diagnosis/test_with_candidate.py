@@ -1,15 +1,15 @@
 """What is foretold of a candidate, and the next experiment from a diagnosis that was kept."""
 
-import json
-
 import numpy as np
 import pytest
 
 import identify
 from identify.diagnosis.diagnosis import diagnose_record
-from identify.diagnosis.next_experiment import separate, separate_said
+from identify.diagnosis.next_experiment import separate, separate_diagnosed
 from identify.diagnosis.with_candidate import predictions_with, worth_a_look
 from identify.estimation.identification import open_record, requested_model
+from identify.results.diagnosis import DiagnosisDocument
+from identify.results.reading import document_from_json
 from tests.plants.rx130l_joint3 import Rx130lJoint3, write_experiment
 
 
@@ -47,9 +47,9 @@ def test_the_best_candidates_and_all_that_is_missing_are_worth_a_look(looked):
 
 def test_a_diagnosis_that_was_kept_asks_for_the_same_experiment(looked):
     _, record, model, diagnosis = looked
-    said = json.loads(json.dumps(diagnosis.to_json()))
+    said = document_from_json(DiagnosisDocument, diagnosis.document().json_text(), "stored")
     direct = separate(record, diagnosis)
-    kept = separate_said(record, model, said, "j3")
+    kept = separate_diagnosed(record, model, said, "j3")
     assert kept is not None
     assert kept.rivals == direct.rivals
     assert kept.posture == direct.posture
@@ -60,15 +60,15 @@ def test_a_diagnosis_that_was_kept_asks_for_the_same_experiment(looked):
 
 
 def test_two_effects_that_are_both_missing_are_no_rivals(looked):
-    joint = looked[3].to_json()["joints"][0]
-    for candidate in joint["candidates"]:
-        if candidate["effect"] in joint["missing"]:
-            assert not set(candidate["indistinguishable_from"]) & set(joint["missing"])
+    joint = looked[3].document().joints[0]
+    for candidate in joint.candidates:
+        if candidate.effect in joint.missing:
+            assert not set(candidate.indistinguishable_from) & set(joint.missing)
 
 
 def test_where_no_rivals_are_left_no_experiment_is_asked_for(looked):
     _, record, model, diagnosis = looked
-    said = diagnosis.to_json()
-    for candidate in said["joints"][0]["candidates"]:
-        candidate["indistinguishable_from"] = []
-    assert separate_said(record, model, said, "j3") is None
+    joint = diagnosis.joints[0].document()
+    candidates = tuple(each.changed(indistinguishable_from=()) for each in joint.candidates)
+    said = diagnosis.document().changed(joints=(joint.changed(candidates=candidates),))
+    assert separate_diagnosed(record, model, said, "j3") is None

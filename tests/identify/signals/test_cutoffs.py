@@ -9,6 +9,7 @@ from identify.recording import InputError, load_experiment
 from identify.signals import choose_signal_settings, motion_blocks
 from identify.signals.cutoff import choose_from_sessions
 from identify.signals.motion_spectrum import motion_spectrum
+from identify.signals.settings import Choice
 
 
 def ladder(period, duration, pace=1.0):
@@ -93,12 +94,7 @@ def test_what_the_user_sets_stays(made_session, made_experiment):
     assert chosen.position_cutoff == (61.7,)
     assert chosen.decimation_cutoff == 23.45
     assert [choice.reason for choice in chosen.choices[1:]] == ["set in the experiment"] * 2
-    assert chosen.report()[1] == {
-        "name": "decimation_cutoff",
-        "value": 23.45,
-        "unit": "Hz",
-        "reason": "set in the experiment",
-    }
+    assert chosen.choices[1] == Choice("decimation_cutoff", 23.45, "Hz", "set in the experiment")
 
 
 @pytest.mark.parametrize("name", ["position_cutoff", "decimation_cutoff"])

@@ -1,0 +1,75 @@
+"""Documents read from files, those of older versions of the software included.
+
+Every document carries the version of its form, `format`; documents written before they had one count as format 1. A
+document of an older form is brought to the present one, step by step, before it is checked; one of a newer form is
+refused. Whoever changes a form raises `FORMAT`, adds a step to `STEPS`, and keeps files of the old form as test cases.
+"""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeVar
+
+from pydantic import ValidationError
+
+from identify.recording.errors import InputError
+from identify.results.document import FORMAT, Document, Json
+from identify.results.next_experiment import NextExperimentDocument
+
+Kind = TypeVar("Kind", bound=Document)
+
+
+def read_document(kind: type[Kind], file: Path) -> Kind:
+    """The document in a file.
+
+    :raises InputError: it is not such a document, or was written by a newer version; names file and field.
+    :raises FileNotFoundError: there is no such file.
+    """
+    return document_from_json(kind, file.read_bytes(), str(file))
+
+
+def document_from_json(kind: type[Kind], content: str | bytes, source: str) -> Kind:
+    """The document in a text; `source` says in errors where the text came from.
+
+    :raises InputError: see `read_document`.
+    """
+    try:
+        values = json.loads(content)
+    except ValueError as error:
+        raise InputError(f"{source}: not JSON: {error}") from None
+    return document_of(kind, values, source)
+
+
+def document_of(kind: type[Kind], values: object, source: str) -> Kind:
+    """The document that plain values make.
+
+    :raises InputError: see `read_document`.
+    """
+    if not isinstance(values, dict):
+        raise InputError(f"{source}: not a document; expected an object with named fields")
+    form = values.get("format", 1)
+    if not isinstance(form, int) or not 1 <= form <= FORMAT:
+        raise InputError(
+            f"{source}: format: {form!r} is unknown; this version reads formats 1 to {FORMAT}: "
+            "the document was damaged, or a newer version wrote it"
+        )
+    for step in range(form, FORMAT):
+        values = {**STEPS[step](kind, values), "format": step + 1}
+    try:
+        return kind.model_validate(values)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        place = ".".join(str(part) for part in first["loc"])
+        raise InputError(f"{source}: {place}: {first['msg']}") from None
+
+
+def _from_format_1(kind: type[Document], values: Json) -> Json:
+    """Fields without a value were left out of some documents; where nothing was left to separate, `next` was stored
+    with four of its fields."""
+    if kind is NextExperimentDocument:
+        return {"experiment": None, "separation_so_far": None, "posture": []} | values
+    return values
+
+
+STEPS: dict[int, Callable[[type[Document], Json], Json]] = {1: _from_format_1}
+"""By format what makes the next one of it."""
