@@ -295,7 +295,7 @@ class Client:
         return self._get("/rigs")
 
     def rig(self, rig: str) -> Json:
-        """One rig: settings, who has it, the session under way."""
+        """One rig: settings, operator, the session under way."""
         return self._get(f"/rigs/{rig}")
 
     def take(self, rig: str) -> Json:
@@ -307,7 +307,7 @@ class Client:
         return self._post(f"/rigs/{rig}/release")
 
     def home(self, rig: str, joint: str, method: int | None = None, reset_faults: bool = False) -> Json:
-        """Let one joint's drive look for its home; returns at once. The axis moves: stand by the machine."""
+        """Home one joint; returns at once. The axis moves: stand by the machine."""
         return self._post(
             f"/rigs/{rig}/homing", {"joint": joint, "method": method, "reset_faults": reset_faults}
         )

@@ -7,7 +7,6 @@ from api.pages.choices import RigChoice, chosen_rig
 from api.pages.error_figures import JointUnits
 from api.pages.layout import frame
 from api.pages.rendering import PREFIX, page
-from api.pages.rig_users import moving_session
 from api.service import access
 from api.service.problems import Problem
 from identify.recording.errors import InputError
@@ -19,7 +18,7 @@ router = APIRouter(prefix=PREFIX, include_in_schema=False)
 def live_page(request: Request, user: access.Viewer, rig: RigChoice = None) -> HTMLResponse:
     """The page of the rig that moves, else of the one looked at last; the browser fills it from the WebSocket."""
     service = access.service_of(request)
-    moving = moving_session(service)
+    moving = service.sessions.under_way()
     rig_id = chosen_rig(request, rig or (moving.rig if moving else None))
     try:
         settings = service.rigs.rig(rig_id)

@@ -10,22 +10,21 @@ from api.pages.catalogue_words import effect_titles
 from api.pages.error_figures import JointUnits
 from api.pages.figures.plan_preview import draw_plan_signal
 from api.pages.number_format import THIN, listing, number, percent, significant
+from api.planned_motion import Determination, MotionShares, determination, motion_shares, predicted_torque
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.excitation.plan_limits import violations
 from daq.rig import KnownPayload, Rig
-from identify.dynamics.base_parameters import base_parameters
-from identify.dynamics.geometry import Geometry
-from identify.dynamics.payload import payload_torque
 
 PREVIEW_POINTS = 6000
 """Points of the motion that are looked at; the preview is drawn from their least and greatest values."""
-SLOW = 0.10
 FAST = 0.35
-"""Parts of the greatest speed that the paper calls low and high (Table III)."""
+"""Part of the greatest speed that the paper calls high (Table III)."""
+ENOUGH_SLOW = 0.08
+"""Share of slow motion from which friction at low speed shows."""
+BOTH_WAYS = 0.2
+"""Share of the time in the lesser direction from which friction that differs between directions shows."""
 REPEATED = 0.2
 """Part of a plan that must repeat for a noise floor, as `identify.validation.noise_floor` asks of a session."""
-WELL_CONDITIONED = 100.0
-"""Condition number of the observation matrix up to which every parameter is determined in practice."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +61,10 @@ def plan_view(
     """
     time = np.linspace(0.0, plan.duration, PREVIEW_POINTS)
     position, velocity, acceleration = plan.setpoints(time)
-    torque = predicted_torque(rig, payload, identification, position, velocity, acceleration)
+    identified = {
+        entry["name"]: entry["value"] for entry in (identification or {"parameters": []})["parameters"]
+    }
+    torque = predicted_torque(rig, payload, identified, position, velocity, acceleration)
     joints = []
     width = 800.0 if len(rig.axes) == 1 else 420.0
     for index, axis in enumerate(rig.axes):
@@ -117,31 +119,6 @@ def purpose_words(report: dict[str, Any] | None) -> str | None:
     return " ".join([words, *remarks])
 
 
-def predicted_torque(
-    rig: Rig,
-    payload: KnownPayload,
-    identification: dict[str, Any] | None,
-    position: np.ndarray,
-    velocity: np.ndarray,
-    acceleration: np.ndarray,
-) -> np.ndarray | None:
-    """(N, n) joint torque of eq. (8) with the identified inertial, viscous, dry and offset parameters and the known
-    payload; None where the model that stands does not give them one by one."""
-    if identification is None:
-        return None
-    values = {entry["name"]: entry["value"] for entry in identification["parameters"]}
-    geometry = Geometry.from_robot(rig.robot)
-    base = base_parameters(geometry)
-    if any(values.get(name) is None for name in base.names):
-        return None
-    torque = base.columns(position, velocity, acceleration) @ np.array([values[name] for name in base.names])
-    torque = torque + payload_torque(geometry, payload, position, velocity, acceleration)
-    for joint in range(torque.shape[1]):
-        viscous, dry, offset = (values.get(f"{name}{joint + 1}") or 0.0 for name in ("FV", "FC", "offset"))
-        torque[:, joint] += viscous * velocity[:, joint] + dry * np.sign(velocity[:, joint]) + offset
-    return torque
-
-
 def findings(
     plan: ExcitationPlan,
     rig: Rig,
@@ -152,22 +129,19 @@ def findings(
     acceleration: np.ndarray,
 ) -> list[Finding]:
     """What the plan can and cannot identify, from the motion itself and the payloads measured so far."""
-    found = [_parameters(rig, position, velocity, acceleration)]
-    speed = np.abs(velocity)
-    reach = speed / np.array([axis.limits.velocity for axis in rig.axes])
-    greatest = speed.max(axis=0)
-    slow = ((speed > 1e-6) & (speed < SLOW * greatest)).mean(axis=0)
+    found = [_parameters(determination(rig, position, velocity, acceleration))]
+    shares = motion_shares(plan, rig, velocity)
+    slow, fast = shares.slow, shares.fastest
     names = [axis.joint for axis in rig.axes]
     found.append(
         _judged(
-            slow > 0.08,
+            slow > ENOUGH_SLOW,
             names,
             "Friction at low speed",
             f"{percent(float(slow.min()), 2)} of the time is slow motion: Stribeck and presliding friction show.",
             "Hardly any slow motion: Stribeck and presliding friction would not show.",
         )
     )
-    fast = reach.max(axis=0)
     found.append(
         _judged(
             fast >= FAST,
@@ -177,17 +151,16 @@ def findings(
             f"At most {percent(float(fast.min()), 2)} of the speed limit: curvature of the viscous friction stays hidden.",
         )
     )
-    both = np.minimum((velocity > 1e-6).mean(axis=0), (velocity < -1e-6).mean(axis=0)) > 0.2
     found.append(
         _judged(
-            both,
+            shares.lesser_direction > BOTH_WAYS,
             names,
             "Asymmetry",
             "Both directions are driven alike: friction that differs between them shows.",
             "One direction is hardly driven: offset and asymmetric friction cannot be told apart.",
         )
     )
-    found.append(_noise_floor(plan))
+    found.append(_noise_floor(shares))
     masses = sorted({round(mass, 3) for mass in [*masses_measured, payload.mass]})
     words = listing(f"{significant(mass, 4)}{THIN}kg" for mass in masses)
     found.append(
@@ -215,53 +188,32 @@ def _judged(good: np.ndarray, names: Sequence[str], what: str, yes: str, no: str
     )
 
 
-def _noise_floor(plan: ExcitationPlan) -> Finding:
+def _noise_floor(shares: MotionShares) -> Finding:
     """Whether what no model can explain will be measured: a stretch must repeat that speaks for the session."""
-    periods = sum((end - begin) / period for begin, end, period in plan.repeated)
-    covered = sum(end - begin for begin, end, _ in plan.repeated) / plan.duration
     what = "Noise floor"
-    if periods < 2:
+    if shares.repeats < 2:
         return Finding("warn", what, "No motion repeats exactly: what no model can explain stays unknown.")
-    if covered < REPEATED:
+    if shares.repeated < REPEATED:
         return Finding(
             "warn",
             what,
-            f"Only {percent(covered, 2)} of the plan repeats: too little to measure what no model can explain. "
+            f"Only {percent(shares.repeated, 2)} of the plan repeats: too little to measure what no model can explain. "
             "Make a longer plan.",
         )
     return Finding(
-        "good", what, f"{number(periods, 0)} exact repeats: what no model can explain is measured."
+        "good", what, f"{number(shares.repeats, 0)} exact repeats: what no model can explain is measured."
     )
 
 
-def _parameters(rig: Rig, position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray) -> Finding:
-    """How well the parameters of the usual model are determined by this motion alone: eq. (8), joint by joint."""
-    step = slice(None, None, 6)
-    base = base_parameters(Geometry.from_robot(rig.robot))
-    columns = base.columns(position[step], velocity[step], acceleration[step])
-    weak: dict[str, None] = {}
-    worst, count = 1.0, len(base.names)
-    for joint in range(columns.shape[1]):
-        dq = velocity[step][:, joint]
-        acts = base.acts_on(joint)
-        W = np.column_stack([columns[:, joint, acts], dq, np.sign(dq), np.ones_like(dq)])
-        names = [name for name, on in zip(base.names, acts, strict=True) if on] + ["FV", "FC", "offset"]
-        count += 3
-        norms = np.linalg.norm(W, axis=0)
-        weak |= dict.fromkeys(name for name, norm in zip(names, norms, strict=True) if norm == 0)
-        _, singular, directions = np.linalg.svd(W[:, norms > 0] / norms[norms > 0], full_matrices=False)
-        condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
-        worst = max(worst, condition)
-        if condition > WELL_CONDITIONED:
-            present = [name for name, norm in zip(names, norms, strict=True) if norm > 0]
-            weak |= dict.fromkeys(present[index] for index in np.flatnonzero(np.abs(directions[-1]) > 0.3))
-    what = "The usual model"
-    if not weak:
+def _parameters(found: Determination) -> Finding:
+    """How well the parameters of the usual model are determined by this motion alone."""
+    what, condition = "The usual model", significant(found.condition)
+    if not found.weak:
         return Finding(
-            "good", what, f"All {count} parameters are determined; condition number {significant(worst)}."
+            "good", what, f"All {found.parameters} parameters are determined; condition number {condition}."
         )
     return Finding(
         "warn",
         what,
-        f"{listing(weak)} cannot be told apart by this motion alone (condition number {significant(worst)}).",
+        f"{listing(found.weak)} cannot be told apart by this motion alone (condition number {condition}).",
     )

@@ -12,10 +12,11 @@ from api.pages.number_format import moment, significant, utc_time
 from api.pages.rendering import PREFIX, page
 from api.pages.rig_users import onlooker_words
 from api.service import access
-from api.service.payload_sessions import MOVING, ActiveSession
+from api.service.payload_sessions import ActiveSession
 from api.service.problems import Problem
 from api.service.service import Service
 from daq.rig import Rig
+from daq.rig_drives import CheckItem
 from identify.recording.errors import InputError
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
@@ -43,7 +44,7 @@ def rig_state(
 ) -> HTMLResponse:
     """The part of the page that changes by itself."""
     service = access.service_of(request)
-    service.rigs.look(rig, user)
+    service.operators.watch(rig, user)
     context: dict[str, Any] = frame(request, user, "rig") | {"rig_id": rig}
     context |= rig_context(service, rig, user.name)
     return page(request, "rig_body.html", **context)
@@ -53,7 +54,7 @@ def rig_state(
 def take(request: Request, user: access.Operator, rig: Annotated[str, Form(max_length=64)]) -> Response:
     """Have the rig."""
     service = access.service_of(request)
-    service.rigs.take(_known(service, rig), user)
+    service.operators.take(_known(service, rig), user)
     service.live.tell(rig)
     return rig_state(request, user, rig)
 
@@ -65,7 +66,7 @@ def home(
     rig: Annotated[str, Form(max_length=64)],
     joint: Annotated[str, Form(max_length=64)],
 ) -> Response:
-    """Let a joint's drive look for its home."""
+    """Home a joint."""
     service = access.service_of(request)
     service.homings.start(_known(service, rig), user, joint=joint, client=access.client_address(request))
     return rig_state(request, user, rig)
@@ -75,7 +76,7 @@ def home(
 def release(request: Request, user: access.Operator, rig: Annotated[str, Form(max_length=64)]) -> Response:
     """Give the rig back."""
     service = access.service_of(request)
-    service.rigs.release(_known(service, rig), user)
+    service.operators.release(_known(service, rig), user)
     service.live.tell(rig)
     return rig_state(request, user, rig)
 
@@ -87,7 +88,7 @@ def rig_context(service: Service, rig_id: str, own_name: str) -> dict[str, Any]:
     except InputError as error:
         return {"settings": None, "broken": str(error), "state": None}
     active = service.sessions.active(rig_id)
-    operator = service.rigs.operator(rig_id)
+    operator = service.operators.operator(rig_id)
     return {
         "settings": settings,
         "broken": None,
@@ -100,7 +101,7 @@ def rig_context(service: Service, rig_id: str, own_name: str) -> dict[str, Any]:
         "calibration": _calibration(service, rig_id, settings),
         "events": [_event(event) for event in reversed(active.events[-12:])] if active else [],
         "active": active,
-        "moving": active is not None and active.state in MOVING,
+        "moving": active is not None and active.moves,
         "homed_by_drive": [
             axis.joint
             for axis in settings.axes
@@ -110,10 +111,10 @@ def rig_context(service: Service, rig_id: str, own_name: str) -> dict[str, Any]:
     }
 
 
-def _checks(active: ActiveSession | None) -> list[dict[str, Any]]:
-    """What the last look at every node found."""
+def _checks(active: ActiveSession | None) -> list[CheckItem]:
+    """What the last check of every node found."""
     found = active.payload_session.rig_check if active is not None else None
-    return found.to_json()["items"] if found is not None else []
+    return list(found.items) if found is not None else []
 
 
 def _calibration(service: Service, rig_id: str, settings: Rig) -> list[tuple[str, str]]:

@@ -1,23 +1,13 @@
-"""The session that moves a rig, and who operates and watches the rig, in words."""
+"""Who operates and watches a rig, in words."""
 
 from api.pages.number_format import listing
-from api.service.payload_sessions import MOVING, ActiveSession
 from api.service.service import Service
 
 
-def moving_session(service: Service) -> ActiveSession | None:
-    """The first session that is armed or running."""
-    for rig in service.rigs.files():
-        active = service.sessions.active(rig)
-        if active is not None and active.state in MOVING:
-            return active
-    return None
-
-
 def onlooker_words(service: Service, rig: str, own_name: str) -> str:
-    """Who has the rig and who looks on, the reader left out."""
-    operator = service.rigs.operator(rig)
-    others = [name for name in service.rigs.onlookers(rig) if name != own_name]
+    """Who operates the rig and who watches it, the reader left out."""
+    operator = service.operators.operator(rig)
+    others = [name for name in service.operators.onlookers(rig) if name != own_name]
     words = []
     if operator and operator != own_name:
         words.append(f"{operator} has the rig")

@@ -6,7 +6,7 @@ from fastapi import APIRouter, Request
 
 from api.pages.number_format import duration, listing
 from api.pages.rendering import PREFIX
-from api.pages.rig_users import moving_session, onlooker_words
+from api.pages.rig_users import onlooker_words
 from api.service import access
 from api.service.homings import HomingRun
 from api.service.service import Service
@@ -17,11 +17,11 @@ router = APIRouter(prefix=PREFIX, include_in_schema=False)
 
 @router.get("/run-state")
 def run_state(request: Request, user: access.Viewer) -> dict[str, Any]:
-    """Whether a rig moves, how long still, who has it and who looks on; asked for by every page once a second."""
+    """Whether a rig moves, how long still, who operates it and who watches; asked for by every page once a second."""
     service = access.service_of(request)
     for rig in service.rigs.files():
-        service.rigs.look(rig, user)
-    active = moving_session(service)
+        service.operators.watch(rig, user)
+    active = service.sessions.under_way()
     if active is None:
         homing = service.homings.under_way()
         if homing is not None:
@@ -46,7 +46,7 @@ def run_state(request: Request, user: access.Viewer) -> dict[str, Any]:
 def _homing_state(service: Service, homing: HomingRun, own_name: str) -> dict[str, Any]:
     return {
         "running": True,
-        "title": f"{homing.joint} looks for its home",
+        "title": f"{homing.joint} is being homed",
         "detail": f"{homing.rig}, by {homing.operator}",
         "left": "",
         "fraction": 0.0,

@@ -83,7 +83,7 @@ def prepare(
         if experiment == NEW:
             if not experiment_name.strip():
                 raise InputError("give the experiment a name")
-            service.rigs.require(rig, user)
+            service.operators.take(rig, user)
             experiment = service.experiments.create(
                 service.rigs.experiment_file(rig, experiment_name.strip())
             ).id

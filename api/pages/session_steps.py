@@ -44,7 +44,7 @@ def session_page(request: Request, user: access.Viewer, experiment: str, session
         context["view"] = plan_view(
             service.plans.plan(row.plan),
             service.rigs.rig(row.rig),
-            _known_payload(row.payload),
+            KnownPayload.model_validate(row.payload),
             measured,
             current.document if current else None,
         )
@@ -132,15 +132,11 @@ def _steps(request: Request, user: User, experiment: str, session: str) -> dict[
         "state": state,
         "reached": STATES.index(state),
         "reason": (live.reason if live is not None else row.reason) or "",
-        "check_items": rig_check.to_json()["items"] if rig_check is not None else [],
-        "weighed": row.payload.get("weighed"),
+        "check_items": list(rig_check.items) if rig_check is not None else [],
+        "weighed": row.weighed,
         "scale": service.settings.scale_port is not None,
         "step_link": session_link(experiment, session),
         "model_link": experiment_link(experiment, "model"),
-        "operator": service.rigs.operator(row.rig),
-        "theirs": service.rigs.operator(row.rig) not in (None, user.name),
+        "operator": service.operators.operator(row.rig),
+        "theirs": service.operators.operator(row.rig) not in (None, user.name),
     }
-
-
-def _known_payload(payload: dict[str, Any]) -> KnownPayload:
-    return KnownPayload.model_validate({key: value for key, value in payload.items() if key != "weighed"})

@@ -14,6 +14,7 @@ from sqlalchemy.engine import make_url
 from sqlalchemy.exc import DBAPIError
 from sqlalchemy.orm import DeclarativeBase, Mapped, Session, mapped_column, sessionmaker
 
+from api.service.migrations import bring_forward
 from identify.recording.errors import InputError
 
 LONGEST_NAME, LONGEST_STATE, LONGEST_WORDS = 255, 20, 1000
@@ -118,6 +119,8 @@ class SessionRow(Table):
     id: Mapped[str] = mapped_column(String(255), primary_key=True)
     file: Mapped[str | None] = mapped_column(String(300))
     payload: Mapped[dict[str, Any]]
+    weighed: Mapped[float | None]
+    """kg, the payload as the scale said or the operator typed"""
     role: Mapped[str] = mapped_column(String(20))
     rig: Mapped[str | None] = mapped_column(String(64))
     plan: Mapped[str | None] = mapped_column(String(64))
@@ -152,7 +155,8 @@ class Database:
     url : SQLAlchemy address; SQLite and PostgreSQL can refuse changes of the audit log, others are turned
     down.
 
-    Raises InputError if the address is not understood, its driver is missing or its kind is not supported.
+    Raises InputError if the address is not understood, its driver is missing, its kind is not supported, or a newer version
+    of the software wrote it.
     """
 
     def __init__(self, url: str) -> None:
@@ -180,6 +184,7 @@ class Database:
             with self.engine.begin() as connection:
                 if kind == "postgresql":
                     connection.execute(DDL(_ONE_AT_A_TIME))
+                bring_forward(connection)
                 Table.metadata.create_all(connection)
                 for statement in _APPEND_ONLY[kind]:
                     connection.execute(DDL(statement))

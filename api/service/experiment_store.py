@@ -12,6 +12,7 @@ import tempfile
 import unicodedata
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +36,10 @@ INCOMPLETE = "incomplete"
 """Folder within an experiment for recordings that were stopped."""
 MEASURED = "measured"
 """State of a session whose file the experiment names; a recording that ended badly says so instead."""
+
+
+RECORDED = frozenset({"done", "aborted", "faulted", "recording"})
+"""States of files that this software recorded, as they say themselves."""
 
 
 def session_id(file: str) -> str:
@@ -113,7 +118,7 @@ class ExperimentStore:
                 session.add(row)
             row.file, row.role = entry.file, entry.role
             row.payload = payloads[entry.payload].model_dump()
-            row.state, row.reason = _recording_state(self.root / identifier / entry.file)
+            self._index_recording(row, self.root / identifier / entry.file)
         for file in sorted((self.root / identifier / INCOMPLETE).glob("*.h5")):
             self._index_incomplete(session, identifier, file, rows.pop(file.stem, None))
         for row in rows.values():  # what is left has no file; it stays only while it is being prepared
@@ -129,7 +134,12 @@ class ExperimentStore:
             session.add(row)
             row.payload, row.role = _recorded_payload(file)
         row.file = f"{INCOMPLETE}/{file.name}"
+        self._index_recording(row, file)
+
+    def _index_recording(self, row: SessionRow, file: Path) -> None:
         row.state, row.reason = _recording_state(file)
+        if row.weighed is None and row.state in RECORDED:
+            row.weighed = _weighed_mass(file)
 
     # --- experiments
 
@@ -262,6 +272,15 @@ def _recording_state(file: Path) -> tuple[str, str | None]:
     status = attributes.get("status") or MEASURED
     reason = attributes.get("status_reason", "")[:LONGEST_WORDS]
     return ("done" if status == "complete" else status[:LONGEST_STATE]), reason or None
+
+
+def _weighed_mass(file: Path) -> float | None:
+    """kg, as a recording of ours has it."""
+    try:
+        mass = float(_attributes(file)["weighed_mass"])
+    except (OSError, KeyError, ValueError):
+        return None
+    return mass if isfinite(mass) else None
 
 
 def _recorded_payload(file: Path) -> tuple[dict[str, Any], str]:

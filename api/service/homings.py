@@ -1,4 +1,4 @@
-"""Homing through the service: one joint of a rig at a time looks for its home, each started by an operator.
+"""Homing through the service: one joint of a rig at a time, each started by an operator.
 
 The drive moves the axis by itself and stops by itself when it no longer hears us (`daq.homing`), so that a service that
 dies leaves no axis moving.
@@ -11,8 +11,8 @@ from typing import Any
 
 from api.service.accounts import User
 from api.service.audit import AuditLog
-from api.service.payload_sessions import PayloadSessions
-from api.service.problems import Problem
+from api.service.bus_claims import BusClaim, BusClaims
+from api.service.rig_operators import RigOperators
 from api.service.rig_store import RigStore
 from daq.rig import Rig
 from drivers.errors import DriverError
@@ -41,31 +41,36 @@ class HomingRun:
     position: float | None = None
     within_limits: bool | None = None
 
+    @property
+    def moves(self) -> bool:
+        """Whether it is under way."""
+        return self.state == HOMING
+
+    @property
+    def refusal(self) -> str:
+        """For somebody else who wants the bus."""
+        return f"Joint {self.joint} is being homed; wait for it, or stop it."
+
 
 class Homings:
     """Starts homings, follows them, stops them."""
 
-    def __init__(self, rigs: RigStore, sessions: PayloadSessions, audit: AuditLog) -> None:
+    def __init__(self, rigs: RigStore, operators: RigOperators, claims: BusClaims, audit: AuditLog) -> None:
         self._rigs = rigs
-        self._sessions = sessions
+        self._operators = operators
+        self._claims = claims
         self._audit = audit
         self._runs: dict[str, HomingRun] = {}
         self._stops: dict[str, threading.Event] = {}
         self._threads: dict[str, threading.Thread] = {}
-        sessions.homing = self.moving
 
     def run(self, rig: str) -> HomingRun | None:
         """The homing under way on a rig, or the last one."""
         return self._runs.get(rig)
 
     def under_way(self) -> HomingRun | None:
-        """A joint that looks for its home, on whichever rig."""
-        return next((run for run in list(self._runs.values()) if run.state == HOMING), None)
-
-    def moving(self, rig: str) -> bool:
-        """Whether a joint of the rig looks for its home."""
-        run = self._runs.get(rig)
-        return run is not None and run.state == HOMING
+        """A homing that moves a joint now, on whichever rig."""
+        return next((run for run in list(self._runs.values()) if run.moves), None)
 
     def start(
         self,
@@ -77,7 +82,7 @@ class Homings:
         reset_faults: bool = False,
         client: str = "",
     ) -> HomingRun:
-        """Let a joint's drive look for its home. Returns at once.
+        """Let a joint's drive home it. Returns at once.
 
         Raises the problem 409 while somebody else has the rig, or a session or another homing its bus, and InputError for
         a joint that the rig has not, or a rig whose drives live only as long as a session.
@@ -87,25 +92,29 @@ class Homings:
         settings = self._rigs.rig(rig)
         (index,) = joints_to_home(settings, (joint,))
         require_lasting_drives(settings)
-        self._rigs.require(rig, user)
-        with self._sessions.without_session(rig):
-            if self.moving(rig):
-                raise Problem(409, f"{self._runs[rig].joint} looks for its home; wait for it, or stop it.")
+        self._operators.take(rig, user)
+        run = HomingRun(rig, joint, method, user.name)
+        claim = self._claims.claim(rig, settings.bus, run)
+        try:
             # Written before anything moves: without a log there is no motion.
             self._audit.append(user, "homing start", f"rig {rig}, joint {joint}", "asked", client=client)
-            run = HomingRun(rig, joint, method, user.name)
             stop = threading.Event()
             thread = threading.Thread(
-                target=self._home, args=(run, settings, index, reset_faults, stop), name=f"homing-{rig}"
+                target=self._home,
+                args=(run, claim, settings, index, reset_faults, stop),
+                name=f"homing-{rig}",
             )
             self._runs[rig], self._stops[rig], self._threads[rig] = run, stop, thread
             thread.start()
+        except BaseException:
+            claim.release()
+            raise
         return run
 
     def stop(self, rig: str, reason: str) -> bool:
-        """Bring the joint that looks for its home to rest; whether there was one. Harmless when repeated."""
+        """Bring the joint that is being homed to rest; whether there was one. Harmless when repeated."""
         run = self._runs.get(rig)
-        if run is None or run.state != HOMING:
+        if run is None or not run.moves:
             return False
         run.words = run.words or reason
         self._stops[rig].set()
@@ -123,7 +132,13 @@ class Homings:
             thread.join(PATIENCE)
 
     def _home(
-        self, run: HomingRun, settings: Rig, index: int, reset_faults: bool, stop: threading.Event
+        self,
+        run: HomingRun,
+        claim: BusClaim,
+        settings: Rig,
+        index: int,
+        reset_faults: bool,
+        stop: threading.Event,
     ) -> None:
         """In a thread of its own, from the bus taken to the bus given back."""
         state, found = FAILED, None
@@ -138,6 +153,7 @@ class Homings:
             run.words = run.words or f"{type(error).__name__}: {error}"
         if found is not None:
             run.words, run.position, run.within_limits = found.words, found.position, found.within_limits
+        claim.release()  # first: who sees that it has ended may claim the bus at once
         run.state = state
 
     def _with_the_bus(

@@ -12,7 +12,7 @@ import numpy as np
 from api.service.envelope import envelope
 from api.service.live import Broadcast, encode_block
 from api.service.payload_sessions import ActiveSession, PayloadSessions
-from api.service.rig_store import RigStore
+from api.service.rig_operators import RigOperators
 
 ROWS_OF_BLOCK = 200
 """Rows of a block at most: a simulated rig that runs faster than time would fill the line otherwise."""
@@ -27,8 +27,8 @@ class LiveFeed:
     rate : blocks per second, Hz
     """
 
-    def __init__(self, rigs: RigStore, sessions: PayloadSessions, rate: float) -> None:
-        self._rigs = rigs
+    def __init__(self, operators: RigOperators, sessions: PayloadSessions, rate: float) -> None:
+        self._operators = operators
         self._sessions = sessions
         self._pause = 1.0 / rate
         self._broadcasts: dict[str, Broadcast] = {}
@@ -40,11 +40,11 @@ class LiveFeed:
         """Begin; called in the event loop."""
         self._loop = asyncio.get_running_loop()
         self._threads = anyio.CapacityLimiter(2)
-        self._sessions.on_change = self._changed
+        self._sessions.listen(self._changed)
 
     async def close(self) -> None:
         """End all producers."""
-        self._sessions.on_change = lambda active: None
+        self._sessions.unlisten(self._changed)
         for task in self._producers.values():
             task.cancel()
         await asyncio.gather(*self._producers.values(), return_exceptions=True)
@@ -65,8 +65,8 @@ class LiveFeed:
         active = self._sessions.active(rig)
         status: dict[str, Any] = {
             "rig": rig,
-            "operator": self._rigs.operator(rig),
-            "onlookers": self._rigs.onlookers(rig),
+            "operator": self._operators.operator(rig),
+            "onlookers": self._operators.onlookers(rig),
             "session": None,
         }
         if active is None:

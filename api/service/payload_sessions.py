@@ -5,24 +5,31 @@ wait for it.
 """
 
 import logging
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 from threading import Lock
-from typing import Any
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from api.service.accounts import User
 from api.service.audit import AuditLog
+from api.service.bus_claims import BusClaim, BusClaims
 from api.service.database import LONGEST_WORDS, SessionRow
 from api.service.experiment_store import INCOMPLETE, ExperimentStore, session_id
 from api.service.model_workflow import ModelWorkflow
 from api.service.plan_store import PlanStore
 from api.service.problems import Problem
+from api.service.rig_operators import RigOperators
 from api.service.rig_store import RigStore
 from daq.excitation.plan_limits import require_within_limits
 from daq.rig import KnownPayload
 from daq.session_events import SessionEvent, SessionState, StepOutOfTurn
 from identify.recording.errors import InputError
+
+if TYPE_CHECKING:
+    from daq.live import LiveRows
+    from daq.rig_drives import RigCheck
+    from daq.session_workflow import Progress
 
 RECORDING = "recording"
 """State of a recording that grows, or whose process died."""
@@ -32,19 +39,51 @@ MOVING = frozenset({SessionState.ARMED, SessionState.RUNNING})
 _log = logging.getLogger(__name__)
 
 
+class SessionSteps(Protocol):
+    """The steps of a payload session and what can be seen of it, as `daq.session_workflow.PayloadSession` has them."""
+
+    state: SessionState
+    reason: str
+    file: Path | None
+    rig_check: "RigCheck | None"
+
+    @property
+    def progress(self) -> "Progress": ...
+
+    def check(self) -> "RigCheck": ...
+
+    def confirm_payload(self, mass: float) -> None: ...
+
+    def arm(self) -> None: ...
+
+    def start(self) -> None: ...
+
+    def stop(self, reason: str = ...) -> None: ...
+
+    def wait(self, timeout: float | None = None) -> SessionState: ...
+
+    def live(self, seconds: float) -> "LiveRows": ...
+
+    def close(self) -> None: ...
+
+
 @dataclass
 class ActiveSession:
-    """The session that has a rig's bus.
+    """The session that has a rig's bus, or the last one that had it.
 
-    payload_session : daq.session_workflow.PayloadSession
-    events          : what happened so far, in an operator's words
+    rig, experiment, id : whose session it is
+    payload_session     : its steps
+    user                : who checked the rig for it
+    claim               : its claim on the bus, given back when the session has ended
+    events              : what happened so far, in an operator's words
     """
 
     rig: str
     experiment: str
     id: str
-    payload_session: Any
+    payload_session: SessionSteps
     user: str
+    claim: BusClaim | None = None
     events: list[SessionEvent] = field(default_factory=list)
     storing: Lock = field(default_factory=Lock)
 
@@ -53,8 +92,25 @@ class ActiveSession:
         """Where it stands."""
         return self.payload_session.state
 
+    @property
+    def moves(self) -> bool:
+        """Whether the robot moves, or will at the next step."""
+        return self.state in MOVING
+
+    @property
+    def refusal(self) -> str:
+        """For somebody else who wants the bus."""
+        return f"The session {self.id} of {self.experiment} has this rig; finish or discard it."
+
+    def close(self) -> None:
+        """Stop it if need be, let its processes end, and give the bus back."""
+        self.payload_session.close()
+        if self.claim is not None:
+            self.claim.release()
+
 
 Listener = Callable[[ActiveSession], None]
+Result = TypeVar("Result")
 
 
 class PayloadSessions:
@@ -64,6 +120,8 @@ class PayloadSessions:
         self,
         experiments: ExperimentStore,
         rigs: RigStore,
+        operators: RigOperators,
+        claims: BusClaims,
         plans: PlanStore,
         models: ModelWorkflow,
         audit: AuditLog,
@@ -71,17 +129,15 @@ class PayloadSessions:
     ) -> None:
         self._experiments = experiments
         self._rigs = rigs
+        self._operators = operators
+        self._claims = claims
         self._plans = plans
         self._models = models
         self._audit = audit
         self._clock = clock
         self._active: dict[str, ActiveSession] = {}
         self._lock = Lock()
-        self.on_change: Listener = lambda active: None
-        """Called after every event of a session, from that session's thread."""
-        self.homing: Callable[[str], bool] = lambda rig: False
-        """Says whether a joint of a rig looks for its home; set by the homing desk."""
-        rigs.moving = self._moving
+        self._listeners: set[Listener] = set()
 
     # --- looking
 
@@ -89,20 +145,17 @@ class PayloadSessions:
         """The session that has this rig's bus, also one that has just ended."""
         return self._active.get(rig)
 
-    def _moving(self, rig: str) -> bool:
-        active = self._active.get(rig)
-        return self.homing(rig) or (active is not None and active.state in MOVING)
+    def under_way(self) -> ActiveSession | None:
+        """A session that is armed or running, on whichever rig."""
+        return next((active for active in list(self._active.values()) if active.moves), None)
 
-    @contextmanager
-    def without_session(self, rig: str) -> Iterator[None]:
-        """No session has the rig's bus, and none takes it within. Raises the problem 409 if one has."""
-        with self._lock:
-            active = self._active.get(rig)
-            if active is not None and not active.state.ended:
-                raise Problem(
-                    409, f"The session {active.id} of {active.experiment} has this rig; finish or discard it."
-                )
-            yield
+    def listen(self, listener: Listener) -> None:
+        """Call `listener(active)` after every event of a session, from that session's thread; it must return at once."""
+        self._listeners.add(listener)
+
+    def unlisten(self, listener: Listener) -> None:
+        """Call it no more."""
+        self._listeners.discard(listener)
 
     # --- before the motion
 
@@ -133,13 +186,14 @@ class PayloadSessions:
                     f"payload: the experiment has another payload {payload.name} ({known.mass} kg); "
                     "use another name, or that payload"
                 )
-        self._rigs.require(rig, user)
+        self._operators.take(rig, user)
         self._refuse_second(experiment)
         row = SessionRow(
             experiment=experiment,
             id=self._experiments.next_session_id(experiment),
             file=None,
             payload=payload.model_dump(mode="json"),
+            weighed=None,
             role=role,
             rig=rig,
             plan=plan,
@@ -157,11 +211,11 @@ class PayloadSessions:
             active = self._active[row.rig or ""]
             if active.state in MOVING or row.file is not None:
                 raise Problem(409, "The session is armed, running or recorded; it is kept.")
-            active.payload_session.close()
+            active.close()
             del self._active[active.rig]
         self._experiments.forget_session(row)
 
-    def check(self, experiment: str, identifier: str, user: User) -> Any:
+    def check(self, experiment: str, identifier: str, user: User) -> "RigCheck":
         """Take the bus and check nodes, homing and limits; returns the RigCheck.
 
         Raises the problem 409 if another session has the bus.
@@ -169,24 +223,22 @@ class PayloadSessions:
         row = self._prepared(experiment, identifier, user)
         rig = row.rig or ""
         with self._lock:
-            self._free_bus(rig)
+            self._end_session_at_rest(rig)
             settings = self._rigs.rig(rig)
-            payload = KnownPayload.model_validate({k: v for k, v in row.payload.items() if k != "weighed"})
-            active = ActiveSession(rig, experiment, identifier, None, user.name)
-            active.payload_session = open_payload_session(
+            payload_session = open_payload_session(
                 settings,
                 self._experiments.folder(experiment),
                 self._plans.plan(row.plan or ""),
-                payload,
+                KnownPayload.model_validate(row.payload),
                 user.name,
                 on_event=lambda event: self._event(active, event),
                 role=row.role,
                 after_session=lambda _recorded: self._recorded(active),
             )
+            active = ActiveSession(rig, experiment, identifier, payload_session, user.name)
+            active.claim = self._claims.claim(rig, settings.bus, active)
             self._active[rig] = active
-        found: list[Any] = []
-        self._take(active, lambda: found.append(active.payload_session.check()))
-        return found[0]
+        return self._take(active, payload_session.check)
 
     def weigh(self, experiment: str, identifier: str, user: User, mass: Callable[[], float]) -> SessionRow:
         """Note the payload's mass in kg as `mass()` says, typed or from the scale.
@@ -196,7 +248,7 @@ class PayloadSessions:
         row = self._prepared(experiment, identifier, user)
         if row.state in (SessionState.CONFIRMED, SessionState.ARMED, SessionState.RUNNING) or row.file:
             raise Problem(409, f"The session is {row.state}; the payload is weighed before.")
-        row.payload = row.payload | {"weighed": mass()}
+        row.weighed = mass()
         self._experiments.change_session(row)
         return row
 
@@ -204,22 +256,26 @@ class PayloadSessions:
         """The operator confirms that this payload is mounted; the weighed mass must be the payload's."""
         active = self._step(experiment, identifier, user)
         row = self._experiments.session(experiment, identifier)
-        if "weighed" not in row.payload:
+        weighed = row.weighed
+        if weighed is None:
             raise Problem(409, "Weigh the payload first.")
-        return self._take(active, lambda: active.payload_session.confirm_payload(row.payload["weighed"]))
+        self._take(active, lambda: active.payload_session.confirm_payload(weighed))
+        return self._row(active)
 
     def arm(self, experiment: str, identifier: str, user: User, client: str = "") -> SessionRow:
         """Start recorder and monitors; the next step moves the robot."""
         active = self._step(experiment, identifier, user)
         self._asked(active, user, "session arm", client)
-        return self._take(active, active.payload_session.arm)
+        self._take(active, active.payload_session.arm)
+        return self._row(active)
 
     def start(self, experiment: str, identifier: str, user: User, client: str = "") -> SessionRow:
         """Move the robot."""
         active = self._step(experiment, identifier, user)
         # Written before anything moves: without a log there is no motion.
         self._asked(active, user, "session start", client)
-        return self._take(active, active.payload_session.start)
+        self._take(active, active.payload_session.start)
+        return self._row(active)
 
     def recover(self, experiment: str, identifier: str, user: User) -> SessionRow:
         """Close a recording whose process died; every row that was flushed is kept, and it is listed if it may serve.
@@ -286,7 +342,7 @@ class PayloadSessions:
     def close(self) -> None:
         """Stop everything and let the processes end; the recordings are kept."""
         for active in list(self._active.values()):
-            active.payload_session.close()
+            active.close()
 
     # --- inside
 
@@ -294,7 +350,7 @@ class PayloadSessions:
         row = self._experiments.session(experiment, identifier)
         if row.rig is None or (row.file is not None and not self._is_active(row)):
             raise Problem(409, f"The session {identifier} is {row.state}; prepare a new one.")
-        self._rigs.require(row.rig, user)
+        self._operators.take(row.rig, user)
         return row
 
     def _is_active(self, row: SessionRow) -> bool:
@@ -316,25 +372,26 @@ class PayloadSessions:
             raise Problem(409, "Check the rig first.")
         return self._active[row.rig or ""]
 
-    def _free_bus(self, rig: str) -> None:
-        if self.homing(rig):
-            raise Problem(409, "A joint of this rig looks for its home; wait for it, or stop it.")
+    def _end_session_at_rest(self, rig: str) -> None:
+        """A session that moves nothing gives way to the next one on its rig."""
         other = self._active.get(rig)
         if other is None:
             return
-        if other.state in MOVING:
+        if other.moves:
             raise Problem(
                 409, f"The session {other.id} of {other.experiment} is {other.state.value} on this rig."
             )
-        other.payload_session.close()
+        other.close()
 
-    def _take(self, active: ActiveSession, step: Callable[[], Any]) -> SessionRow:
+    def _take(self, active: ActiveSession, step: Callable[[], Result]) -> Result:
         try:
-            step()
+            return step()
         except StepOutOfTurn as error:
             raise Problem(409, str(error)) from error
         finally:
             self._store(active)
+
+    def _row(self, active: ActiveSession) -> SessionRow:
         return self._experiments.session(active.experiment, active.id)
 
     def _asked(self, active: ActiveSession, user: User, action: str, client: str) -> None:
@@ -344,13 +401,15 @@ class PayloadSessions:
     def _event(self, active: ActiveSession, event: SessionEvent) -> None:
         if event.kind != "progress":
             active.events.append(event)
+        if event.state.ended and active.claim is not None:
+            active.claim.release()  # its processes have ended before it says so
         try:
             if event.kind == "state":
                 self._follow(active, event)
         except Exception:
             # The motion goes on whatever our database says; the recording is the truth.
             _log.exception("session %s of %s: the index was not updated", active.id, active.experiment)
-        self.on_change(active)
+        self._announce(active)
 
     def _follow(self, active: ActiveSession, event: SessionEvent) -> None:
         self._store(active)
@@ -361,7 +420,11 @@ class PayloadSessions:
         """The recording stands in the experiment: identify over all sessions so far."""
         self._experiments.refresh(active.experiment)
         self._models.refit(active.experiment, active.user)
-        self.on_change(active)
+        self._announce(active)
+
+    def _announce(self, active: ActiveSession) -> None:
+        for listener in list(self._listeners):
+            listener(active)
 
     def _store(self, active: ActiveSession) -> None:
         """Bring the index up to where the session stands now, whichever thread comes last."""
@@ -377,7 +440,7 @@ class PayloadSessions:
             self._experiments.change_session(row)
 
 
-def open_payload_session(*arguments: Any, **named: Any) -> Any:
+def open_payload_session(*arguments: Any, **named: Any) -> SessionSteps:
     """A `daq.session_workflow.PayloadSession`; its buses are loaded only when a session needs them."""
     from daq.session_workflow import PayloadSession
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from api.service.accounts import Accounts
 from api.service.audit import AuditLog
+from api.service.bus_claims import BusClaims
 from api.service.database import Database, open_database
 from api.service.experiment_store import ExperimentStore
 from api.service.homings import Homings
@@ -13,6 +14,7 @@ from api.service.model_workflow import ModelWorkflow
 from api.service.payload_sessions import PayloadSessions
 from api.service.plan_store import PlanStore
 from api.service.planner import Planner
+from api.service.rig_operators import RigOperators
 from api.service.rig_stop import RigStop
 from api.service.rig_store import RigStore
 from api.service.separating_plans import SeparatingPlanner
@@ -35,6 +37,8 @@ class Service:
     jobs: JobRunner
     models: ModelWorkflow
     rigs: RigStore
+    claims: BusClaims
+    operators: RigOperators
     plans: PlanStore
     planner: Planner
     separating: SeparatingPlanner
@@ -57,10 +61,12 @@ def create_service(settings: ServiceSettings) -> Service:
     experiments = ExperimentStore(database, settings.experiments_folder, clock)
     jobs = JobRunner(database, clock, settings.workers)
     models = ModelWorkflow(experiments, jobs)
-    rigs = RigStore(settings.data_folder / "rigs", clock)
+    rigs = RigStore(settings.data_folder / "rigs")
+    claims = BusClaims()
+    operators = RigOperators(claims, clock)
     plans = PlanStore(settings.data_folder / "plans")
-    sessions = PayloadSessions(experiments, rigs, plans, models, audit, clock)
-    homings = Homings(rigs, sessions, audit)
+    sessions = PayloadSessions(experiments, rigs, operators, claims, plans, models, audit, clock)
+    homings = Homings(rigs, operators, claims, audit)
     return Service(
         settings=settings,
         database=database,
@@ -71,6 +77,8 @@ def create_service(settings: ServiceSettings) -> Service:
         jobs=jobs,
         models=models,
         rigs=rigs,
+        claims=claims,
+        operators=operators,
         plans=plans,
         planner=Planner(rigs, plans, jobs),
         separating=SeparatingPlanner(experiments, models, rigs, plans),
@@ -78,6 +86,6 @@ def create_service(settings: ServiceSettings) -> Service:
         homings=homings,
         rig_stop=RigStop(sessions, homings),
         samples=SessionCache(),
-        live=LiveFeed(rigs, sessions, settings.live_rate),
+        live=LiveFeed(operators, sessions, settings.live_rate),
         scale=WeighingScale(settings.scale_port),
     )

@@ -1,7 +1,7 @@
 """The experiment on disk."""
 
 from identify.recording.errors import InputError
-from identify.recording.experiment import Experiment, Session, SessionEntry, load_experiment
+from identify.recording.experiment import Experiment, load_experiment
 from identify.recording.experiment_file import (
     DeclaredSession,
     ExperimentFile,
@@ -13,6 +13,7 @@ from identify.recording.experiment_file import (
     append_session,
     write_experiment,
 )
+from identify.recording.session import Session, SessionEntry
 
 __all__ = [
     "DeclaredSession",

@@ -9,7 +9,7 @@ import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +17,7 @@ from numpy.typing import NDArray
 from identify.recording.errors import InputError
 from identify.recording.interpolation import interpolate, previous
 from identify.recording.samples import RawSamples, SampleColumns, release
-
-if TYPE_CHECKING:
-    from identify.recording.experiment import Session, SessionEntry
+from identify.recording.session import Session, SessionEntry
 
 Array = NDArray[np.float64]
 
@@ -75,8 +73,6 @@ def uniform_session(entry: SessionEntry, raw: RawSamples) -> Session:
 
     :raises InputError: no piece of the record is long enough to be used.
     """
-    from identify.recording.experiment import Session
-
     time = raw.time
     if len(time) < SHORTEST_SEGMENT:
         raise InputError(f"{entry.path}: holds {len(time)} samples; at least {SHORTEST_SEGMENT} are needed")

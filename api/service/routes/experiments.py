@@ -25,6 +25,9 @@ class SessionSummary(BaseModel):
     id: str = Field(examples=["session-01"])
     file: str | None = Field(description="null until it is measured", examples=["session-01.h5"])
     payload: dict[str, Any] = Field(examples=[{"name": "disk", "mass": 3.4584, "com": [1.277, 0.0, 0.0]}])
+    weighed: float | None = Field(
+        description="kg, the payload as weighed; null where it was not weighed here", examples=[3.4602]
+    )
     role: Literal["identification", "validation"] = Field(examples=["identification"])
     state: str = Field(
         description="new, checked, payload confirmed, armed, running; done, aborted, faulted; "

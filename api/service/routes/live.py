@@ -35,13 +35,13 @@ async def rig_live(websocket: WebSocket, user: access.Viewer, rig: str) -> None:
     await websocket.accept()
     broadcast = service.live.broadcast(rig)
     viewer = broadcast.join()
-    service.rigs.look_live(rig, user, +1)
+    service.operators.watch_live(rig, user, +1)
     service.live.tell(rig)
     try:
         await _until_gone(websocket, lambda: _send_all(websocket, viewer))
     finally:
         broadcast.leave(viewer)
-        service.rigs.look_live(rig, user, -1)
+        service.operators.watch_live(rig, user, -1)
         service.live.tell(rig)
 
 

@@ -50,7 +50,7 @@ class HandOver(BaseModel):
 
 
 class HomingOrder(BaseModel):
-    """Which joint is to look for its home, and how."""
+    """Which joint is to be homed, and how."""
 
     joint: str = Field(examples=["j3"])
     method: Annotated[int, Field(ge=-128, le=127)] | None = Field(
@@ -95,8 +95,8 @@ def _summary(request: Request, rig: str) -> dict[str, Any]:
         "description": settings.description if settings else None,
         "simulated": bool(settings and settings.simulated is not None),
         "problem": problem,
-        "operator": service.rigs.operator(rig),
-        "onlookers": service.rigs.onlookers(rig),
+        "operator": service.operators.operator(rig),
+        "onlookers": service.operators.onlookers(rig),
     }
 
 
@@ -114,10 +114,10 @@ def list_rigs(request: Request, _user: access.Viewer) -> list[RigSummary]:
 
 @router.get("/rigs/{rig}")
 def get_rig(request: Request, user: access.Viewer, rig: RigId) -> RigView:
-    """One rig: its settings, who has it, who looks on, and the session under way."""
+    """One rig: its settings, its operator, who watches it, and the session under way."""
     service = service_of(request)
     settings = service.rigs.rig(rig)
-    service.rigs.look(rig, user)
+    service.operators.watch(rig, user)
     return RigView.model_validate(
         {
             **_summary(request, rig),
@@ -132,7 +132,7 @@ def get_rig(request: Request, user: access.Viewer, rig: RigId) -> RigView:
 def take(request: Request, user: access.Operator, rig: RigId) -> RigSummary:
     """Have the rig: only one operator does at a time."""
     service = service_of(request)
-    service.rigs.take(_known(request, rig), user)
+    service.operators.take(_known(request, rig), user)
     service.live.tell(rig)
     return RigSummary.model_validate(_summary(request, rig))
 
@@ -141,7 +141,7 @@ def take(request: Request, user: access.Operator, rig: RigId) -> RigSummary:
 def release(request: Request, user: access.Operator, rig: RigId) -> RigSummary:
     """Give the rig back."""
     service = service_of(request)
-    service.rigs.release(_known(request, rig), user)
+    service.operators.release(_known(request, rig), user)
     service.live.tell(rig)
     return RigSummary.model_validate(_summary(request, rig))
 
@@ -154,14 +154,14 @@ def hand_over(request: Request, user: access.Operator, rig: RigId, change: HandO
     receiver = next((row for row in service.accounts.users() if row.name == change.to), None)
     if receiver is None or not Role(receiver.role).covers(Role.OPERATOR):
         raise Problem(409, f"{change.to} is not an operator of this service.")
-    service.rigs.hand_over(rig, user, change.to)
+    service.operators.hand_over(rig, user, change.to)
     service.live.tell(rig)
     return RigSummary.model_validate(_summary(request, rig))
 
 
 @router.post("/rigs/{rig}/homing", status_code=202, responses=problems(409, 503))
 def home(request: Request, user: access.Operator, rig: RigId, order: HomingOrder) -> HomingView:
-    """Let one joint's drive look for its home: the axis moves, and no limit of the rig file watches it.
+    """Home one joint: its drive moves the axis by itself, and no limit of the rig file watches it.
 
     Returns at once; ask how it goes, and stop it as any motion with `POST /rigs/{rig}/stop`.
     """

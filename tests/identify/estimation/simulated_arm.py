@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 
 from identify.recording import Experiment
-from identify.recording.experiment import SessionEntry
 from identify.recording.experiment_file import ExperimentFile
 from identify.recording.samples import RawSamples
 from identify.recording.sampling import uniform_session
+from identify.recording.session import SessionEntry
 
 G = 9.81
 GAIN = 35.15  # N m per unit of command

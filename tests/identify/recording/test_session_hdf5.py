@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from identify.recording import InputError
-from identify.recording.experiment import SessionEntry
 from identify.recording.experiment_file import Payload
 from identify.recording.sampling import uniform_session
+from identify.recording.session import SessionEntry
 from identify.recording.session_hdf5 import read_hdf5_session
 
 MATRIX = np.array([[1e-4, 0.0], [-5e-5, 2e-4]])

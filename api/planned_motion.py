@@ -1,0 +1,117 @@
+"""Numbers of a planned motion before anything moves: the torque to expect, and how well the motion determines a model."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from daq.excitation.excitation_plan import ExcitationPlan
+from daq.rig import KnownPayload, Rig
+from identify.dynamics.base_parameters import base_parameters
+from identify.dynamics.geometry import Geometry
+from identify.dynamics.payload import payload_torque
+
+SLOW = 0.10
+"""Part of the greatest speed that the paper calls low (Table III)."""
+WELL_CONDITIONED = 100.0
+"""Condition number of the observation matrix up to which every parameter is determined in practice."""
+
+
+def predicted_torque(
+    rig: Rig,
+    payload: KnownPayload,
+    identified: Mapping[str, float],
+    position: np.ndarray,
+    velocity: np.ndarray,
+    acceleration: np.ndarray,
+) -> np.ndarray | None:
+    """(N, n) joint torque of eq. (8), N m or N, with a known payload.
+
+    identified : name -> value of the inertial, viscous, dry and offset parameters
+
+    None where these do not hold every base parameter of the rig's robot.
+    """
+    geometry = Geometry.from_robot(rig.robot)
+    base = base_parameters(geometry)
+    if any(identified.get(name) is None for name in base.names):
+        return None
+    torque = base.columns(position, velocity, acceleration) @ np.array(
+        [identified[name] for name in base.names]
+    )
+    torque = torque + payload_torque(geometry, payload, position, velocity, acceleration)
+    for joint in range(torque.shape[1]):
+        viscous, dry, offset = (
+            identified.get(f"{name}{joint + 1}") or 0.0 for name in ("FV", "FC", "offset")
+        )
+        torque[:, joint] += viscous * velocity[:, joint] + dry * np.sign(velocity[:, joint]) + offset
+    return torque
+
+
+@dataclass(frozen=True)
+class Determination:
+    """How well a motion alone determines the parameters of the usual model, eq. (8).
+
+    parameters : number of them
+    condition  : greatest condition number of a joint's observation matrix, columns of unit length
+    weak       : names of those that cannot be separated by this motion; empty where all are determined
+    """
+
+    parameters: int
+    condition: float
+    weak: tuple[str, ...]
+
+
+def determination(
+    rig: Rig, position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray
+) -> Determination:
+    """Of a motion (N, n) in rad or m, joint by joint."""
+    step = slice(None, None, 6)
+    base = base_parameters(Geometry.from_robot(rig.robot))
+    columns = base.columns(position[step], velocity[step], acceleration[step])
+    weak: dict[str, None] = {}
+    worst, count = 1.0, len(base.names)
+    for joint in range(columns.shape[1]):
+        dq = velocity[step][:, joint]
+        acts = base.acts_on(joint)
+        W = np.column_stack([columns[:, joint, acts], dq, np.sign(dq), np.ones_like(dq)])
+        names = [name for name, on in zip(base.names, acts, strict=True) if on] + ["FV", "FC", "offset"]
+        count += 3
+        norms = np.linalg.norm(W, axis=0)
+        weak |= dict.fromkeys(name for name, norm in zip(names, norms, strict=True) if norm == 0)
+        _, singular, directions = np.linalg.svd(W[:, norms > 0] / norms[norms > 0], full_matrices=False)
+        condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
+        worst = max(worst, condition)
+        if condition > WELL_CONDITIONED:
+            present = [name for name, norm in zip(names, norms, strict=True) if norm > 0]
+            weak |= dict.fromkeys(present[index] for index in np.flatnonzero(np.abs(directions[-1]) > 0.3))
+    return Determination(count, worst, tuple(weak))
+
+
+@dataclass(frozen=True)
+class MotionShares:
+    """How much of a plan is which kind of motion, of each joint.
+
+    slow             : (n,) share of the time below a tenth of the greatest speed, at rest left out
+    fastest          : (n,) greatest speed as a share of the speed limit
+    lesser_direction : (n,) share of the time in the direction that is driven less
+    repeats          : periods that repeat exactly
+    repeated         : share of the plan in which motion repeats exactly
+    """
+
+    slow: np.ndarray
+    fastest: np.ndarray
+    lesser_direction: np.ndarray
+    repeats: float
+    repeated: float
+
+
+def motion_shares(plan: ExcitationPlan, rig: Rig, velocity: np.ndarray) -> MotionShares:
+    """Of a plan with that velocity, (N, n) rad/s or m/s at even times."""
+    speed = np.abs(velocity)
+    return MotionShares(
+        slow=((speed > 1e-6) & (speed < SLOW * speed.max(axis=0))).mean(axis=0),
+        fastest=(speed / np.array([axis.limits.velocity for axis in rig.axes])).max(axis=0),
+        lesser_direction=np.minimum((velocity > 1e-6).mean(axis=0), (velocity < -1e-6).mean(axis=0)),
+        repeats=sum((end - begin) / period for begin, end, period in plan.repeated),
+        repeated=sum(end - begin for begin, end, _ in plan.repeated) / plan.duration,
+    )
