@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from identify.effects.catalogue import catalogue
     from identify.estimation.identification import Identification, identify
     from identify.recording import Experiment, InputError, load_experiment
+    from identify.results.simulation import SimulationDocument
+    from identify.simulation.simulate import simulate
 
 __all__ = [
     "Diagnosis",
@@ -25,11 +27,13 @@ __all__ = [
     "Identification",
     "Improvement",
     "InputError",
+    "SimulationDocument",
     "catalogue",
     "diagnose",
     "identify",
     "improve",
     "load_experiment",
+    "simulate",
 ]
 
 _HOMES = {
@@ -43,6 +47,8 @@ _HOMES = {
     "Experiment": "identify.recording",
     "InputError": "identify.recording",
     "load_experiment": "identify.recording",
+    "SimulationDocument": "identify.results.simulation",
+    "simulate": "identify.simulation.simulate",
 }
 
 

@@ -13,13 +13,11 @@ from identify.effects.dry_friction import (
 from identify.effects.effect import Constants, Effect, finer, geometric_grid
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter, Relation
-from identify.effects.picture import OVER_TRAVEL
 from identify.effects.viscous import Stribeck
 
 
 class Presliding(Effect):
     name = "presliding"
-    title = "elastic give before the joint slides (presliding)"
     group = "memory"
     equation = "F_p (z − sign(q̇)),  dz/dq = (1 − z sign(q̇)) / δ"
     explanation = (
@@ -31,8 +29,8 @@ class Presliding(Effect):
     source = "Dahl 1968; Canudas de Wit et al. 1995 (LuGre without the velocity term)"
     needs = ("many reversals",)
     variable = "travel since reversal"
-    picture = OVER_TRAVEL
     confusable = ("stribeck", "backlash")
+    simulated = "state"
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
         lowest = max(3.0 * summary.position_resolution, 3e-4 * summary.span)
@@ -57,6 +55,17 @@ class Presliding(Effect):
     def plausible(self, values: Array) -> bool:
         return bool(values[0] > 0)
 
+    def state_after(self, state: Array, travel: Array, constants: Constants) -> Array:
+        heading = np.sign(travel)
+        fading = np.exp(-np.abs(travel) / constants["presliding_distance"])
+        return np.where(heading == 0.0, state, heading + (state - heading) * fading)
+
+    def stiffness_of_state(self, values: Array, constants: Constants) -> float:
+        return 2.0 * abs(float(values[0])) / constants["presliding_distance"]
+
+    def columns_of_state(self, motion: JointMotion, state: Array, constants: Constants) -> Array:
+        return (state - motion.direction)[:, None]
+
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         state = dahl_state(motion, constants["presliding_distance"])
         return (state - motion.direction)[:, None]
@@ -64,7 +73,6 @@ class Presliding(Effect):
 
 class Backlash(Effect):
     name = "backlash"
-    title = "play between motor and joint (backlash)"
     group = "memory"
     equation = (
         "a ∂τ_out/∂q s − c s̈;  s: the link's place in the gap, pushed by motion (play) or by load (flank)"
@@ -83,9 +91,9 @@ class Backlash(Effect):
     source = "Nordin, Gutman 2002, Automatica 38 (mechanical systems with backlash)"
     needs = ("reversals of motion and of load", "an encoder on the motor's side")
     variable = "load"
-    picture = OVER_TRAVEL
     confusable = ("presliding", "elasticity")
     uses_load = True
+    simulated = "record"
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
         lowest = max(4.0 * summary.position_resolution, 5e-4 * summary.span)

@@ -18,8 +18,6 @@ NAMED_MODELS: dict[str, tuple[str, ...]] = {
     "usual": USUAL,
     "load-velocity": (*USUAL, "load-friction-asymmetric", "stribeck", "load-stribeck"),
 }
-IN_EVERY_MODEL = NAMED_MODELS["rigid"]
-"""effects that no model is without"""
 
 
 @dataclass(frozen=True)

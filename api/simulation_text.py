@@ -1,0 +1,62 @@
+"""The errors of simulated motion as text for the terminal."""
+
+from collections.abc import Iterator
+
+from identify.results.simulation import HorizonErrors, JointMotionError, SimulationDocument
+
+
+def simulation_text(document: SimulationDocument) -> str:
+    """`simulate --json` as text."""
+    return "\n".join(_lines(document))
+
+
+def _lines(document: SimulationDocument) -> Iterator[str]:
+    driven = "the recorded torque"
+    if document.controller is not None:
+        driven = f"its controllers (gains {document.controller.source})"
+        driven = driven.replace("(gains file)", "(gains from a file)")
+    yield f"{document.experiment}, model {document.model}, driven by {driven}:"
+    yield f"effects: {', '.join(str(effect) for effect in document.effects)}"
+    yield "root mean square of simulated less measured motion"
+    for errors in document.horizons:
+        yield ""
+        yield _heading(errors)
+        beside = any(own.position_rms_usual is not None for own in errors.joints)
+        yield f"  {'joint':10s} {'position':>14s} {'speed':>16s}" + (
+            f" {'usual model:':>14s} {'position':>14s} {'speed':>16s}" if beside else ""
+        )
+        for own in errors.joints:
+            yield _row(own, beside)
+    for effect in document.along_record:
+        yield ""
+        yield (
+            f"{effect.effect}@{effect.joint}: its torque was taken along the measured motion, since it is made of"
+            " derivatives over time"
+        )
+    for remark in document.remarks:
+        yield f"Remark: {remark}"
+
+
+def _heading(errors: HorizonErrors) -> str:
+    sessions = f"{errors.role} sessions"
+    if errors.horizon is None:
+        return f"Free run from the start, {sessions}:"
+    windows = errors.joints[0].windows
+    return f"{errors.horizon:g} s ahead, {sessions}, {windows} window{'' if windows == 1 else 's'}:"
+
+
+def _row(own: JointMotionError, beside: bool) -> str:
+    speed = f"{own.unit}/s"
+    text = f"  {own.joint:10s} {_figure(own.position_rms, own.unit):>14s} {_figure(own.velocity_rms, speed):>16s}"
+    if beside:
+        text += (
+            f" {'':>14s} {_figure(own.position_rms_usual, own.unit):>14s}"
+            f" {_figure(own.velocity_rms_usual, speed):>16s}"
+        )
+    if own.left_record_at is not None:
+        text += f"  a tenth of its range off at {own.left_record_at:.3g} s"
+    return text
+
+
+def _figure(value: float | None, unit: str) -> str:
+    return "–" if value is None else f"{value:.3g} {unit}"

@@ -1,0 +1,84 @@
+"""How well a model predicts motion: the document of `coulomb simulate --json`."""
+
+from typing import Literal
+
+from pydantic import Field
+
+from identify.results.document import Document, Figure, Part
+from identify.results.effect import EffectOnJoint
+
+
+class JointMotionError(Part):
+    """How far the simulated motion of a joint is from the measured one; root mean squares over all samples."""
+
+    joint: str = Field(description="name of the joint", examples=["j3"])
+    position_rms: Figure = Field(description="rad or m", examples=[0.0015])
+    velocity_rms: Figure = Field(description="rad/s or m/s", examples=[0.0036])
+    unit: Literal["rad", "m"] = Field(description="of the position", examples=["rad"])
+    windows: int = Field(description="how many windows the figures are of", examples=[60])
+    left_record_at: Figure = Field(
+        description="s into the session at which the free run was first a tenth of the joint's range of motion off; null"
+        " for windows, and where it never was",
+        examples=[None],
+    )
+    position_rms_usual: Figure = Field(
+        default=None,
+        description="rad or m, of the usual model (eq. 8) on the same windows; null where the model is the usual one",
+    )
+    velocity_rms_usual: Figure = Field(default=None, description="rad/s or m/s, likewise")
+
+
+class SessionMotionError(Part):
+    """The errors in one session."""
+
+    file: str = Field(description="the session's file", examples=["session-00.csv"])
+    payload: str = Field(description="what was carried", examples=["none"])
+    joints: tuple[JointMotionError, ...] = Field(description="errors of each joint")
+
+
+class HorizonErrors(Part):
+    """Errors at one horizon, in the sessions of one role."""
+
+    horizon: Figure = Field(description="s; null is the free run from the record's start", examples=[1.0])
+    role: Literal["identification", "validation"] = Field(description="of the sessions")
+    joints: tuple[JointMotionError, ...] = Field(description="errors of each joint, sessions together")
+    sessions: tuple[SessionMotionError, ...] = Field(description="errors of each session")
+    energy_drift: Figure = Field(
+        description="by how much kinetic and potential energy depart from the work done, in parts of the work: a figure of"
+        " the integration, not of the model; null where the model has no rigid robot of its own",
+        examples=[1e-5],
+    )
+    simulated_seconds: float = Field(description="s of motion, all windows together", examples=[60.0])
+
+
+class ControllerGains(Part):
+    """The controller that closes the loop on one joint; the command's unit is that of the record."""
+
+    joint: str = Field(description="name of the joint", examples=["j3"])
+    position: float = Field(description="command per rad or m of position error")
+    velocity: float = Field(description="command per rad/s or m/s of measured speed")
+    reference_velocity: float = Field(description="command per rad/s or m/s of the reference's speed")
+    integral: float = Field(description="command per rad s or m s of the error's integral")
+    offset: float = Field(description="command")
+    limit: Figure = Field(description="largest command either way; null where there is none")
+
+
+class ControllerUsed(Part):
+    """The controllers that a simulation closed the loop with."""
+
+    source: Literal["file", "estimated"] = Field(description="where the gains come from")
+    joints: tuple[ControllerGains, ...] = Field(description="gains of each joint")
+
+
+class SimulationDocument(Document):
+    """Errors of simulated motion, by horizon and role."""
+
+    experiment: str = Field(description="name of the experiment", examples=["rx130l-joint3"])
+    model: str = Field(description="as it was asked for", examples=["usual"])
+    effects: tuple[EffectOnJoint, ...] = Field(description="of the model")
+    controller: ControllerUsed | None = Field(description="null where the recorded torque drives the model")
+    horizons: tuple[HorizonErrors, ...] = Field(description="shortest first, the free run last")
+    along_record: tuple[EffectOnJoint, ...] = Field(
+        description="effects whose torque was taken along the measured motion, since it is made of derivatives over time"
+    )
+    remarks: tuple[str, ...] = Field(description="what the reader must know")

@@ -1,0 +1,139 @@
+"""One step of motion: the acceleration that a torque makes, with stick and slip, and its integral.
+
+Dry friction leaves the acceleration undefined at rest: a joint at rest stays there while the torque that friction must
+make is below the breakaway torque in that direction (the stiction area of eq. 26), else it slides the way that the torque
+pushes (Karnopp 1985). A joint that stops within a step is brought to rest at that instant and asked anew.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.simulation.torque_model import TorqueModel, Windows
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+SETTLED = 1e-9
+"""part of the torque's size below which what is left of the equation of motion counts as solved"""
+MOST_ITERATIONS = 8
+"""Newton steps; friction that follows the load is linear within a quadrant of Fig. 2, so that two or three do. Where the
+load passes through zero, friction with a step there (beta_m − beta_g) has no exact solution: the load rests at zero"""
+
+
+def accelerations(model: TorqueModel, windows: Windows, applied: Array, guess: Array) -> tuple[Array, Array]:
+    """The acceleration under an applied torque, and the direction that dry friction opposes.
+
+    applied : (windows, joints) N m or N
+    guess   : (windows, joints) accelerations to start from
+    Returns   accelerations rad/s² or m/s² (0 where a joint sticks) and directions -1, 0, 1, (windows, joints) each
+    """
+    resting = windows.dq == 0.0
+    direction = np.where(resting, 0.0, np.sign(windows.dq))
+    if not resting.any():
+        windows = replace(windows, direction=direction)
+        return _solved(model, windows, applied, guess, np.zeros(resting.shape, bool)), direction
+    stuck = resting.copy()
+    # one joint that breaks away may free the next one, so there are as many rounds as joints
+    acceleration = guess
+    for _ in range(windows.q.shape[1] + 1):
+        windows = replace(windows, direction=direction)
+        acceleration = _solved(model, windows, applied, np.where(stuck, 0.0, guess), stuck)
+        released, ways = _breaking_away(model, windows, applied, acceleration, stuck)
+        if not released.any():
+            break
+        direction = np.where(released, ways, direction)
+        stuck &= ~released
+    # what was released against its own acceleration stays: the friction of another joint's motion holds it
+    held = resting & ~stuck & (acceleration * direction < 0)
+    return np.where(held, 0.0, acceleration), np.where(held | stuck, 0.0, direction)
+
+
+def _breaking_away(
+    model: TorqueModel, windows: Windows, applied: Array, acceleration: Array, stuck: Mask
+) -> tuple[Mask, Array]:
+    """Joints at rest whose torque exceeds the friction that can hold them, and the way that they set off."""
+    limits = []
+    for way in (1.0, -1.0):
+        tried = replace(windows, direction=np.where(stuck, way, windows.direction))
+        limits.append(model.torque(tried, acceleration))
+    forwards = stuck & (applied > np.maximum(*limits))
+    backwards = stuck & (applied < np.minimum(*limits))
+    return forwards | backwards, np.where(forwards, 1.0, -1.0)
+
+
+def _solved(model: TorqueModel, windows: Windows, applied: Array, guess: Array, stuck: Mask) -> Array:
+    """Newton's method on torque(acceleration) = applied, stuck joints held at rest."""
+    acceleration = np.where(stuck, 0.0, guess)
+    torque, slope = model.with_slope(windows, acceleration)
+    held = stuck[:, :, None] | stuck[:, None, :]
+    size = SETTLED * np.maximum(1e-12, np.max(np.abs(applied), initial=0.0))
+    best, least = acceleration, np.full(len(acceleration), np.inf)
+    for iteration in range(MOST_ITERATIONS):
+        left = np.where(stuck, 0.0, applied - torque)
+        worst = np.max(np.abs(left), axis=1)
+        better = worst < least
+        best = np.where(better[:, None], acceleration, best)
+        least = np.where(better, worst, least)
+        if worst.max(initial=0.0) <= size:
+            return best
+        inertia = np.where(held, 0.0, slope)
+        inertia += np.where(stuck, 1.0, 0.0)[:, :, None] * np.eye(stuck.shape[1])
+        acceleration = acceleration + np.linalg.solve(inertia, left[:, :, None])[:, :, 0]
+        if model.linear:
+            return acceleration
+        torque, slope = model.with_slope(windows, acceleration)
+        if iteration == MOST_ITERATIONS - 1:
+            worst = np.max(np.abs(np.where(stuck, 0.0, applied - torque)), axis=1)
+            best = np.where((worst < least)[:, None], acceleration, best)
+    return best
+
+
+def step(
+    model: TorqueModel, windows: Windows, period: float, applied: Array, beginning: tuple[Array, Array]
+) -> tuple[Windows, Array]:
+    """The windows one step later, and a guess of the acceleration there.
+
+    applied   : torque at the end of the step, (windows, joints)
+    beginning : acceleration and direction at the beginning, as `accelerations` gives them
+    Second order (Heun 1900), so that the energy of a joint without friction drifts with the square of the step.
+    """
+    first, direction = beginning
+    velocity = windows.dq + period * first
+    stops = (windows.dq * velocity < 0.0) & (windows.dq != 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        instant = np.where(stops, -windows.dq / np.where(first == 0.0, 1.0, first), 0.0)
+    position = windows.q + np.where(
+        stops, 0.5 * windows.dq * instant, period * windows.dq + 0.5 * period**2 * first
+    )
+    middle = replace(
+        windows,
+        time=windows.time + period,
+        q=position,
+        dq=np.where(stops, 0.0, velocity),
+        direction=direction,
+        memory=model.advanced(windows.memory, windows.q, position),
+    )
+    second, onwards = accelerations(model, middle, applied, first)
+    rest = np.where(stops, period - instant, 0.0)
+    velocity = np.where(stops, rest * second, windows.dq + 0.5 * period * (first + second))
+    # a joint that set off, or moved, the one way does not pass rest unseen in the other
+    before = np.where(windows.dq != 0.0, np.sign(windows.dq), direction)
+    velocity = np.where(~stops & (velocity * before < 0.0), 0.0, velocity)
+    moved = np.where(
+        stops,
+        position + 0.5 * rest**2 * second,
+        windows.q + period * windows.dq + period**2 * (2.0 * first + second) / 6.0,
+    )
+    turned = np.where(stops, position, windows.q)
+    ended = replace(
+        middle,
+        q=moved,
+        dq=velocity,
+        direction=np.where(velocity == 0.0, 0.0, np.sign(velocity)),
+        memory=model.advanced(model.advanced(windows.memory, windows.q, turned), turned, moved),
+    )
+    return ended, np.where(stops, second, np.where(onwards == 0.0, 0.0, second))

@@ -1,0 +1,132 @@
+"""What a simulation starts from and is compared with: the motion of a session at the rate of its rows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.estimation.context import JointContext, contexts, slot_rows
+from identify.estimation.fitting import FittedModel
+from identify.recording import SessionEntry
+
+Array = NDArray[np.float64]
+
+
+LARGEST_STEP = 4e-3
+"""s between rows of the measured motion that a simulation is driven by and compared with, where the record is faster; the
+torque between two rows is their mean, so that no impulse is lost"""
+
+
+@dataclass(frozen=True)
+class MeasuredMotion:
+    """One stretch of a session without a hole, the ends that the filters need left out; SI units.
+
+    torque       : (N, n) joint torque g_f v as recorded (eq. 7), N m or N
+    command      : (N, n) the recorded command, unit of the drive gain
+    along_record : (N, n) torque of the effects that a simulation takes from the measured motion
+    resting      : (N, n) whether the joint stands still
+    """
+
+    period: float
+    time: Array
+    q: Array
+    dq: Array
+    direction: Array
+    torque: Array
+    command: Array
+    external: Array | None
+    temperature: Array | None
+    along_record: Array
+    resting: NDArray[np.bool_]
+    extra: dict[str, Array]
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def thinned(self) -> MeasuredMotion:
+        """Every few rows of a record that is faster than a simulation needs; measured columns are means around them."""
+        stride = max(1, int(LARGEST_STEP / self.period + 1e-9))
+        if stride == 1:
+            return self
+
+        def mean(values: Array) -> Array:
+            # trapezoidal weights: half of each outer row belongs to the neighbours
+            padded = np.pad(values, ((stride, stride), (0, 0)), mode="edge")
+            weights = np.convolve(np.ones(stride), np.ones(stride)) / stride**2
+            smooth = sum(
+                weight * padded[1 + shift : 1 + shift + len(values)] for shift, weight in enumerate(weights)
+            )
+            return np.asarray(smooth)[::stride]
+
+        return replace(
+            self,
+            period=stride * self.period,
+            time=self.time[::stride],
+            q=self.q[::stride],
+            dq=self.dq[::stride],
+            direction=self.direction[::stride],
+            torque=mean(self.torque),
+            command=mean(self.command),
+            external=None if self.external is None else mean(self.external),
+            temperature=None if self.temperature is None else self.temperature[::stride],
+            along_record=mean(self.along_record),
+            resting=self.resting[::stride],
+            extra={name: values[::stride] for name, values in self.extra.items()},
+        )
+
+
+def measured_motions(
+    fitted: FittedModel, entry: SessionEntry, extra: tuple[str, ...] = ()
+) -> list[MeasuredMotion]:
+    """The stretches of a session, one for each segment that the filters leave something of.
+
+    extra : names of further columns of the session to take along, e.g. the reference position of a controller
+    :raises InputError: the session's file is wrong, or shorter than the filters need.
+    """
+    record = fitted.record
+    session = record.session(entry)
+    parts: dict[int, list[tuple[JointContext, slice, Array]]] = {}
+    for context in contexts(record, entry, fitted.load_from):
+        block = context.block
+        along = np.zeros(block.q.shape)
+        for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True):
+            if slot.term.effect.simulated == "record":
+                for joint, values in slot_rows(context, slot):
+                    along[:, joint] += values @ fitted.fit.chi[columns]
+        # the rows behind the last decimated sample belong to the next block
+        core = slice(block.first, block.first + block.factor * block.count)
+        parts.setdefault(block.segment, []).append((context, core, along))
+    motions = []
+    for listed in parts.values():
+        blocks = [(context.block, core) for context, core, _ in listed]
+        dq = np.concatenate([block.dq[core] for block, core in blocks])
+        motions.append(
+            MeasuredMotion(
+                period=blocks[0][0].sampling_period,
+                time=np.concatenate([block.time[core] for block, core in blocks]),
+                q=np.concatenate([block.q[core] for block, core in blocks]),
+                dq=dq,
+                direction=np.concatenate([block.direction[core] for block, core in blocks]),
+                torque=np.concatenate([context.prepared.torque[core] for context, core, _ in listed]),
+                command=np.concatenate([block.command[core] for block, core in blocks]),
+                external=_joined([None if b.external is None else b.external[c] for b, c in blocks]),
+                temperature=_joined([None if b.temperature is None else b.temperature[c] for b, c in blocks]),
+                along_record=np.concatenate([along[core] for _, core, along in listed]),
+                resting=np.abs(dq) <= record.rest_speed,
+                extra={
+                    name: np.concatenate(
+                        [np.asarray(session.extra[name][block.rows], float)[core] for block, core in blocks]
+                    )
+                    for name in extra
+                    if name in session.extra
+                },
+            ).thinned()
+        )
+    return motions
+
+
+def _joined(parts: list[Array | None]) -> Array | None:
+    present = [part for part in parts if part is not None]
+    return np.concatenate(present) if present else None

@@ -1,0 +1,199 @@
+"""Motion from a torque: windows of a record simulated side by side, each begun from its measured state."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.simulation.controller import Controllers
+from identify.simulation.forward_dynamics import accelerations, step
+from identify.simulation.measured_motion import LARGEST_STEP, MeasuredMotion
+from identify.simulation.torque_model import StateKey, TorqueModel, Windows
+
+Array = NDArray[np.float64]
+
+STEPS_PER_RADIAN = 4
+"""steps for each radian of the fastest oscillation of a joint on its presliding spring"""
+
+DIVERGED = 1.0
+"""ranges of a joint's recorded positions; a simulation that is further off than this says nothing more"""
+
+
+@dataclass(frozen=True)
+class Trajectories:
+    """Simulated motion: (samples, windows, joints), SI units, at the period of the record.
+
+    starts  : (windows,) rows of the measured motion where the windows begin
+    applied : joint torque, N m or N
+    memory  : by effect and joint (samples, windows)
+    """
+
+    starts: NDArray[np.intp]
+    q: Array
+    dq: Array
+    ddq: Array
+    direction: Array
+    applied: Array
+    memory: dict[StateKey, Array]
+
+
+def roll_out(
+    model: TorqueModel,
+    motion: MeasuredMotion,
+    starts: Sequence[int],
+    samples: int,
+    controllers: Controllers | None = None,
+    stop_when_lost: bool = False,
+) -> Trajectories:
+    """Simulate windows of `samples` samples that begin at rows `starts` of the measured motion.
+
+    controllers    : close the loop with these instead of the recorded torque
+    stop_when_lost : end early once every window is further off than its joint's range of motion
+    :raises ValueError: a window would end behind the motion.
+    """
+    first = np.asarray(starts, np.intp)
+    if len(first) == 0 or first.min() < 0 or first.max() + samples > len(motion):
+        raise ValueError(f"windows of {samples} samples do not fit into {len(motion)} samples")
+    n = motion.q.shape[1]
+    applied = _effective_torque(model, motion)
+    windows = Windows(
+        time=motion.time[first],
+        q=motion.q[first].copy(),
+        dq=np.where(motion.resting[first], 0.0, motion.dq[first]),
+        direction=np.sign(motion.direction[first]),
+    )
+    windows = replace(windows, memory=_memory_at(model, motion, first, windows))
+    span = np.maximum(np.ptp(motion.q, axis=0), 1e-9)
+    micro = _steps_per_sample(model, windows, motion.period)
+    course = {name: np.zeros((samples, len(first), n)) for name in ("q", "dq", "ddq", "direction", "applied")}
+    memory = {key: np.zeros((samples, len(first))) for key in windows.memory}
+    reference = None if controllers is None else controllers.reference(motion)
+    integral = np.zeros(windows.q.shape)
+    if controllers is not None and reference is not None:
+        error = reference[0][first] - windows.q
+        integral = controllers.integral_for(motion.command[first], error, reference[1][first], windows.dq)
+    gain = model.fitted.record.experiment.drive_gain
+    guess = np.zeros(windows.q.shape)
+    done = samples
+    for sample in range(samples):
+        row = first + sample
+        after = np.minimum(row + 1, len(motion) - 1)
+        ends = (applied[row], applied[after])
+        if controllers is not None and reference is not None:
+            error = reference[0][row] - windows.q
+            command = controllers.command(error, integral, reference[1][row], windows.dq)
+            integral = integral + motion.period * error
+            torque = command @ gain.T - motion.along_record[row]
+            ends = (torque, torque)
+        windows = replace(
+            windows,
+            external=None if motion.external is None else motion.external[row],
+            temperature=None if motion.temperature is None else motion.temperature[row],
+        )
+        guess, direction = accelerations(model, windows, ends[0], guess)
+        now = {"q": windows.q, "dq": windows.dq, "ddq": guess, "direction": direction, "applied": ends[0]}
+        for name, value in now.items():
+            course[name][sample] = value
+        for key, state in windows.memory.items():
+            memory[key][sample] = state
+        if sample == samples - 1:
+            break
+        if stop_when_lost and np.all(np.any(np.abs(windows.q - motion.q[row]) > DIVERGED * span, axis=1)):
+            done = sample + 1
+            break
+        for part in range(micro):
+            if part:
+                between = ends[0] + (ends[1] - ends[0]) * (part / micro)
+                guess, direction = accelerations(model, windows, between, guess)
+            between = ends[0] + (ends[1] - ends[0]) * ((part + 1) / micro)
+            windows, guess = step(model, windows, motion.period / micro, between, (guess, direction))
+        # an unstable open loop may run away to where trigonometry of huge angles means nothing
+        windows = replace(
+            windows,
+            q=np.clip(np.nan_to_num(windows.q), motion.q[row] - 1e3 * span, motion.q[row] + 1e3 * span),
+            dq=np.clip(np.nan_to_num(windows.dq), -1e6, 1e6),
+        )
+    return Trajectories(
+        first,
+        *(course[name][:done] for name in ("q", "dq", "ddq", "direction", "applied")),
+        memory={key: state[:done] for key, state in memory.items()},
+    )
+
+
+def energy_drift(model: TorqueModel, motion: MeasuredMotion, simulated: Trajectories) -> float | None:
+    """How far kinetic and potential energy depart from the work done on the rigid robot, in parts of the work.
+
+    Work of the applied torque less that of friction and of all else that is no rigid body, by the trapezoidal rule; all
+    windows together. A figure of the integration, not of the model. None where the model has no rigid robot of
+    its own (eq. 30 in its linear form), or nothing moves.
+    """
+    if not np.any(model.fitted.fit.chi[: model.fitted.observation.base]):
+        return None
+    samples, count, n = simulated.q.shape
+    rows = (simulated.starts[None, :] + np.arange(samples)[:, None]).ravel()
+    flat = Windows(
+        time=motion.time[rows],
+        q=simulated.q.reshape(-1, n),
+        dq=simulated.dq.reshape(-1, n),
+        direction=simulated.direction.reshape(-1, n),
+        external=None if motion.external is None else motion.external[rows],
+        temperature=None if motion.temperature is None else motion.temperature[rows],
+        memory={key: state.ravel() for key, state in simulated.memory.items()},
+    )
+    ddq = simulated.ddq.reshape(-1, n)
+    at_rest = replace(flat, dq=np.zeros(flat.dq.shape), direction=np.zeros(flat.dq.shape))
+    gravity = model.rigid_torque(at_rest, np.zeros(ddq.shape))
+    momentum = model.rigid_torque(at_rest, flat.dq) - gravity
+    beside = model.torque(flat, ddq) - model.rigid_torque(flat, ddq)
+    applied = simulated.applied.reshape(-1, n)
+    # a joint that sticks takes what friction holds it with, and neither does work
+    power = ((applied - beside - gravity) * flat.dq).sum(axis=1).reshape(samples, count)
+    total = np.abs(applied * flat.dq).sum(axis=1).reshape(samples, count)
+    kinetic = 0.5 * (momentum * flat.dq).sum(axis=1).reshape(samples, count)
+    work = np.trapezoid(power, dx=motion.period, axis=0)
+    spent = np.trapezoid(total, dx=motion.period, axis=0)
+    whole = float(spent.sum())
+    return float(np.abs(kinetic[-1] - kinetic[0] - work).sum()) / whole if whole > 0 else None
+
+
+def _effective_torque(model: TorqueModel, motion: MeasuredMotion) -> Array:
+    """(N, n): the recorded torque at the instants when it acted, less what is taken along the record."""
+    torque = motion.torque.copy()
+    for joint, lead in model.command_lead:
+        torque[:, joint] = np.interp(motion.time + lead, motion.time, motion.torque[:, joint])
+    return torque - motion.along_record
+
+
+def _memory_at(
+    model: TorqueModel, motion: MeasuredMotion, first: NDArray[np.intp], windows: Windows
+) -> dict[StateKey, Array]:
+    """States of the memories where the windows begin, from the measured motion before."""
+    if not model.stateful:
+        return {}
+    asked = set(first.tolist())
+    states: dict[int, dict[StateKey, Array]] = {}
+    heading = Windows(motion.time[:1], motion.q[:1], motion.dq[:1], np.sign(motion.direction[:1]))
+    memory = model.started(heading)
+    for row in range(int(first.max()) + 1):
+        if row:
+            memory = model.advanced(memory, motion.q[row - 1 : row], motion.q[row : row + 1])
+        if row in asked:
+            states[row] = memory
+    return {key: np.concatenate([states[int(row)][key] for row in first]) for key in model.started(windows)}
+
+
+def _steps_per_sample(model: TorqueModel, windows: Windows, period: float) -> int:
+    """Steps of integration for one sample of the record."""
+    fastest = 1.0 / LARGEST_STEP
+    for slot in model.stateful:
+        effect, joint = slot.term.effect, slot.term.joint
+        stiffness = effect.stiffness_of_state(model.values_of(slot), slot.values)
+        _, slope = model.with_slope(windows, np.zeros(windows.q.shape))
+        inertia = float(np.min(np.abs(slope[:, joint, joint])))
+        if stiffness > 0 and inertia > 0:
+            fastest = max(fastest, STEPS_PER_RADIAN * math.sqrt(stiffness / inertia))
+    return max(1, math.ceil(period * fastest - 1e-9))

@@ -1,0 +1,299 @@
+"""`simulate`: an identified model run forward on the record, in windows of stated horizons and freely."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.estimation.fitting import FittedModel, Progress
+from identify.estimation.identification import Identification, identify
+from identify.estimation.small_algebra import single_threaded
+from identify.recording import Experiment, InputError, SessionEntry
+from identify.results.effect import EffectOnJoint
+from identify.results.simulation import (
+    ControllerGains,
+    ControllerUsed,
+    HorizonErrors,
+    JointMotionError,
+    SessionMotionError,
+    SimulationDocument,
+)
+from identify.simulation.controller import (
+    ESTIMATED,
+    Controllers,
+    estimated_controllers,
+    read_controllers,
+    reference_columns,
+)
+from identify.simulation.measured_motion import MeasuredMotion, measured_motions
+from identify.simulation.rollout import energy_drift, roll_out
+from identify.simulation.torque_model import TorqueModel
+
+Array = NDArray[np.float64]
+Role = Literal["identification", "validation"]
+
+HORIZONS = (0.1, 1.0)
+"""s, where none is asked for: a controller's look ahead, and a move"""
+
+MOST_WINDOWS = 200
+"""windows of one horizon in one session; more of them tell nothing new and cost memory"""
+
+LEFT = 0.1
+"""range of a joint's recorded positions; a free run that is further off has left the record"""
+
+
+@dataclass(frozen=True)
+class _Sums:
+    """Squared errors of one or more groups of windows; (joints,)."""
+
+    position: Array
+    velocity: Array
+    samples: int
+    windows: int
+    left_at: tuple[float | None, ...]
+    drift: float | None
+    seconds: float
+
+    def joined(self, other: _Sums) -> _Sums:
+        """Both together."""
+        drifts = [own for own in (self.drift, other.drift) if own is not None]
+        return _Sums(
+            self.position + other.position,
+            self.velocity + other.velocity,
+            self.samples + other.samples,
+            self.windows + other.windows,
+            tuple(
+                min((own for own in pair if own is not None), default=None)
+                for pair in zip(self.left_at, other.left_at, strict=True)
+            ),
+            max(drifts, default=None),
+            self.seconds + other.seconds,
+        )
+
+
+@single_threaded
+def simulate(
+    experiment: Experiment,
+    model: str = "usual",
+    add: Sequence[str] = (),
+    horizons: Sequence[float] = HORIZONS,
+    controller: Path | str | None = None,
+    free_run: bool = True,
+    progress: Progress | None = None,
+) -> SimulationDocument:
+    """Forward dynamics of an identified model on its record.
+
+    horizons   : s; windows of this length begin at measured states all along the record. None of them leaves
+                 the free run alone
+    controller : None drives the model with the recorded torque; a YAML file of gains, or "estimate", closes the loop
+    free_run   : whether to run the model from the record's start to its end as well, which takes longest
+    :raises InputError: the experiment, the model, an effect, a horizon or the controller is wrong.
+    """
+    for horizon in horizons:
+        if not (math.isfinite(horizon) and horizon > 0):
+            raise InputError(f"--horizon {horizon:g}: a time in seconds above zero is wanted, e.g. 0.1")
+    result = identify(experiment, model, add)
+    usual = None if model == "usual" and not add else identify(experiment, "usual")
+    return simulated(result, usual, horizons, controller, free_run, progress)
+
+
+def simulated(
+    result: Identification,
+    usual: Identification | None,
+    horizons: Sequence[float] = HORIZONS,
+    controller: Path | str | None = None,
+    free_run: bool = True,
+    progress: Progress | None = None,
+) -> SimulationDocument:
+    """`simulate` for a model that is already identified; `usual` is the model that its errors stand beside."""
+    record, experiment = result.fitted.record, result.experiment
+    names = record.joint_names
+    extra, controllers, source = _controllers(result, controller)
+    motions = {entry.file: measured_motions(result.fitted, entry, extra) for entry in experiment.sessions}
+    if controllers is None and source is not None:
+        controllers = estimated_controllers([own for listed in motions.values() for own in listed], names)
+    remarks: list[str] = []
+    asked: list[float | None] = [*sorted(set(horizons)), *([None] if free_run else [])]
+    found: list[HorizonErrors] = []
+    total = len(asked) * len(experiment.sessions) * (1 if usual is None else 2)
+    done = 0
+
+    def report(horizon: float | None, file: str) -> None:
+        if progress:
+            words = "free run" if horizon is None else f"windows of {horizon:g} s"
+            progress(done / total, f"{file}: {words}")
+
+    usual_motions = {}
+    if usual is not None:
+        usual_motions = {
+            entry.file: measured_motions(usual.fitted, entry, extra) for entry in experiment.sessions
+        }
+    for horizon in asked:
+        by_role: dict[Role, list[tuple[SessionEntry, _Sums, _Sums | None]]] = {}
+        for entry in experiment.sessions:
+            report(horizon, entry.file)
+            own = _session_errors(result.fitted, entry, motions[entry.file], horizon, controllers)
+            done += 1
+            beside = None
+            if usual is not None:
+                report(horizon, entry.file)
+                beside = _session_errors(usual.fitted, entry, usual_motions[entry.file], horizon, controllers)
+                done += 1
+            if own is None:
+                remarks.append(f"{entry.file}: shorter than the horizon of {horizon:g} s, left out there")
+                continue
+            by_role.setdefault(cast(Role, entry.role), []).append((entry, own, beside))
+        found += [_horizon_errors(result, horizon, role, listed) for role, listed in by_role.items()]
+    along = TorqueModel(result.fitted, experiment.sessions[0]).along_record
+    return SimulationDocument(
+        experiment=experiment.name,
+        model=result.model,
+        effects=tuple(
+            EffectOnJoint(effect=term.effect.name, joint=names[term.joint]) for term in result.effects
+        ),
+        controller=_used(controllers, source),
+        horizons=tuple(found),
+        along_record=tuple(
+            EffectOnJoint(effect=s.term.effect.name, joint=names[s.term.joint]) for s in along
+        ),
+        remarks=tuple(remarks),
+    )
+
+
+def _session_errors(
+    fitted: FittedModel,
+    entry: SessionEntry,
+    motions: Sequence[MeasuredMotion],
+    horizon: float | None,
+    controllers: Controllers | None,
+) -> _Sums | None:
+    """Errors in one session at one horizon; None where no window fits."""
+    model = TorqueModel(fitted, entry)
+    sums: _Sums | None = None
+    for motion in motions:
+        samples = len(motion) if horizon is None else max(2, round(horizon / motion.period) + 1)
+        if samples > len(motion):
+            continue
+        starts = window_starts(len(motion), samples)
+        course = roll_out(model, motion, starts, samples, controllers, stop_when_lost=horizon is None)
+        rows = course.starts[None, :] + np.arange(len(course.q))[:, None]
+        off = course.q - motion.q[rows]
+        faster = course.dq - motion.dq[rows]
+        span = np.maximum(np.ptp(motion.q, axis=0), 1e-9)
+        left: list[float | None] = [None] * off.shape[2]
+        if horizon is None:
+            lost = np.abs(off[:, 0]) > LEFT * span
+            start = float(fitted.record.facts(entry).start)
+            for joint in np.flatnonzero(lost.any(axis=0)):
+                left[int(joint)] = float(motion.time[int(np.argmax(lost[:, joint]))]) - start
+        own = _Sums(
+            (off**2).sum(axis=(0, 1)),
+            (faster**2).sum(axis=(0, 1)),
+            off.shape[0] * off.shape[1],
+            off.shape[1],
+            tuple(left),
+            energy_drift(model, motion, course),
+            off.shape[0] * off.shape[1] * motion.period,
+        )
+        sums = own if sums is None else sums.joined(own)
+    return sums
+
+
+def window_starts(available: int, samples: int) -> list[int]:
+    """First rows of windows, one behind the other all along the record, evenly thinned where there are many."""
+    starts = np.arange(0, available - samples + 1, max(1, samples - 1))
+    if len(starts) > MOST_WINDOWS:
+        starts = starts[np.linspace(0, len(starts) - 1, MOST_WINDOWS).round().astype(int)]
+    return [int(start) for start in starts]
+
+
+def _horizon_errors(
+    result: Identification,
+    horizon: float | None,
+    role: Role,
+    listed: Sequence[tuple[SessionEntry, _Sums, _Sums | None]],
+) -> HorizonErrors:
+    whole, beside = listed[0][1], listed[0][2]
+    for _, own, other in listed[1:]:
+        whole = whole.joined(own)
+        beside = None if beside is None or other is None else beside.joined(other)
+    return HorizonErrors(
+        horizon=horizon,
+        role=role,
+        joints=_joint_errors(result, whole, beside),
+        sessions=tuple(
+            SessionMotionError(
+                file=entry.file, payload=entry.payload.name, joints=_joint_errors(result, own, other)
+            )
+            for entry, own, other in listed
+        ),
+        energy_drift=whole.drift,
+        simulated_seconds=whole.seconds,
+    )
+
+
+def _joint_errors(result: Identification, sums: _Sums, beside: _Sums | None) -> tuple[JointMotionError, ...]:
+    record = result.fitted.record
+
+    def mean(squares: Array, joint: int, samples: int) -> float | None:
+        value = math.sqrt(float(squares[joint]) / samples)
+        return value if math.isfinite(value) else None
+
+    return tuple(
+        JointMotionError(
+            joint=name,
+            position_rms=mean(sums.position, joint, sums.samples),
+            velocity_rms=mean(sums.velocity, joint, sums.samples),
+            unit="rad" if record.summaries[joint].revolute else "m",
+            windows=sums.windows,
+            left_record_at=sums.left_at[joint],
+            position_rms_usual=None if beside is None else mean(beside.position, joint, beside.samples),
+            velocity_rms_usual=None if beside is None else mean(beside.velocity, joint, beside.samples),
+        )
+        for joint, name in enumerate(record.joint_names)
+    )
+
+
+def _controllers(
+    result: Identification, controller: Path | str | None
+) -> tuple[tuple[str, ...], Controllers | None, Literal["file", "estimated"] | None]:
+    """Columns to take along, the controllers where a file gives them, and where they come from.
+
+    :raises InputError: the file is wrong, or a session has no column of the reference.
+    """
+    if controller is None:
+        return (), None, None
+    names = result.fitted.record.joint_names
+    if controller == ESTIMATED:
+        controllers, source = None, "estimated"
+        columns = tuple(f"qref{joint + 1}" for joint in range(len(names)))
+    else:
+        controllers, source = read_controllers(Path(controller), names), "file"
+        columns = reference_columns(controllers.listed)
+    for entry in result.experiment.sessions:
+        present = result.fitted.record.session(entry).extra
+        for column in columns:
+            if column not in present:
+                others = ", ".join(present) or "none"
+                raise InputError(
+                    f"--controller: {entry.path}: there is no column '{column}' with the reference position; further"
+                    f" columns are {others}"
+                )
+    return columns, controllers, source
+
+
+def _used(
+    controllers: Controllers | None, source: Literal["file", "estimated"] | None
+) -> ControllerUsed | None:
+    if controllers is None or source is None:
+        return None
+    return ControllerUsed(
+        source=source,
+        joints=tuple(ControllerGains(**own.model_dump(exclude={"reference"})) for own in controllers.listed),
+    )

@@ -1,0 +1,237 @@
+"""The torque of a fitted model as a function of the state: eq. (6) for many windows of motion at once.
+
+The identifier forms columns along time; a simulation needs the same columns at one instant of many windows. Rows
+of a block of motion are independent of each other for every effect that depends on the instant alone, so a block whose
+rows are the windows gives them with the identifier's own code. Effects with a memory bring a state of their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.dynamics.inverse_dynamics import InverseDynamics
+from identify.dynamics.payload import payload_parameters
+from identify.dynamics.standard_parameters import PARAMETERS_PER_JOINT
+from identify.effects.load_velocity import LoadVelocity
+from identify.effects.motion import BlockMemory
+from identify.estimation.context import FittedTorque, JointContext, Slot, rows_of
+from identify.estimation.fitting import FittedModel
+from identify.estimation.record import PreparedBlock
+from identify.recording import SessionEntry
+from identify.signals import MotionBlock
+
+Array = NDArray[np.float64]
+StateKey = tuple[str, int]
+"""name of the effect, joint"""
+
+STILL = 1e-12
+"""rad/s or m/s. A joint about to move from rest is given this velocity in the direction tried, so that formulas with
+sign(dq) agree with those that use the direction."""
+
+
+@dataclass(frozen=True)
+class Windows:
+    """The state of many windows at one instant each; (windows, joints), SI units.
+
+    direction : -1, 0 or 1: the way that dry friction opposes
+    memory    : by effect and joint the state of its memory, (windows,)
+    """
+
+    time: Array
+    q: Array
+    dq: Array
+    direction: Array
+    external: Array | None = None
+    temperature: Array | None = None
+    memory: Mapping[StateKey, Array] = field(default_factory=dict)
+
+    def repeated(self, times: int) -> Windows:
+        """The same windows several times over, one copy behind the other."""
+        return Windows(
+            np.tile(self.time, times),
+            np.tile(self.q, (times, 1)),
+            np.tile(self.dq, (times, 1)),
+            np.tile(self.direction, (times, 1)),
+            None if self.external is None else np.tile(self.external, (times, 1)),
+            None if self.temperature is None else np.tile(self.temperature, (times, 1)),
+            {key: np.tile(state, times) for key, state in self.memory.items()},
+        )
+
+
+class TorqueModel:
+    """A fitted model in one session: torque and its derivative over the acceleration.
+
+    fitted : the model with its parameters
+    entry  : the session, whose payload is carried
+    """
+
+    def __init__(self, fitted: FittedModel, entry: SessionEntry) -> None:
+        self.fitted, self.entry = fitted, entry
+        record = fitted.record
+        self.joints = record.joints
+        self._session = [own.file for own in record.experiment.sessions].index(entry.file)
+        self._start = record.facts(entry).start
+        self._before = record.started(entry)
+        self._period = record.facts(entry).period
+        base = record.body.base
+        self._chi = fitted.fit.chi[: len(base)]
+        load_from = fitted.load_from
+        payload = np.zeros(PARAMETERS_PER_JOINT * record.joints)
+        payload[-PARAMETERS_PER_JOINT:-1] = payload_parameters(entry.payload)
+        self._loaded = bool(payload.any())
+        of_load = self._chi if load_from is None else load_from.chi
+        # the robot as fitted, as the load of other effects was, and what it carries
+        sets = [base.nearest_standard(self._chi) + payload, base.nearest_standard(of_load) + payload]
+        self._rigid = InverseDynamics(base.geometry, [*sets, payload] if self._loaded else sets)
+        values = [
+            (slot, fitted.fit.chi[columns])
+            for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True)
+        ]
+        self._slots = [(s, v) for s, v in values if s.term.effect.simulated in ("instant", "state")]
+        self.stateful = [slot for slot, _ in self._slots if slot.term.effect.simulated == "state"]
+        self.along_record = [slot for slot, _ in values if slot.term.effect.simulated == "record"]
+        self.command_lead = [
+            (slot.term.joint, slot.term.effect.command_lead(own))
+            for slot, own in values
+            if slot.term.effect.simulated == "command"
+        ]
+        """(joint, s): how much later than the motion the recorded command stands"""
+        effects = [slot.term.effect for slot, _ in self._slots]
+        self._wants_columns = any(isinstance(effect, LoadVelocity) for effect in effects)
+        self._wants_torque = any(effect.uses_torque for effect in effects)
+        self.linear = not any(
+            effect.uses_load or effect.uses_torque or effect.nonlinear for effect in effects
+        )
+        """whether the torque is linear in the acceleration"""
+
+    def torque(self, windows: Windows, acceleration: Array) -> Array:
+        """(windows, joints) N m or N: what the motors must give for this state and acceleration."""
+        torque, load, known = self._rigid_parts(windows, acceleration)
+        context = self._context(windows, acceleration, load, known)
+        for slot, values in self._slots:
+            for joint in rows_of(self.fitted.record, slot.term):
+                torque[:, joint] += self._columns(context, slot, joint, windows) @ values
+        return torque
+
+    def with_slope(self, windows: Windows, acceleration: Array, step: float = 1e-2) -> tuple[Array, Array]:
+        """Torque (windows, n) and its derivative over the acceleration (windows, n, n), the inertia as it is felt.
+
+        step : rad/s² or m/s² of the difference quotient; exact up to rounding where the torque is linear, and
+               within one quadrant of Fig. 2 where friction follows the load
+        """
+        count, n = windows.q.shape
+        tried = np.tile(acceleration, (n + 1, 1))
+        for joint in range(n):
+            tried[(joint + 1) * count : (joint + 2) * count, joint] += step
+        stacked = self.torque(windows.repeated(n + 1), tried).reshape(n + 1, count, n)
+        return stacked[0], ((stacked[1:] - stacked[0]) / step).transpose(1, 2, 0)
+
+    def values_of(self, slot: Slot) -> Array:
+        """(parameters,) fitted values of an effect."""
+        return next(values for own, values in self._slots if own is slot)
+
+    def rigid_torque(self, windows: Windows, acceleration: Array) -> Array:
+        """(windows, joints): tau_out of eq. (6) alone, base parameters and declared payload."""
+        return self._rigid_parts(windows, acceleration)[0]
+
+    def started(self, windows: Windows) -> dict[StateKey, Array]:
+        """States of the effects with a memory where nothing is known of what was before."""
+        return {
+            (slot.term.effect.name, slot.term.joint): slot.term.effect.state_at_start(
+                windows.direction[:, slot.term.joint]
+            )
+            for slot in self.stateful
+        }
+
+    def advanced(
+        self, memory: Mapping[StateKey, Array], before: Array, after: Array
+    ) -> dict[StateKey, Array]:
+        """States after the joints have moved from positions `before` to `after`, (windows, joints)."""
+        moved = dict(memory)
+        for slot in self.stateful:
+            key, joint = (slot.term.effect.name, slot.term.joint), slot.term.joint
+            travel = after[:, joint] - before[:, joint]
+            moved[key] = slot.term.effect.state_after(memory[key], travel, slot.values)
+        return moved
+
+    def _columns(self, context: JointContext, slot: Slot, joint: int, windows: Windows) -> Array:
+        effect, owner = slot.term.effect, slot.term.joint
+        motion = context.motion(joint, owner)
+        if effect.simulated == "state":
+            return effect.columns_of_state(motion, windows.memory[effect.name, owner], slot.values)
+        return effect.columns(motion, slot.values)
+
+    def _rigid_parts(self, windows: Windows, acceleration: Array) -> tuple[Array, Array, Array]:
+        """tau_out of eq. (6), the load that other effects follow, and the known part of both, (windows, joints) each."""
+        torque, load, *carried = self._rigid.torques(windows.q, windows.dq, acceleration)
+        known = carried[0] if carried else np.zeros(torque.shape)
+        if windows.external is not None:
+            torque, load, known = (part - windows.external for part in (torque, load, known))
+        return torque, known if self.fitted.load_from is None else load, known
+
+    def _context(self, windows: Windows, acceleration: Array, load: Array, known: Array) -> JointContext:
+        record, load_from = self.fitted.record, self.fitted.load_from
+        prepared = PreparedBlock(
+            _block(windows, acceleration, self._period),
+            record.body,
+            self.entry,
+            record.experiment.drive_gain,
+        )
+        vars(prepared)["known"] = known
+        if not self._wants_columns:  # nobody looks at the regressor, which would cost most of the time
+            vars(prepared)["inertial"] = [np.zeros((len(load), 0))] * record.joints
+        context = JointContext(
+            prepared,
+            self.entry,
+            self._session,
+            self._start,
+            self._before,
+            load,
+            load,
+            BlockMemory(),
+            record,
+            load_from,
+        )
+        if load_from is not None and self._wants_torque:
+            context.torque = self._whole_torque(context, load_from, windows)
+            context._views.clear()
+        return context
+
+    def _whole_torque(self, context: JointContext, load_from: FittedTorque, windows: Windows) -> Array:
+        """(windows, joints): load and friction that columns in proportion to the torque are made of."""
+        torque = context.load.copy()
+        for slot, values in load_from.factors:
+            effect = slot.term.effect
+            if effect.uses_torque or effect.simulated not in ("instant", "state"):
+                continue
+            for joint in rows_of(context.record, slot.term):
+                torque[:, joint] += self._columns(context, slot, joint, windows) @ values
+        return torque
+
+
+def _block(windows: Windows, acceleration: Array, period: float) -> MotionBlock:
+    """A block of motion whose rows are the windows."""
+    dq = np.where(windows.dq == 0.0, STILL * windows.direction, windows.dq)
+    return MotionBlock(
+        segment=0,
+        rows=slice(0, len(dq)),
+        time=windows.time,
+        position=windows.q,
+        q=windows.q,
+        dq=dq,
+        ddq=acceleration,
+        direction=windows.direction,
+        reversals=(),
+        command=np.zeros(dq.shape),
+        external=windows.external,
+        temperature=windows.temperature,
+        first=0,
+        count=len(dq),
+        factor=1,
+        cutoff=0.5 / period,
+        sampling_period=period,
+    )

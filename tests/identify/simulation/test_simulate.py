@@ -1,0 +1,118 @@
+"""Motion errors of identified models on plants that share no code with the identifier, and on a real drive."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from identify import load_experiment, simulate
+from identify.recording import InputError
+from identify.simulation.simulate import MOST_WINDOWS, window_starts
+from tests.plants.single_joint import record, write_experiment
+
+
+def error(document, horizon, role="identification", usual=False):
+    (row,) = [own for own in document.horizons if own.horizon == horizon and own.role == role]
+    return row.joints[0].position_rms_usual if usual else row.joints[0].position_rms
+
+
+@pytest.fixture(scope="module")
+def stribeck(tmp_path_factory):
+    return write_experiment(
+        tmp_path_factory.mktemp("plant") / "bench",
+        record({"stribeck": 1.5}, seed=11, duration=12.0, payload_masses=(0.0, 4.0)),
+    )
+
+
+def test_the_effect_that_was_hidden_mends_the_motion_too(stribeck):
+    document = simulate(load_experiment(stribeck), "usual", ["stribeck"], [0.5])
+    assert error(document, 0.5) < 0.5 * error(document, 0.5, usual=True)
+    assert {(own.effect, own.joint) for own in document.effects} >= {
+        ("stribeck", document.horizons[0].joints[0].joint)
+    }
+
+
+def test_every_session_and_role_has_its_figures(stribeck):
+    document = simulate(load_experiment(stribeck), "usual", [], [0.5])
+    experiment = load_experiment(stribeck)
+    assert {row.horizon for row in document.horizons} == {0.5, None}
+    for row in document.horizons:
+        assert [own.file for own in row.sessions] == [
+            e.file for e in experiment.sessions if e.role == row.role
+        ]
+        assert row.joints[0].position_rms_usual is None  # the model is the usual one
+        assert row.energy_drift is not None
+        assert row.energy_drift < 0.02
+
+
+def test_with_the_known_controller_the_emps_drive_stays_on_its_reference(emps, tmp_path):
+    """Gains of the record's own README: v = 243.45 (160.18 (q_ref − q) − q̇)."""
+    gains = tmp_path / "controller.yaml"
+    gains.write_text(
+        f"joints: [{{joint: slide, position: {243.45 * 160.18}, velocity: 243.45, limit: 10}}]\n"
+    )
+    experiment = load_experiment(emps)
+    document = simulate(experiment, "usual", [], [1.0], gains, free_run=False)
+    free = simulate(experiment, "usual", [], [1.0], free_run=False)
+    assert document.controller is not None
+    assert document.controller.source == "file"
+    assert error(document, 1.0) < 0.5 * error(free, 1.0)
+    estimated = simulate(experiment, "usual", [], [1.0], "estimate", free_run=False)
+    assert estimated.controller is not None
+    assert estimated.controller.joints[0].position == pytest.approx(243.45 * 160.18, rel=0.1)
+    assert estimated.controller.joints[0].velocity == pytest.approx(243.45, rel=0.1)
+
+
+def test_windows_cover_the_record_and_are_no_more_than_needed():
+    assert window_starts(100, 100) == [0]
+    starts = window_starts(1001, 101)
+    assert starts == list(range(0, 901, 100))
+    many = window_starts(1_000_000, 11)
+    assert len(many) == MOST_WINDOWS
+    assert many[0] == 0
+    assert many[-1] + 11 <= 1_000_000
+
+
+@pytest.mark.parametrize("horizon", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_horizon_that_is_no_time_is_refused(stribeck, horizon):
+    with pytest.raises(InputError, match="--horizon"):
+        simulate(load_experiment(stribeck), "usual", [], [horizon])
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("joints: []\n", "joints"),
+        ("joints: [{joint: other, position: 1, velocity: 1}]\n", "one controller for each joint"),
+        ("joints: [{joint: j1, position: high, velocity: 1}]\n", "position"),
+    ],
+)
+def test_a_wrong_controller_file_is_refused_with_the_field(stribeck, tmp_path, text, said):
+    file = tmp_path / "controller.yaml"
+    file.write_text(text)
+    with pytest.raises(InputError, match=said):
+        simulate(load_experiment(stribeck), "usual", [], [0.5], file)
+
+
+def test_a_record_without_a_reference_is_told_so(stribeck):
+    with pytest.raises(InputError, match="no column 'qref1'"):
+        simulate(load_experiment(stribeck), "usual", [], [0.5], "estimate")
+
+
+def test_the_command_prints_one_document(stribeck):
+    command = [sys.executable, "-m", "api", "simulate", str(stribeck), "--horizon", "0.5", "--json"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    document = json.loads(done.stdout)
+    assert document["controller"] is None
+    joint = document["horizons"][0]["joints"][0]
+    assert {"joint", "position_rms", "velocity_rms", "unit", "windows", "left_record_at"} <= set(joint)
+    assert joint["unit"] == "rad"
+    assert np.isfinite(joint["position_rms"])
+    wrong = subprocess.run([*command[:-3], "--horizon", "-2"], capture_output=True, text=True, check=False)
+    assert wrong.returncode == 2
+    assert wrong.stdout == ""
+    assert wrong.stderr.count("\n") == 1
