@@ -8,6 +8,8 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from identify.effects.picture import PictureVariable
+
 
 class _Document(BaseModel):
     model_config = ConfigDict(extra="allow", populate_by_name=True)
@@ -158,9 +160,11 @@ class Effect(_Document):
     """One effect of the catalogue (`coulomb effects --json`)."""
 
     effect: str = Field(examples=["viscous"])
+    title: str = Field(description="name in an operator's words", examples=["viscous friction"])
     group: str = Field(examples=["friction"])
     equation: str = Field(examples=["F_v·dq"])
     explanation: str = Field(examples=["Friction that grows with the speed, as of oil."])
     regressors: list[str] | str | int | None = Field(examples=[["dq"]])
     needs: list[str] | str | None = Field(examples=[[]])
     source: str | None = Field(examples=["eq. (8)"])
+    picture: PictureVariable = Field(description="what its picture shows the residual over")

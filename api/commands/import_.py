@@ -1,15 +1,21 @@
-"""`coulomb import`: an experiment from somebody's CSV or MAT file."""
+"""`coulomb import`: an experiment from somebody's records."""
 
+import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from api.command_arguments import AsJson
 from identify.recording.errors import InputError
 
 if TYPE_CHECKING:
-    from identify.recording import Robot
+    from identify.recording import Experiment, Robot
+    from identify.recording.foreign import ColumnMap, CsvOptions, ForeignTable
+    from identify.recording.foreign.repair import Repair
+    from identify.recording.foreign_import import NewSession
 
 Several = list[str] | None
 
@@ -20,28 +26,49 @@ def register(application: typer.Typer) -> None:
 
 
 def import_(
-    file: Annotated[
-        Path, typer.Argument(help="CSV (any delimiter, plain or gzip) or MAT file (any version).")
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="FILE...",
+            help="Table in text (CSV of any dialect, plain or gzip) or MAT file; each is a session.",
+        ),
     ],
     out: Annotated[Path | None, typer.Option(help="Folder of the experiment to make.")] = None,
     append: Annotated[
-        bool, typer.Option("--append", help="Add a session to the experiment in --out.")
+        bool, typer.Option("--append", help="Add to the experiment in --out; columns as there if not given.")
+    ] = False,
+    join: Annotated[
+        bool, typer.Option("--join", help="All files are one session; join them on their time columns.")
     ] = False,
     name: Annotated[
         str | None, typer.Option(help="Name of the experiment; that of the folder if left out.")
     ] = None,
-    time: Annotated[str | None, typer.Option(help="Time column.")] = None,
-    time_unit: Annotated[str, typer.Option(help="s, ms, us or ns.")] = "s",
+    time: Annotated[
+        Several,
+        typer.Option(help="Time column: numbers, dates or times of day. With --join one for each file."),
+    ] = None,
+    time_unit: Annotated[
+        str | None, typer.Option(help="s, ms, us, ns, 100ns, min, h; told by the file if left out, else s.")
+    ] = None,
     rate: Annotated[
         float | None, typer.Option(help="Samples a second, when there is no time column.")
     ] = None,
     position: Annotated[
         Several,
-        typer.Option(help="Position column of a joint, base to tip: COLUMN, or q1=COLUMN. Repeat it."),
+        typer.Option(
+            help="Position column of a joint, base to tip: COLUMN, #NUMBER, or q1=COLUMN. Repeat it."
+        ),
     ] = None,
     position_unit: Annotated[
         Several,
-        typer.Option(help="rad, deg, mrad, turn, m, mm, um, or a factor; one, or one for each joint."),
+        typer.Option(
+            help="rad, deg, turn, m, mm, counts ..., or a factor; one, or one for each joint. Told by the file if"
+            " left out, else rad or m."
+        ),
+    ] = None,
+    resolution: Annotated[
+        list[float] | None,
+        typer.Option(help="Counts per turn (or metre) of a joint, for positions in counts."),
     ] = None,
     command: Annotated[
         Several,
@@ -49,7 +76,10 @@ def import_(
     ] = None,
     command_unit: Annotated[
         Several,
-        typer.Option(help="A, mA, V, mV, Nm, N, percent, or a factor; the gain counts in A, V, Nm or N."),
+        typer.Option(
+            help="A, mA, V, mV, Nm, Nmm, N, percent, counts ..., or a factor; the gain counts in A, V, N m or N."
+            " Told by the file if left out, else A."
+        ),
     ] = None,
     gain: Annotated[
         Several, typer.Option(help="Joint torque for one unit of command: a number, or a scalar of the file.")
@@ -59,6 +89,10 @@ def import_(
     ] = None,
     temperature: Annotated[Several, typer.Option(help="Column of the temperature of a joint, °C.")] = None,
     keep: Annotated[Several, typer.Option(help="Another column to keep.")] = None,
+    robot: Annotated[
+        Path | None, typer.Option(help="URDF of the robot, instead of --type, --dh and --joint.")
+    ] = None,
+    tip: Annotated[str | None, typer.Option(help="Link of the URDF at which the chain ends.")] = None,
     joint: Annotated[Several, typer.Option(help="Name of a joint; j1, j2 ... if left out.")] = None,
     kind: Annotated[
         Several, typer.Option("--type", help="revolute or prismatic; one, or one for each joint.")
@@ -75,73 +109,162 @@ def import_(
     ] = "0,0,0",
     role: Annotated[str, typer.Option(help="identification or validation.")] = "identification",
     session: Annotated[str | None, typer.Option(help="Name of the session's file.")] = None,
+    header_line: Annotated[
+        int | None,
+        typer.Option(help="Line that names the columns, from 1; 0: none. Told by the cells if left out."),
+    ] = None,
+    separator: Annotated[
+        str | None, typer.Option(help="Sign between columns, or: comma, semicolon, tab, space.")
+    ] = None,
+    decimal: Annotated[str | None, typer.Option(help="Decimal sign of all columns: '.' or ','.")] = None,
+    repair: Annotated[
+        str | None,
+        typer.Option(
+            help="Samples without a value, stamps that repeat or go back: drop them, or bridge them."
+        ),
+    ] = None,
+    as_json: AsJson = False,
 ) -> None:
-    """Make an experiment of somebody's CSV or MAT file.
+    """Make an experiment of somebody's records.
 
-    What is not given is asked for, if somebody sits at the terminal.
+    What is not given is asked for, if somebody sits at the terminal. What was decided is said on stderr.
     """
+    from api.foreign_robot import each_joint, parse_number, parse_three, typed_robot, urdf_robot
     from identify.recording import Payload
     from identify.recording.experiment_file import EXPERIMENT_FILE, check_settings, read_experiment_file
-    from identify.recording.foreign import read_foreign
-    from identify.recording.foreign_import import ColumnMap, import_session
+    from identify.recording.foreign import ColumnMap, CsvOptions, measure
+    from identify.recording.foreign_import import NewSession, import_sessions, read_columns
 
-    table = read_foreign(file)
-    if sys.stdin.isatty():
-        typer.echo(f"{file} holds the columns {table.names()}", err=True)
-        if table.scalars:
-            typer.echo(
-                f"and the numbers {', '.join(f'{k} = {v:g}' for k, v in table.scalars.items())}", err=True
-            )
+    mending = _repair(repair)
+    tables = _tables(files, CsvOptions(header_line, separator, decimal))
     folder = out or Path(_asked("--out", "folder of the experiment to make"))
     known = read_experiment_file(folder / EXPERIMENT_FILE) if append else None
-    positions = _in_order(
-        position or _asked("--position", "position columns, base to tip").split(), "q", "--position"
-    )
-    commands = _in_order(command or _asked("--command", "columns of the commands").split(), "v", "--command")
-    if time is None and rate is None:
-        answer = _asked("--time or --rate", "time column, or samples a second")
-        time, rate = (answer, None) if answer in table.columns else (None, _number(answer, "--rate"))
-    revolute = _each(kind or [], len(positions), "--type") if kind else []
-    if not revolute and known is None:
-        revolute = _each(
-            _asked("--type", "revolute or prismatic, for each joint").split(), len(positions), "--type"
-        )
-    columns = ColumnMap(
-        position=positions,
-        command=commands,
-        time=time,
+    recorded = read_columns(folder) if append else None
+    if recorded is None:
+        positions = position or _asked("--position", "position columns, base to tip").split()
+        commands = command or _asked("--command", "columns of the commands").split()
+        if not time and rate is None:
+            answer = _asked("--time or --rate", "time column, or samples a second")
+            time, rate = ([answer], None) if tables[0].has(answer) else (None, parse_number(answer, "--rate"))
+        recorded = ColumnMap(_in_order(positions, "q", "--position"), _in_order(commands, "v", "--command"))
+    columns = _updated(
+        recorded,
+        position=_in_order(position or [], "q", "--position"),
+        command=_in_order(command or [], "v", "--command"),
+        time=time[0] if time else None,
         rate=rate,
         time_unit=time_unit,
-        position_unit=tuple(position_unit or ["rad" if known or "revolute" in revolute else "m"]),
-        command_unit=tuple(command_unit or ["A"]),
+        position_unit=tuple(position_unit or ()),
+        command_unit=tuple(command_unit or ()),
+        resolution=tuple(resolution or ()),
         external=_in_order(external or [], "ext", "--external"),
         temperature=_in_order(temperature or [], "temp", "--temperature"),
-        extra=tuple(keep or []),
+        extra=tuple(keep or ()),
     )
-    robot = None
-    if known is None:
+    n = len(columns.position)
+    made: Robot | None = None
+    scalars = tables[0].scalars
+    if known is None and robot is not None:
+        made = urdf_robot(robot, tip, gravity, gain, scalars)
+    elif known is None:
+        types = each_joint(
+            kind or _asked("--type", "revolute or prismatic, for each joint").split(), n, "--type"
+        )
         gains = gain or _asked("--gain", "joint torque for one unit of command, for each joint").split()
-        robot = _robot(table.scalars, revolute, gains, joint, dh, gravity)
-    body = {"name": payload, "mass": payload_mass, "com": list(_three(payload_com, "--payload-com"))}
+        made = typed_robot(scalars, types, gains, joint, dh, gravity, _asked)
+    chain = made or (known.robot if known else None)
+    prismatic = [not each.revolute for each in chain.joints] if chain else []
+    body = {"name": payload, "mass": payload_mass, "com": list(parse_three(payload_com, "--payload-com"))}
     carried = check_settings(Payload, body, {}, "options: --payload")
+    if join and len(tables) > 1:
+        tables = [_joined(tables, time, columns, mending)]
+        columns = replace(columns, time=tables[0].time, time_unit=None)
+    elif time and len(time) > 1:
+        raise InputError(
+            f"--time: {len(time)} given; one is for all files, unless --join makes one session of them"
+        )
     count = len(known.sessions) if known else 0
-    experiment = import_session(
-        table=table,
-        columns=columns,
-        folder=folder,
-        session_file=session or f"session-{count:02d}.csv",
-        payload=carried,
-        role=role,
-        robot=robot,
-        name=name or folder.resolve().name,
-    )
-    read = experiment.read(experiment.sessions[-1])
-    typer.echo(
-        f"{experiment.path}: {len(read.time)} samples of {read.n} joint{'s' if read.n > 1 else ''}"
-        f" at {1 / read.sampling_period:.6g} Hz in {read.entry.file}"
-    )
-    for remark in read.remarks:
-        typer.echo(f"  {remark}")
+    if session is not None and len(tables) > 1:
+        raise InputError(f"--session: one name for {len(tables)} sessions; leave it out")
+    sessions = [
+        NewSession(
+            session or f"session-{count + index:02d}.csv",
+            measure(table, columns, prismatic, mending),
+            carried,
+            role,
+        )
+        for index, table in enumerate(tables)
+    ]
+    experiment = import_sessions(sessions, folder, made, name or folder.resolve().name, columns)
+    _report(experiment, sessions, tables, as_json)
+
+
+def _tables(files: list[Path], options: "CsvOptions") -> "list[ForeignTable]":
+    from identify.recording.foreign import read_foreign
+
+    tables = [read_foreign(file, options) for file in files]
+    if sys.stdin.isatty():
+        for table in tables:
+            typer.echo(f"{table.path} holds the columns {table.names()}", err=True)
+            if table.scalars:
+                numbers = ", ".join(f"{name} = {value:g}" for name, value in table.scalars.items())
+                typer.echo(f"and the numbers {numbers}", err=True)
+    return tables
+
+
+def _joined(
+    tables: "list[ForeignTable]", time: Several, columns: "ColumnMap", repair: "Repair | None"
+) -> "ForeignTable":
+    from api.foreign_robot import each_joint
+    from identify.recording.foreign.joining import join_on_time
+
+    if columns.time is None:
+        raise InputError("--join: --time is missing; files are joined on their time columns")
+    times = each_joint(time or [columns.time], len(tables), "--time")
+    return join_on_time(tables, times, columns.time_unit, columns.position, repair)
+
+
+def _repair(given: str | None) -> "Repair | None":
+    if given is None or given == "drop" or given == "bridge":
+        return given
+    raise InputError(f"--repair: '{given}' is not known; give drop or bridge")
+
+
+def _updated(columns: "ColumnMap", **given: object) -> "ColumnMap":
+    """The columns with what was given in place of what was known."""
+    return replace(columns, **{name: value for name, value in given.items() if value})  # type: ignore[arg-type]
+
+
+def _report(
+    experiment: "Experiment", sessions: "list[NewSession]", tables: "list[ForeignTable]", as_json: bool
+) -> None:
+    """What was made on stdout, what was decided on stderr; or both in one document."""
+    entries = experiment.sessions[-len(sessions) :]
+    document = []
+    for session, table, entry in zip(sessions, tables, entries, strict=True):
+        read = experiment.read(entry)
+        document.append(
+            {
+                "file": session.file,
+                "source": str(table.path),
+                "payload": session.payload.name,
+                "role": session.role,
+                "samples": len(read.time),
+                "rate": 1 / read.sampling_period,
+                "decided": list(session.measured.remarks),
+                "remarks": list(read.remarks),
+            }
+        )
+        if not as_json:
+            for remark in session.measured.remarks:
+                typer.echo(f"{table.path.name}: {remark}", err=True)
+            joints = f"{read.n} joint{'s' if read.n > 1 else ''}"
+            rate = f"{1 / read.sampling_period:.6g} Hz"
+            typer.echo(f"{experiment.path}: {len(read.time)} samples of {joints} at {rate} in {session.file}")
+            for remark in read.remarks:
+                typer.echo(f"  {remark}")
+    if as_json:
+        print(json.dumps({"experiment": str(experiment.path), "sessions": document}, ensure_ascii=False))
 
 
 def _asked(option: str, what: str) -> str:
@@ -167,63 +290,3 @@ def _in_order(given: list[str], letter: str, option: str) -> tuple[str, ...]:
             f"{option}: joints {', '.join(map(str, sorted(numbered)))}; number them 1 ... {len(numbered)}"
         )
     return tuple(numbered[place] for place in sorted(numbered))
-
-
-def _each(given: list[str], n: int, option: str) -> list[str]:
-    """One value for every joint: as many as joints, or one for all."""
-    if len(given) not in (1, n):
-        raise InputError(
-            f"{option}: {len(given)} given for {n} joint{'s' if n > 1 else ''}; give one, or {n}"
-        )
-    return given * (n // len(given))
-
-
-def _robot(
-    scalars: dict[str, float],
-    types: list[str],
-    gains: list[str],
-    names: list[str] | None,
-    dh: list[str] | None,
-    gravity: str | None,
-) -> "Robot":
-    from identify.recording import Robot
-    from identify.recording.experiment_file import check_settings
-
-    n = len(types)
-    labels = names or [f"j{index + 1}" for index in range(n)]
-    if len(labels) != n:
-        raise InputError(f"--joint: {len(labels)} names for {n} joints")
-    frames = [_numbers(frame, 4, "--dh") for frame in dh] if dh else [[0.0] * 4]
-    if n > 1 and len(frames) != n:
-        raise InputError(
-            f"--dh: {len(frames) if dh else 0} frames for {n} joints; give alpha,d,theta,r of each"
-        )
-    joints = []
-    for label, kind, gain, frame in zip(labels, types, _each(gains, n, "--gain"), frames, strict=True):
-        alpha, d, theta, r = frame
-        value = scalars[gain] if gain in scalars else _number(gain, "--gain")
-        joints.append(
-            {"name": label, "type": kind, "alpha": alpha, "d": d, "theta": theta, "r": r, "drive_gain": value}
-        )
-    given = gravity or _asked("--gravity", "gravity in the base frame, x,y,z in m/s²")
-    document = {"gravity": list(_three(given, "--gravity")), "joints": joints}
-    return check_settings(Robot, document, {}, "options: robot")
-
-
-def _number(text: str, option: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise InputError(f"{option}: '{text}' is not a number") from None
-
-
-def _numbers(text: str, count: int, option: str) -> list[float]:
-    found = [_number(part, option) for part in text.split(",")]
-    if len(found) != count:
-        raise InputError(f"{option}: '{text}' has {len(found)} numbers; {count} are needed, separated by ','")
-    return found
-
-
-def _three(text: str, option: str) -> tuple[float, float, float]:
-    x, y, z = _numbers(text, 3, option)
-    return x, y, z

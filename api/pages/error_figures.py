@@ -7,11 +7,13 @@ import numpy as np
 from markupsafe import Markup
 
 from api.pages import error_tables
-from api.pages.figures.effect_picture import OwnVariable, draw_effect_picture, own_variable
+from api.pages.catalogue_words import picture_of
+from api.pages.figures.effect_picture import draw_effect_picture
 from api.pages.figures.error_band import ErrorBand, draw_error_band, error_band, even_edges
 from api.pages.figures.group_bars import draw_group_bars
 from api.pages.figures.quadrant_map import draw_quadrant_map, full_scale, quadrant_map, symmetric_edges
 from api.pages.joint_samples import JointSamples
+from identify.effects.picture import OVER_SPEED, PictureVariable
 
 
 @dataclass(frozen=True)
@@ -94,20 +96,23 @@ def effect_picture(
     after: JointSamples | None,
     units: JointUnits,
     variable: str | None = None,
-) -> tuple[Markup, OwnVariable]:
-    """The residual over the effect's own variable, without it and (where a fit with it is at hand) with it."""
-    own = own_variable(effect, variable)
-    values = getattr(before, own.array)
+) -> tuple[Markup, PictureVariable]:
+    """The residual over the variable of the effect's picture, without it and (where a fit with it is at hand) with it.
+
+    variable : as the diagnosis names it, for a user's own effect, which the catalogue does not list
+    """
+    over = picture_of(effect, variable)
+    values = getattr(before, over.samples)
     if not np.isfinite(values).any():  # no temperature was recorded
-        own = own_variable("viscous")
+        over = OVER_SPEED
         values = before.velocity
     edges = even_edges(values, _intervals(len(values)))
-    band = _band(before, own, edges)
-    band_after = _band(after, own, edges) if after is not None else None
+    band = _band(before, over, edges)
+    band_after = _band(after, over, edges) if after is not None else None
     drawn = draw_effect_picture(
-        band, band_after, own.words, units.of_dimension(own.dimension), units.load, own.turned
+        band, band_after, over.label, units.of_dimension(over.dimension), units.load, over.error_turned
     )
-    return drawn, own
+    return drawn, over
 
 
 def _intervals(samples: int) -> int:
@@ -115,10 +120,9 @@ def _intervals(samples: int) -> int:
     return int(np.clip(samples / 40, 14, 40))
 
 
-def _band(samples: JointSamples, own: OwnVariable, edges: np.ndarray) -> ErrorBand:
-    return error_band(
-        getattr(samples, own.array), samples.turned_error if own.turned else samples.error, edges
-    )
+def _band(samples: JointSamples, over: PictureVariable, edges: np.ndarray) -> ErrorBand:
+    error = samples.turned_error if over.error_turned else samples.error
+    return error_band(getattr(samples, over.samples), error, edges)
 
 
 def _reach(bands: Sequence[ErrorBand]) -> float:

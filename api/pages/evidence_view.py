@@ -63,7 +63,7 @@ def selected_evidence(
         before = here.thinned(FIGURE_SAMPLES).in_fit
         with_it = _predicted(stored, shown, joint, files, here, evidence.get("rank"))
         words = "predicted with it" if with_it is not None else None
-    picture, own = effect_picture(effect, before, with_it, units, evidence.get("variable"))
+    picture, over = effect_picture(effect, before, with_it, units, evidence.get("variable"))
     entry = entry_of(effect)
     errors = {key: evidence.get(key) for key in ERRORS}
     return {
@@ -76,7 +76,7 @@ def selected_evidence(
         "constants": constant_words(evidence.get("constants") or {}, units),
         "caution": evidence.get("caution"),
         "picture": picture,
-        "picture_words": f"Residual over {own.words}",
+        "picture_words": f"Residual over {over.label}",
         "with_words": words,
         "change": _change(errors["relative_error_before"], errors["relative_error_after"]),
         "heldout_change": _change(errors["heldout_error_before"], errors["heldout_error_after"]),

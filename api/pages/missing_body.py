@@ -13,6 +13,7 @@ from api.pages.model_steps import step_chart, step_link
 from api.pages.rival_effects import rival_effects_context
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.pages.verdict_words import structure_words, verdict_of, where_words
+from identify.effects.model import IN_EVERY_MODEL
 
 SHOWN_CANDIDATES = 6
 """Candidates that stand in the list by themselves; the rest are folded away."""
@@ -132,8 +133,8 @@ def _model_effects(
             continue
         text = next((full for full, name in added.items() if name == entry["effect"]), None)
         useless = entry["effect"] in superfluous
-        # The offset is a part of every model; it is said that it does not help, and it stays.
-        removable = text is not None or (useless and entry["effect"] != "offset")
+        # What every model has is said not to help, and stays.
+        removable = text is not None or (useless and entry["effect"] not in IN_EVERY_MODEL)
         rows.append(
             {
                 "effect": entry["effect"],

@@ -13,8 +13,8 @@ from api.service.experiment_store import ExperimentStore
 from api.service.jobs import Job, JobRunner
 from api.service.model_story import Cause, Fit, ModelStory, ModelVersion, data_fingerprint, now_text
 from api.service.problems import Problem
+from identify.effects.model import IN_EVERY_MODEL, NAMED_MODELS
 
-NAMED_MODELS = ("rigid", "usual", "load-velocity")
 FIRST_MODEL = "usual"
 """What is fitted by itself after the first session: the model that the diagnosis starts from."""
 COMPUTATIONS = "api.service.computations"
@@ -102,7 +102,7 @@ class ModelWorkflow:
         present = [
             (each["effect"], each["joint"])
             for each in self._effects(experiment, version)
-            if each["effect"] != "offset"  # a part of `rigid`
+            if each["effect"] not in IN_EVERY_MODEL
         ]
         left = [pair for pair in present if pair[0] != effect or (joint is not None and pair[1] != joint)]
         if len(left) == len(present):

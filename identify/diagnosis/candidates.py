@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.diagnosis.held_out import Trial
-from identify.effects.effect import Effect
+from identify.effects.effect import DeclaredLoad, Effect
 from identify.effects.model import Model, Term, terms_of
 from identify.effects.motion import JointSummary
 from identify.estimation.observation import Observation, Slot, rows_of
@@ -15,18 +15,6 @@ from identify.estimation.record import Record
 from identify.results.diagnosis import NotApplicable
 
 Index = NDArray[np.intp]
-
-DECLARED_LOAD = ("payload-mass", "drive-gain", "payload-com", "gravity-tilt")
-"""Effects that say that a declared load is wrong. They are judged against loads taken as declared; all others against
-a model that estimates the payload ratio beside (eq. 35), which would hide what these are about."""
-
-LOAD_FRICTION = ("load-friction", "load-friction-asymmetric")
-"""Effects fitted with loads as declared: an asymmetric efficiency and a payload ratio are the same column of the load,
-so that one of them must be taken as known. Their gain still counts from the model with the ratio, if that is better."""
-
-
-LOADS_AS_DECLARED = (*DECLARED_LOAD, *LOAD_FRICTION)
-"""Effects beside which no payload ratio is estimated."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +35,16 @@ class Candidate:
     def name(self) -> str:
         """Name of the effect."""
         return self.term.effect.name
+
+    @property
+    def declared_load(self) -> DeclaredLoad:
+        """How it treats the declared loads."""
+        return self.term.effect.declared_load
+
+    @property
+    def beside_ratio(self) -> bool:
+        """Whether it is judged beside a payload ratio that is estimated with it (eq. 35)."""
+        return self.declared_load is DeclaredLoad.CORRECTED
 
     @property
     def key(self) -> tuple[str, int]:

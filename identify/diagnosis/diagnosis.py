@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from identify.diagnosis.caution import caution, load_siblings
 from identify.diagnosis.elsewhere import fails_elsewhere
 from identify.diagnosis.look import Look
-from identify.diagnosis.sampling_hold import HOLD_WORDS, is_sampling_hold
+from identify.diagnosis.sampling_hold import made_by_recording
 from identify.diagnosis.selection import SUPERFLUOUS, Finding
 from identify.diagnosis.structure import Structure, bounded, leftover_structure
 from identify.diagnosis.verdict import (
@@ -220,7 +220,7 @@ def diagnose_record(
             evidence.update({f.candidate.key: f for own in open_ for f in own if f.candidate is candidate})
         present = _fit_with(record, fitted, added)
         added = _settled(present, added)
-    held = {term.key for term, _ in added if is_sampling_hold(present, term)}
+    held = {term.key: words for term, _ in added if (words := made_by_recording(present, term))}
     added.sort(key=lambda row: row[0].key in held)
     floors = noise_floors(record)
     checked = [predict(present, entry) for entry in record.entries("validation")]
@@ -333,7 +333,7 @@ def _conclude(
     joint: int,
     findings: Sequence[Finding],
     missing: tuple[Term, ...],
-    held: set[tuple[str, int]],
+    held: dict[tuple[str, int], str],
     evidence: dict[tuple[str, int], Finding],
     floor: float | None,
     unseen: Sequence[Prediction],
@@ -363,7 +363,7 @@ def _conclude(
     known, summary = known_effects(record.experiment), record.summaries[joint]
     effects = [finding.candidate.term.effect for finding in findings]
     cautions = {effect.name: caution(effect, known, summary) for effect in effects}
-    cautions.update({term.effect.name: HOLD_WORDS for term in sampling})
+    cautions.update({term.effect.name: held[term.key] for term in sampling})
     return JointDiagnosis(
         joint=record.joint_names[joint],
         verdict=said,

@@ -7,9 +7,10 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.diagnosis.candidates import DECLARED_LOAD, LOAD_FRICTION, LOADS_AS_DECLARED, Candidate
+from identify.diagnosis.candidates import Candidate
 from identify.diagnosis.evidence import group_p_value
 from identify.diagnosis.held_out import FoldedProducts, HeldOut, Trial, folds_of_motion, folds_of_sessions
+from identify.effects.effect import DeclaredLoad
 from identify.estimation.observation import Observation
 
 Array = NDArray[np.float64]
@@ -148,13 +149,13 @@ class Selection:
     def findings(self, joint: int) -> list[Finding]:
         """All candidates of a joint beside the present model, the best first."""
         own = [candidate for candidate in self.candidates if candidate.judged == joint]
-        ordinary = [c for c in own if c.name not in LOADS_AS_DECLARED]
+        ordinary = [c for c in own if c.beside_ratio]
         nothing = [Trial((self.model_columns[:0],))]
         free = self.motion.evaluate(joint, self.base(), nothing)[0]
         declared = self.motion.evaluate(joint, self.base(declared=True), nothing)[0]
         better = min(free, declared, key=lambda fared: fared.total)
-        load_friction = [c for c in own if c.name in LOAD_FRICTION]
-        loads = [c for c in own if c.name in DECLARED_LOAD]
+        load_friction = [c for c in own if c.declared_load is DeclaredLoad.TRUSTED]
+        loads = [c for c in own if c.declared_load is DeclaredLoad.QUESTIONED]
         found = self._judge(joint, self.base(), free, ordinary)
         friction = self._judge(joint, self.base(declared=True), better, load_friction)
         of_loads = self._judge(joint, self.base(declared=True), declared, loads)
@@ -216,7 +217,8 @@ class Selection:
         nothing = Trial((self.model_columns[:0],))
         reference, *others = self.sessions.evaluate(joint, self.base(declared=True), [nothing, *trials])
         return [
-            candidate.name in DECLARED_LOAD or other.total < reference.total * (1 + SESSION_TOLERANCE)
+            candidate.declared_load is DeclaredLoad.QUESTIONED
+            or other.total < reference.total * (1 + SESSION_TOLERANCE)
             for candidate, other in zip(listed, others, strict=True)
         ]
 
@@ -245,8 +247,7 @@ class Selection:
     def _decided(self, finding: Finding, other: Finding) -> bool:
         """Whether a finding certainly explains what another does not: its columns beside the other's (encompassing;
         Davidson, MacKinnon 1981, Econometrica 49(3), for models of which none contains the other)."""
-        names = {finding.candidate.name, other.candidate.name}
-        base = self.base(declared=not names.isdisjoint(LOADS_AS_DECLARED))
+        base = self.base(declared=not (finding.candidate.beside_ratio and other.candidate.beside_ratio))
         base = np.union1d(base, other.candidate.columns(self.observation, other.variant))
         columns = finding.candidate.columns(self.observation, finding.variant)
         return self._p_value(finding.candidate.judged, base, columns) < DECIDED
@@ -291,7 +292,7 @@ class Selection:
         self, joint: int, found: Sequence[Finding], least: float
     ) -> tuple[float, list[tuple[Candidate, int]]] | None:
         """Two effects that only help together, and by at least the gain `least`."""
-        listed = [f for f in found if f.candidate.name not in LOADS_AS_DECLARED][:PAIRED]
+        listed = [f for f in found if f.candidate.beside_ratio][:PAIRED]
         if len(listed) < 2:
             return None
         base = self.base()
@@ -338,7 +339,7 @@ class Selection:
 
     def replacement(self, joint: int, columns: Index, complexity: int) -> tuple[Candidate, int] | None:
         """The candidate that would do clearly better in the place of some columns of the model, or as well and simpler."""
-        listed = [c for c in self.candidates if c.judged == joint and c.name not in LOADS_AS_DECLARED]
+        listed = [c for c in self.candidates if c.judged == joint and c.beside_ratio]
         base = np.setdiff1d(self.base(), columns)
         present, *others = self.motion.evaluate(
             joint, base, [Trial((columns,)), *(c.trial(self.observation) for c in listed)]
@@ -366,7 +367,7 @@ class Selection:
         listed = [c for c in self.candidates if c.judged == joint and c.name in rivals]
         if not listed:
             return None
-        base = self.base(declared=any(c.name in LOADS_AS_DECLARED for c in listed))
+        base = self.base(declared=not all(c.beside_ratio for c in listed))
         base = np.setdiff1d(base, columns)
         present, *others = self.motion.evaluate(
             joint, base, [Trial((columns,)), *(c.trial(self.observation) for c in listed)]

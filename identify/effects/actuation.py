@@ -2,13 +2,15 @@
 
 import numpy as np
 
-from identify.effects.effect import Constants, Effect
+from identify.effects.effect import Constants, DeclaredLoad, Effect
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter
+from identify.effects.picture import OVER_ACCELERATION, OVER_LOAD
 
 
 class GainSaturation(Effect):
     name = "gain-saturation"
+    title = "a drive gain that falls at large current"
     group = "actuation"
     equation = "c sign(τ) max(0, |τ| − τ_0)^p,  τ: the model's own torque"
     explanation = (
@@ -22,6 +24,7 @@ class GainSaturation(Effect):
     source = "torque-constant saturation of permanent-magnet motors, e.g. Hanselman 2006, ch. 4"
     needs = ("torques up to the maximum",)
     variable = "torque"
+    picture = OVER_LOAD
     confusable = ("drive-gain",)
     uses_load = True
     uses_torque = True
@@ -40,6 +43,7 @@ class GainSaturation(Effect):
 
 class DriveGain(Effect):
     name = "drive-gain"
+    title = "a wrong drive gain"
     group = "actuation"
     equation = "(M_ae/M_aw) τ_known, one ratio for all known loads; or c_s τ in session s"
     explanation = (
@@ -52,8 +56,11 @@ class DriveGain(Effect):
     source = "paper, eq. (4) and (35)"
     needs = ("a known payload or a known external force, or several sessions",)
     variable = "known load"
+    picture = OVER_LOAD
     confusable = ("payload-mass",)
     uses_load = True
+    declared_load = DeclaredLoad.QUESTIONED
+    estimates_ratio = True
     uses_torque = True
 
     def obstacle(self, summary: JointSummary) -> str | None:
@@ -82,6 +89,9 @@ class DriveGain(Effect):
     def reported_offset(self, constants: Constants) -> float:
         return 0.0 if constants else 1.0
 
+    def replaces_payload_ratio(self, constants: Constants) -> bool:
+        return not constants  # one ratio for all known loads is what the payload ratios would say again
+
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         if not constants:
             return motion.known_load[:, None]
@@ -92,8 +102,13 @@ class DriveGain(Effect):
         return out
 
 
+HALF, WITHIN = 0.5, 0.15
+"""Periods of sampling that a held command makes, and what a fit can be wrong by."""
+
+
 class Delay(Effect):
     name = "delay"
+    title = "a delay between position and current"
     group = "timing"
     equation = "−δ dτ/dt,  τ: the model's own torque"
     explanation = (
@@ -106,6 +121,7 @@ class Delay(Effect):
     source = "Gautier, Poignet 2001; measured on EMPS"
     needs = ("fast changes of torque",)
     variable = "ddq"
+    picture = OVER_ACCELERATION
     confusable = ("elasticity",)
     uses_load = True
     uses_torque = True
@@ -113,6 +129,18 @@ class Delay(Effect):
 
     def command_lead(self, values: Array) -> float:
         return float(values[0])
+
+    def made_by_recording(self, values: Array, sampling_period: float) -> str | None:
+        """A controller holds its command over a period, while the position is that of one instant.
+
+        Recorded at the period's start the command is early by half of one, at its end late by as much.
+        """
+        if abs(abs(float(values[0])) / sampling_period - HALF) > WITHIN:
+            return None
+        return (
+            "It is half a period of sampling, as a command makes that is held over its period: recorded at the start it "
+            "is early by so much, at the end late. By itself it is no fault of the machine."
+        )
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         return -np.gradient(motion.model_torque, motion.period)[:, None]

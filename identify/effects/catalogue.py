@@ -1,5 +1,6 @@
 """The catalogue of effects: the built-in ones, and those that installed packages add by entry point."""
 
+from dataclasses import asdict
 from functools import cache
 from importlib.metadata import entry_points
 
@@ -68,6 +69,7 @@ def catalogue() -> list[dict[str, object]]:
     return [
         {
             "effect": effect.name,
+            "title": effect.title or effect.name,
             "group": effect.group,
             "equation": effect.equation,
             "explanation": effect.explanation,
@@ -75,6 +77,7 @@ def catalogue() -> list[dict[str, object]]:
             "parameters": [{"name": each.name, "unit": each.unit} for each in effect.parameters],
             "needs": list(effect.needs),
             "source": effect.source,
+            "picture": asdict(effect.picture),
             "indistinguishable_from": list(effect.confusable),
         }
         for effect in effects().values()

@@ -2,9 +2,17 @@
 
 import numpy as np
 
-from identify.effects.effect import Constants, Effect, finer, geometric_grid
+from identify.effects.effect import Constants, DeclaredLoad, Effect, finer, geometric_grid
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter
+from identify.effects.picture import (
+    LOSS_OVER_LOAD,
+    LOSS_OVER_POSITION,
+    OVER_SIZE_OF_SPEED,
+    OVER_SPEED,
+    OVER_TEMPERATURE,
+    OVER_TIME,
+)
 from identify.effects.viscous import finer_stribeck, stribeck_range, stribeck_step
 
 ROTOR_SHARES = (0.0, 0.3, 0.6, 0.9)
@@ -13,6 +21,7 @@ ROTOR_SHARES = (0.0, 0.3, 0.6, 0.9)
 
 class Coulomb(Effect):
     name = "coulomb"
+    title = "dry friction"
     group = "dry friction"
     equation = "F_C sign(q̇)"
     explanation = "Constant dry friction against the motion. Check: nothing; every drive has it."
@@ -20,6 +29,7 @@ class Coulomb(Effect):
     parameters = (EffectParameter("FC", "N m", lower=0.0),)
     dissipates = True
     source = "paper, eq. (5)"
+    picture = OVER_SPEED
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         return motion.direction[:, None]
@@ -27,6 +37,7 @@ class Coulomb(Effect):
 
 class Offset(Effect):
     name = "offset"
+    title = "an offset of the torque"
     group = "actuation"
     equation = "τ_off"
     explanation = (
@@ -36,6 +47,7 @@ class Offset(Effect):
     regressors = ("1",)
     parameters = (EffectParameter("offset", "N m"),)
     source = "paper, eq. (6)"
+    picture = OVER_SPEED
     confusable = ("viscous-asymmetric",)
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
@@ -77,6 +89,7 @@ def finer_rotor(constants: Constants, summary: JointSummary) -> list[dict[str, f
 
 class LoadFriction(Effect):
     name = "load-friction"
+    title = "friction that grows with the load"
     group = "load"
     equation = "α |τ_out| sign(q̇)"
     explanation = (
@@ -89,8 +102,10 @@ class LoadFriction(Effect):
     source = "paper, eq. (18)"
     needs = ("a payload change or strongly varying gravity load",)
     variable = "load"
+    picture = LOSS_OVER_LOAD
     confusable = ("load-friction-asymmetric", "friction-position")
     uses_load = True
+    declared_load = DeclaredLoad.TRUSTED
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
         return rotor_grid(summary)
@@ -104,6 +119,7 @@ class LoadFriction(Effect):
 
 class LoadFrictionAsymmetric(Effect):
     name = "load-friction-asymmetric"
+    title = "friction that grows with the load, more when driving than when driven"
     group = "load"
     equation = "(P⁺ α_m + P⁻ α_g) |τ_out| sign(q̇) + ½(β_m − β_g) sign(τ_out)"
     explanation = (
@@ -123,8 +139,13 @@ class LoadFrictionAsymmetric(Effect):
     source = "paper, eq. (20)"
     needs = ("a payload change or strongly varying gravity load", "all four quadrants of Fig. 2")
     variable = "load"
+    picture = LOSS_OVER_LOAD
     confusable = ("load-friction", "drive-gain")
     uses_load = True
+    declared_load = DeclaredLoad.TRUSTED
+
+    def replaces_payload_ratio(self, constants: Constants) -> bool:
+        return True
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
         return rotor_grid(summary)
@@ -140,6 +161,7 @@ class LoadFrictionAsymmetric(Effect):
 
 class LoadStribeck(Effect):
     name = "load-stribeck"
+    title = "friction that depends on load and speed together"
     group = "load"
     equation = "(P⁺ b_m + P⁻ b_g) |τ_out| exp(−|q̇|/q̇_s) sign(q̇)"
     explanation = (
@@ -153,6 +175,7 @@ class LoadStribeck(Effect):
     source = "paper, eq. (24)-(25)"
     needs = ("a payload change or strongly varying gravity load", "slow motion")
     variable = "dq"
+    picture = OVER_SIZE_OF_SPEED
     confusable = ("stribeck", "load-friction-asymmetric")
     uses_load = True
 
@@ -180,6 +203,7 @@ class LoadStribeck(Effect):
 
 class FrictionPosition(Effect):
     name = "friction-position"
+    title = "friction that varies with the position"
     group = "position"
     equation = "(Σ_k F_k B_k(q)) sign(q̇),  B_k: hat functions over the range of motion"
     explanation = (
@@ -192,6 +216,7 @@ class FrictionPosition(Effect):
     source = "Armstrong-Hélouvy 1991, ch. 3 (position-dependent friction)"
     needs = ("motion over the same positions in both directions",)
     variable = "q"
+    picture = LOSS_OVER_POSITION
     confusable = ("load-friction", "torque-ripple")
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
@@ -212,6 +237,7 @@ def hat_functions(position: Array, constants: Constants) -> Array:
 
 class FrictionTemperature(Effect):
     name = "friction-temperature"
+    title = "friction that varies with the temperature"
     group = "temperature"
     equation = "(T − 20 °C) (F_VT q̇ + F_CT sign(q̇))"
     explanation = (
@@ -225,6 +251,7 @@ class FrictionTemperature(Effect):
     source = "Bittencourt, Axelsson 2014, IEEE/ASME Trans. Mechatronics 19(1)"
     needs = ("a temperature column that changes by some kelvin",)
     variable = "temperature"
+    picture = OVER_TEMPERATURE
     confusable = ("friction-warmup",)
 
     def obstacle(self, summary: JointSummary) -> str | None:
@@ -238,6 +265,7 @@ class FrictionTemperature(Effect):
 
 class FrictionWarmup(Effect):
     name = "friction-warmup"
+    title = "friction that falls while the joint warms up"
     group = "temperature"
     equation = "exp(−t/T_w) (F_Vw q̇ + F_Cw sign(q̇)),  t: since the session (or the first session) began"
     explanation = (
@@ -251,6 +279,7 @@ class FrictionWarmup(Effect):
     source = "Simoni, Beschi, Legnani, Visioli 2015 (friction with thermal state)"
     needs = ("a session of a minute or more",)
     variable = "time"
+    picture = OVER_TIME
     confusable = ("friction-temperature",)
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:

@@ -2,13 +2,27 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from enum import Enum
 from typing import Literal
 
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter, Relation
+from identify.effects.picture import OVER_SPEED, PictureVariable
 
 Constants = Mapping[str, float]
 """Nonlinear constants of an effect by name, e.g. {"stribeck_velocity": 0.03}."""
+
+
+class DeclaredLoad(Enum):
+    """How an effect treats the loads that are declared: payloads as weighed, external forces as measured."""
+
+    CORRECTED = "corrected"
+    """a ratio of each payload is estimated beside the effect (eq. 35), so that a wrong declaration is not taken for it"""
+    TRUSTED = "trusted"
+    """loads are taken as declared: the effect and the payload ratio are the same column of the load, so that one of them
+    must be known; its gain still counts from the model with the ratio, if that is better"""
+    QUESTIONED = "questioned"
+    """the effect itself says that a declaration is wrong; it is judged against loads taken as declared"""
 
 
 class Effect(ABC):
@@ -19,6 +33,8 @@ class Effect(ABC):
     """
 
     name: str
+    title: str = ""
+    """in an operator's words, as a part of a sentence: "friction that grows with the load"; the name if not said"""
     group: str
     equation: str
     explanation: str
@@ -31,12 +47,19 @@ class Effect(ABC):
     needs: tuple[str, ...] = ()
     variable: str = "dq"
     """the variable over which the effect is best seen in a residual"""
+    picture: PictureVariable = OVER_SPEED
+    """what its picture is drawn over"""
     confusable: tuple[str, ...] = ()
     """names of effects that are the same physics, or that only special data tell apart"""
     uses_load: bool = False
     """whether the columns need the load of a fitted rigid model"""
     uses_torque: bool = False
     """whether the columns need the whole torque of a fitted model; such effects are no part of that torque"""
+    known_beforehand: bool = False
+    """of an effect that uses the load: whether it is only what is known of it without a fit, the weighed payloads"""
+    declared_load: DeclaredLoad = DeclaredLoad.CORRECTED
+    estimates_ratio: bool = False
+    """whether its parameters, as fitted, are how far ratios of the load are from 1 (`reported_offset`)"""
     from_residual: bool = False
     """whether what to search is found in what a first fit leaves (lines over position)"""
     nonlinear: bool = False
@@ -78,6 +101,17 @@ class Effect(ABC):
     def reported_offset(self, constants: Constants) -> float:
         """What is added to the fitted values when they are reported: 1 where they are deviations of a ratio from 1."""
         return 0.0
+
+    def replaces_payload_ratio(self, constants: Constants) -> bool:
+        """Whether a model that has it leaves no column for the payload ratio of eq. (35)."""
+        return False
+
+    def made_by_recording(self, values: Array, sampling_period: float) -> str | None:
+        """Words where estimates (parameters,) are what sampling itself makes, no fault of the machine; else None.
+
+        sampling_period : s
+        """
+        return None
 
     def plausible(self, values: Array) -> bool:
         """Whether estimates of the parameters, (parameters,), have the signs that the physics asks for."""

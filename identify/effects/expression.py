@@ -21,6 +21,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from identify.effects.effect import Constants, Effect
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter
+from identify.effects.picture import picture_over
 from identify.recording.errors import InputError
 from identify.recording.strict_yaml import read_strict_yaml
 
@@ -107,6 +108,7 @@ class OwnEffect(Effect):
         self.explanation = settings.explanation
         self.source = settings.source
         self.variable = settings.variable
+        self.picture = picture_over(settings.variable)
         self.equation = " + ".join(f"c{index + 1} {text}" for index, text in enumerate(settings.columns))
         self.regressors = tuple(settings.columns)
         single = len(settings.columns) == 1

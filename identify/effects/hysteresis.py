@@ -13,11 +13,13 @@ from identify.effects.dry_friction import (
 from identify.effects.effect import Constants, Effect, finer, geometric_grid
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter, Relation
+from identify.effects.picture import OVER_TRAVEL
 from identify.effects.viscous import Stribeck
 
 
 class Presliding(Effect):
     name = "presliding"
+    title = "elastic give before the joint slides (presliding)"
     group = "memory"
     equation = "F_p (z − sign(q̇)),  dz/dq = (1 − z sign(q̇)) / δ"
     explanation = (
@@ -29,6 +31,7 @@ class Presliding(Effect):
     source = "Dahl 1968; Canudas de Wit et al. 1995 (LuGre without the velocity term)"
     needs = ("many reversals",)
     variable = "travel since reversal"
+    picture = OVER_TRAVEL
     confusable = ("stribeck", "backlash")
     simulated = "state"
 
@@ -73,6 +76,7 @@ class Presliding(Effect):
 
 class Backlash(Effect):
     name = "backlash"
+    title = "play between motor and joint (backlash)"
     group = "memory"
     equation = (
         "a ∂τ_out/∂q s − c s̈;  s: the link's place in the gap, pushed by motion (play) or by load (flank)"
@@ -91,6 +95,7 @@ class Backlash(Effect):
     source = "Nordin, Gutman 2002, Automatica 38 (mechanical systems with backlash)"
     needs = ("reversals of motion and of load", "an encoder on the motor's side")
     variable = "load"
+    picture = OVER_TRAVEL
     confusable = ("presliding", "elasticity")
     uses_load = True
     simulated = "record"

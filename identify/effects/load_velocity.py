@@ -2,16 +2,28 @@
 
 import numpy as np
 
-from identify.effects.dry_friction import quadrant_directions, quadrants
-from identify.effects.effect import Constants, Effect, geometric_grid
+from identify.effects.dry_friction import (
+    Coulomb,
+    LoadFrictionAsymmetric,
+    LoadStribeck,
+    Offset,
+    quadrant_directions,
+    quadrants,
+)
+from identify.effects.effect import Constants, DeclaredLoad, Effect, geometric_grid
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter, Relation
-from identify.effects.viscous import finer_stribeck, stribeck_range, stribeck_step
+from identify.effects.viscous import Stribeck, Viscous, finer_stribeck, stribeck_range, stribeck_step
 
 SPLIT = tuple(EffectParameter(symbol, "1", lower=0.0) for symbol in ("a_m", "b_m", "a_g", "b_g"))
 """of the load: what the gear passes on when driving and when driven, and stiction's share less sliding's"""
 DRY = tuple(EffectParameter(symbol, "N m", lower=0.0) for symbol in ("c_m", "d_m", "c_g", "d_g"))
 """levels of dry friction for each power sign, and what stiction has above them"""
+
+SMOOTH = (Viscous.name, Offset.name)
+"""effects of eq. (30) beside its dry friction"""
+SPLIT_BY_POWER_SIGN = (Coulomb.name, LoadFrictionAsymmetric.name, Stribeck.name, LoadStribeck.name)
+"""effects of the usual kind that the equation says for each power sign anew"""
 
 
 class LoadVelocity(Effect):
@@ -38,6 +50,10 @@ class LoadVelocity(Effect):
     parameters = DRY  # those of the products depend on the joint's base parameters (`linear_names`)
     source = "paper, eq. (30), (42), (43)"
     uses_load = True
+    declared_load = DeclaredLoad.TRUSTED
+
+    def replaces_payload_ratio(self, constants: Constants) -> bool:
+        return True
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
         return geometric_grid("stribeck_velocity", *stribeck_range(summary), 9)

@@ -18,6 +18,8 @@ NAMED_MODELS: dict[str, tuple[str, ...]] = {
     "usual": USUAL,
     "load-velocity": (*USUAL, "load-friction-asymmetric", "stribeck", "load-stribeck"),
 }
+IN_EVERY_MODEL = NAMED_MODELS["rigid"]
+"""effects that no model is without"""
 
 
 @dataclass(frozen=True)

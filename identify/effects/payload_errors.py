@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from identify.effects.effect import Constants, Effect
+from identify.effects.effect import Constants, DeclaredLoad, Effect
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter
+from identify.effects.picture import OVER_LOAD, OVER_POSITION
 
 STANDARD_GRAVITY = 9.80665
 """m/s², ISO 80000-3"""
@@ -14,6 +15,7 @@ STANDARD_GRAVITY = 9.80665
 
 class PayloadMass(Effect):
     name = "payload-mass"
+    title = "a payload mass that differs from the one stated"
     group = "payload"
     equation = "(M_ae/M_aw)_p τ_payload,  one ratio for each payload p"
     explanation = (
@@ -24,8 +26,12 @@ class PayloadMass(Effect):
     source = "paper, eq. (35)"
     needs = ("a session with a known payload",)
     variable = "known load"
+    picture = OVER_LOAD
     confusable = ("drive-gain", "payload-com")
     uses_load = True
+    known_beforehand = True
+    declared_load = DeclaredLoad.QUESTIONED
+    estimates_ratio = True
     rows = "robot"
 
     def obstacle(self, summary: JointSummary) -> str | None:
@@ -43,12 +49,16 @@ class PayloadMass(Effect):
     def reported_offset(self, constants: Constants) -> float:
         return 1.0
 
+    def replaces_payload_ratio(self, constants: Constants) -> bool:
+        return True
+
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         return spread(motion.known_load[:, None], motion, constants)
 
 
 class PayloadCentre(Effect):
     name = "payload-com"
+    title = "a payload centre that differs from the one stated"
     group = "payload"
     equation = "∂τ_payload/∂c · δc_p,  the displacement of the centre of mass of each payload p"
     explanation = (
@@ -60,8 +70,10 @@ class PayloadCentre(Effect):
     source = "paper, eq. (32)-(34)"
     needs = ("a session with a known payload",)
     variable = "q"
+    picture = OVER_POSITION
     confusable = ("payload-mass", "gravity-tilt")
     uses_load = True
+    declared_load = DeclaredLoad.QUESTIONED
     rows = "robot"
 
     def obstacle(self, summary: JointSummary) -> str | None:
@@ -83,6 +95,7 @@ class PayloadCentre(Effect):
 
 class GravityTilt(Effect):
     name = "gravity-tilt"
+    title = "a base that is not level"
     group = "payload"
     equation = "∂τ_out/∂g · δg"
     explanation = (
@@ -98,8 +111,10 @@ class GravityTilt(Effect):
     source = "gravity term Q(q) of eq. (2), first order in the tilt"
     needs = ("for a single joint: a payload change",)
     variable = "q"
+    picture = OVER_POSITION
     confusable = ("payload-com", "joint-spring")
     uses_load = True
+    declared_load = DeclaredLoad.QUESTIONED
     rows = "robot"
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:

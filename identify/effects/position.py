@@ -5,10 +5,12 @@ import numpy as np
 from identify.effects.effect import Constants, Effect
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter
+from identify.effects.picture import OVER_POSITION
 
 
 class JointSpring(Effect):
     name = "joint-spring"
+    title = "a spring at the joint"
     group = "position"
     equation = "k_s q"
     explanation = (
@@ -21,6 +23,7 @@ class JointSpring(Effect):
     source = "Khalil, Dombre 2002, ch. 9 (balancing springs)"
     needs = ("motion over a wide range of positions",)
     variable = "q"
+    picture = OVER_POSITION
     confusable = ("gravity-tilt",)
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
@@ -29,6 +32,7 @@ class JointSpring(Effect):
 
 class TorqueRipple(Effect):
     name = "torque-ripple"
+    title = "torque ripple that repeats with the motor's turn"
     group = "position"
     equation = "A cos(k q) + B sin(k q)"
     explanation = (
@@ -41,6 +45,7 @@ class TorqueRipple(Effect):
     needs = ("slow motion over several cycles",)
     variable = "q"
     from_residual = True
+    picture = OVER_POSITION
     confusable = ("current-ripple", "friction-position")
 
     def obstacle(self, summary: JointSummary) -> str | None:
@@ -69,6 +74,7 @@ class TorqueRipple(Effect):
 
 class CurrentRipple(Effect):
     name = "current-ripple"
+    title = "torque ripple that grows with the current"
     group = "actuation"
     equation = "τ (A cos(k q) + B sin(k q)),  τ: the model's own torque"
     explanation = (
@@ -85,6 +91,7 @@ class CurrentRipple(Effect):
     needs = ("slow motion over several cycles, at different loads",)
     variable = "q"
     from_residual = True
+    picture = OVER_POSITION
     confusable = ("torque-ripple",)
     uses_load = True
     uses_torque = True

@@ -5,10 +5,12 @@ import numpy as np
 from identify.effects.effect import Constants, Effect
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter
+from identify.effects.picture import OVER_ACCELERATION, OVER_SPEED
 
 
 class Elasticity(Effect):
     name = "elasticity"
+    title = "elasticity of the transmission"
     group = "memory"
     equation = "−(J/k) d²τ_out/dt² − (1/k) τ_out ∂τ_out/∂q"
     explanation = (
@@ -23,6 +25,7 @@ class Elasticity(Effect):
     source = "Spong 1987 (flexible joints), first order in 1/k"
     needs = ("fast changes of load", "an encoder on the motor's side")
     variable = "ddq"
+    picture = OVER_ACCELERATION
     confusable = ("delay", "backlash")
     uses_load = True
     simulated = "record"
@@ -34,6 +37,7 @@ class Elasticity(Effect):
 
 class MotorInertia(Effect):
     name = "motor-inertia"
+    title = "inertia of the motor"
     group = "transmission"
     equation = "I_am ẇ_m,  w_m: velocity of a motor that several joints share"
     explanation = (
@@ -46,6 +50,7 @@ class MotorInertia(Effect):
     needs = ("a drive gain matrix with off-diagonal terms",)
     rows = "motor"
     variable = "ddq"
+    picture = OVER_ACCELERATION
 
     def obstacle(self, summary: JointSummary) -> str | None:
         if summary.coupled_motors:
@@ -58,6 +63,7 @@ class MotorInertia(Effect):
 
 class CoupledFriction(Effect):
     name = "coupled-friction"
+    title = "friction that sits on a coupled motor"
     group = "transmission"
     equation = "F_VM w_m + F_CM sign(w_m) + I_aM ẇ_m,  w_m: velocity of a motor that several joints share"
     explanation = (
@@ -74,6 +80,7 @@ class CoupledFriction(Effect):
     needs = ("a drive gain matrix with off-diagonal terms",)
     rows = "motor"
     variable = "motor velocity"
+    picture = OVER_SPEED
     confusable = ("viscous", "coulomb", "motor-inertia")
 
     def obstacle(self, summary: JointSummary) -> str | None:

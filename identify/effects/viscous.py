@@ -5,10 +5,12 @@ import numpy as np
 from identify.effects.effect import Constants, Effect, finer, geometric_grid
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter, Relation
+from identify.effects.picture import OVER_SIZE_OF_SPEED, OVER_SPEED
 
 
 class Viscous(Effect):
     name = "viscous"
+    title = "viscous friction"
     group = "friction over speed"
     equation = "F_V q̇"
     explanation = (
@@ -19,6 +21,7 @@ class Viscous(Effect):
     parameters = (EffectParameter("FV", "N m s/rad", lower=0.0),)
     dissipates = True
     source = "paper, eq. (5)"
+    picture = OVER_SPEED
     confusable = ("viscous-power", "viscous-quadratic")
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
@@ -27,6 +30,7 @@ class Viscous(Effect):
 
 class ViscousAsymmetric(Effect):
     name = "viscous-asymmetric"
+    title = "viscous friction that differs between the directions"
     group = "friction over speed"
     equation = "F_Va |q̇|   (F_V+ = F_V + F_Va forwards, F_V− = F_V − F_Va backwards)"
     explanation = (
@@ -38,6 +42,7 @@ class ViscousAsymmetric(Effect):
     dissipates = True
     source = "Janot, Gautier, Brunot 2019 (EMPS: the friction is asymmetric)"
     needs = ("motion in both directions",)
+    picture = OVER_SPEED
     confusable = ("offset",)
 
     def relations(self, summary: JointSummary, constants: Constants) -> tuple[Relation, ...]:
@@ -56,6 +61,7 @@ class ViscousAsymmetric(Effect):
 
 class ViscousQuadratic(Effect):
     name = "viscous-quadratic"
+    title = "friction that grows with the square of the speed"
     group = "friction over speed"
     equation = "F_V2 |q̇| q̇"
     explanation = (
@@ -67,6 +73,7 @@ class ViscousQuadratic(Effect):
     dissipates = True
     source = "Armstrong-Hélouvy 1991, ch. 2"
     needs = ("fast motion",)
+    picture = OVER_SIZE_OF_SPEED
     confusable = ("viscous-cubic", "viscous-power")
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
@@ -75,6 +82,7 @@ class ViscousQuadratic(Effect):
 
 class ViscousCubic(Effect):
     name = "viscous-cubic"
+    title = "friction that grows with the cube of the speed"
     group = "friction over speed"
     equation = "F_V3 q̇³"
     explanation = (
@@ -86,6 +94,7 @@ class ViscousCubic(Effect):
     dissipates = True
     source = "Hao, Pagani, Beschi, Legnani 2021, Robotics 10(1), 49 (polynomial friction)"
     needs = ("fast motion",)
+    picture = OVER_SIZE_OF_SPEED
     confusable = ("viscous-quadratic", "viscous-power")
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
@@ -94,6 +103,7 @@ class ViscousCubic(Effect):
 
 class ViscousPower(Effect):
     name = "viscous-power"
+    title = "friction that rises less than linearly with speed"
     group = "friction over speed"
     equation = "F_p |q̇|^p sign(q̇),  0 < p < 1"
     explanation = (
@@ -105,6 +115,7 @@ class ViscousPower(Effect):
     dissipates = True
     source = "Wahrburg et al. 2018, Mechatronics (speed-power friction of robot gears); measured on the TX40"
     needs = ("slow and fast motion",)
+    picture = OVER_SIZE_OF_SPEED
     confusable = ("viscous-quadratic", "viscous-cubic", "stribeck")
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
@@ -124,6 +135,7 @@ class ViscousPower(Effect):
 
 class Stribeck(Effect):
     name = "stribeck"
+    title = "friction that falls as the joint begins to slide (Stribeck)"
     group = "dry friction"
     equation = "F_s exp(−|q̇|/q̇_s) sign(q̇)"
     explanation = (
@@ -135,6 +147,7 @@ class Stribeck(Effect):
     dissipates = True
     source = "paper, eq. (22)"
     needs = ("slow motion",)
+    picture = OVER_SIZE_OF_SPEED
     confusable = ("presliding", "viscous-power")
 
     def obstacle(self, summary: JointSummary) -> str | None:

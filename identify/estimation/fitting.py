@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from identify.effects.catalogue import effects
 from identify.effects.model import Model, Term
 from identify.effects.motion import JointSummary
+from identify.effects.payload_errors import PayloadMass
 from identify.estimation.estimate import Estimate
 from identify.estimation.least_squares import LeastSquares, least_squares
 from identify.estimation.observation import FittedTorque, Observation, Slot, observe
@@ -80,17 +81,11 @@ class FittedModel:
 
 def payload_ratio_term(record: Record, model: Model, entries: Sequence[SessionEntry]) -> Term | None:
     """The payload ratio M_ae/M_aw of eq. (35), estimated beside every model that does not treat it itself."""
-    own = {"payload-mass", "load-velocity", "load-friction-asymmetric"}
-    if any(term.effect.name in own or _is_gain_ratio(term) for term in model.terms):
+    if any(term.effect.replaces_payload_ratio(dict(term.constants or ())) for term in model.terms):
         return None
     if not any(entry.payload.mass > 0 for entry in entries):
         return None
-    return Term(effects()["payload-mass"], 0)
-
-
-def _is_gain_ratio(term: Term) -> bool:
-    """Whether a term is one ratio for all known loads, which the payload ratios would duplicate."""
-    return term.effect.name == "drive-gain" and not term.constants
+    return Term(effects()[PayloadMass.name], 0)
 
 
 def fit_model(
@@ -128,7 +123,7 @@ def fit_model(
     for index in range(rounds):
         if progress:
             progress(index / rounds, f"pass {index + 1} of {rounds} over the samples")
-        active = [term for term in terms if fitted is not None or not loaded or _without_load(term, ratio)]
+        active = [term for term in terms if fitted is not None or not loaded or _without_load(term)]
         if index == 1 and any(term.effect.uses_load or term.effect.from_residual for term in open_terms):
             summaries = _informed(result)
         variants = [_variants(term, settled, fixed, summaries[term.joint]) for term in active]
@@ -158,9 +153,10 @@ def fit_model(
     return result
 
 
-def _without_load(term: Term, ratio: Term | None) -> bool:
-    late = term.effect.uses_load or term.effect.from_residual
-    return not late or term is ratio or term.effect.name == "payload-mass"
+def _without_load(term: Term) -> bool:
+    """Whether a term's columns can be had before anything is fitted."""
+    effect = term.effect
+    return effect.known_beforehand or not (effect.uses_load or effect.from_residual)
 
 
 def _informed(result: FittedModel | None) -> list[JointSummary]:

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from identify.effects.catalogue import effects
 from identify.effects.effect import Effect
-from identify.effects.load_velocity import GearFriction, LoadVelocity
-from identify.effects.model import USUAL, Model, Term, parse_addition, parse_model
+from identify.effects.load_velocity import SMOOTH, SPLIT_BY_POWER_SIGN, GearFriction, LoadVelocity
+from identify.effects.model import Model, Term, parse_addition, parse_model
 from identify.effects.unknown_payload import UnknownPayload
 from identify.estimation.fitting import FittedModel, fit_model
 from identify.estimation.observation import Observation, Slot, observe
@@ -17,9 +17,6 @@ from identify.estimation.record import Record
 from identify.recording import Experiment, InputError, Payload, SessionEntry
 
 Array = NDArray[np.float64]
-
-SMOOTH = ("viscous", "offset")
-"""effects of eq. (30) beside its dry friction"""
 
 
 def open_record(experiment: Experiment) -> Record:
@@ -146,13 +143,13 @@ def fit_linear(record: Record, loaded: FittedModel, add: Sequence[str]) -> Fitte
         for joint in range(record.joints)
         for term in (
             Term(LoadVelocity(), joint).chosen({"stribeck_velocity": velocities[joint]}),
-            Term(known["viscous"], joint),
-            Term(known["offset"], joint),
+            *(Term(known[name], joint) for name in SMOOTH),
         )
     ]
-    split = {*USUAL, "load-friction-asymmetric", "stribeck", "load-stribeck"}
     more = [t for text in add for t in parse_addition(text, record.joint_names, known, gain)]
-    model = Model("load-velocity", tuple(terms)).with_terms(t for t in more if t.effect.name not in split)
+    model = Model("load-velocity", tuple(terms)).with_terms(
+        t for t in more if t.effect.name not in SPLIT_BY_POWER_SIGN
+    )
     return fit_model(record, model, loaded.entries, load_from=loaded.torque, inertial=False)
 
 
@@ -216,6 +213,6 @@ def ratio_columns(fitted: FittedModel) -> list[int]:
     return [
         int(column)
         for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True)
-        if slot.term.effect.name in ("payload-mass", "drive-gain")
+        if slot.term.effect.estimates_ratio
         for column in columns
     ]

@@ -1,12 +1,14 @@
-"""An experiment made of other people's measurements: which column is what, units, gains."""
+"""An experiment made of other people's measurements, whole or not at all."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
+import yaml
 
 from identify.recording.errors import InputError
 from identify.recording.experiment import Experiment, load_experiment
@@ -18,172 +20,144 @@ from identify.recording.experiment_file import (
     Robot,
     append_session,
     check_settings,
-    read_experiment_file,
     write_experiment,
 )
-from identify.recording.foreign import ForeignTable
-from identify.recording.sampling import SHORTEST_SEGMENT
+from identify.recording.foreign.roles import ColumnMap, MeasuredSession
 from identify.recording.session_csv import write_csv_session
+from identify.recording.strict_yaml import read_strict_yaml
 
-Array = NDArray[np.float64]
-
-TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-POSITION_UNITS = {
-    "rad": 1.0,
-    "deg": np.pi / 180,
-    "mrad": 1e-3,
-    "turn": 2 * np.pi,
-    "m": 1.0,
-    "mm": 1e-3,
-    "um": 1e-6,
-}
-COMMAND_UNITS = {"A": 1.0, "mA": 1e-3, "V": 1.0, "mV": 1e-3, "Nm": 1.0, "N": 1.0, "percent": 1.0}
-"""What a drive gain may count in; only the parts of a unit change the numbers."""
+COLUMNS_FILE = "import.yaml"
+"""Beside the experiment: which column was what, so that another session is added without naming them again."""
 
 
 @dataclass(frozen=True)
-class ColumnMap:
-    """Which columns of a foreign file are what, joint by joint."""
+class NewSession:
+    """A session to be added to an experiment."""
 
-    position: tuple[str, ...]
-    command: tuple[str, ...]
-    time: str | None = None
-    """None: the samples are uniform, `rate` of them a second."""
-    rate: float | None = None
-    """Hz"""
-    time_unit: str = "s"
-    position_unit: tuple[str, ...] = ("rad",)
-    """One for all joints, or one for each; a name of `POSITION_UNITS`, or a number: rad (m) for one unit."""
-    command_unit: tuple[str, ...] = ("A",)
-    external: tuple[str, ...] = ()
-    temperature: tuple[str, ...] = ()
-    extra: tuple[str, ...] = ()
-    """Columns to keep beside."""
+    file: str
+    """Name of its file in the experiment's folder."""
+    measured: MeasuredSession
+    payload: Payload
+    role: str
 
 
-def factors(units: tuple[str, ...], known: dict[str, float], n: int, option: str) -> Array:
-    """(n,): what each joint's column is multiplied by.
-
-    :raises InputError: a unit is not known, or their number fits neither one nor n.
-    """
-    if len(units) not in (1, n):
-        raise InputError(f"{option}: {len(units)} units for {n} joints; give one, or {n}")
-    found = []
-    for unit in units:
-        try:
-            value = known[unit] if unit in known else float(unit)
-        except ValueError:
-            raise InputError(
-                f"{option}: '{unit}' is not known; use {', '.join(known)}, or a number"
-            ) from None
-        if not np.isfinite(value) or value == 0:
-            raise InputError(f"{option}: '{unit}' must be a finite number other than 0")
-        found.append(value)
-    return np.array(found * (n // len(found)))
-
-
-def import_session(
-    table: ForeignTable,
-    columns: ColumnMap,
-    folder: Path,
-    session_file: str,
-    payload: Payload,
-    role: str,
-    robot: Robot | None,
-    name: str,
+def import_sessions(
+    sessions: Sequence[NewSession], folder: Path, robot: Robot | None, name: str, columns: ColumnMap
 ) -> Experiment:
-    """Write a session and the experiment that declares it; with `robot` None it is added to the experiment
-    there.
+    """Write sessions and the experiment that declares them; with `robot` None they are added to the experiment there.
 
-    Nothing is left behind if something is wrong.
+    Every session is read back. Nothing is left behind, and nothing changed, if something is wrong.
 
     :raises InputError: names the file and column, or the option.
     """
-    n = len(columns.position)
-    target = folder / session_file
-    made = not folder.exists()
-    if target.exists():
-        raise InputError(f"{target}: is there already; choose another name for the session")
     if robot is not None and (folder / EXPERIMENT_FILE).exists():
         raise InputError(f"{folder / EXPERIMENT_FILE}: is there already; use --append to add a session to it")
-    joints = len((robot or read_experiment_file(folder / EXPERIMENT_FILE).robot).joints)
-    if joints != n or len(columns.command) != n:
-        raise InputError(
-            f"{table.path}: {n} position and {len(columns.command)} command columns for {joints} joints; give one of"
-            " each for every joint"
-        )
-    time, position, command = _measured(table, columns, n)
-    external, temperature = (
-        _stack(table, names, kind, len(time)) if names else None
-        for names, kind in ((columns.external, "external force"), (columns.temperature, "temperature"))
-    )
-    extra = {
-        column.replace(":", "_"): _column(table, column, "an extra column", len(time))
-        for column in columns.extra
-    }
-    declared = {"file": session_file, "payload": payload.name, "role": role}
-    session = check_settings(DeclaredSession, declared, {}, "options: session")
+    declared = []
+    for session in sessions:
+        body = {"file": session.file, "payload": session.payload.name, "role": session.role}
+        declared.append(check_settings(DeclaredSession, body, {}, "options: session"))
+        if not session.file.endswith((".csv", ".csv.gz")) or Path(session.file).name != session.file:
+            raise InputError(f"--session: '{session.file}' must be a plain name that ends in .csv or .csv.gz")
+        if (folder / session.file).exists():
+            raise InputError(
+                f"{folder / session.file}: is there already; choose another name for the session"
+            )
+    with _undone_on_error(folder, [session.file for session in sessions]):
+        for session in sessions:
+            found = session.measured
+            write_csv_session(
+                folder / session.file,
+                found.time,
+                found.position,
+                found.command,
+                found.external,
+                found.temperature,
+                found.extra,
+            )
+        if robot is not None:
+            payloads = tuple(dict.fromkeys(session.payload for session in sessions))
+            document = {
+                "format": 1,
+                "name": name,
+                "robot": robot.model_dump(),
+                "payloads": [payload.model_dump() for payload in payloads],
+                "sessions": [each.model_dump() for each in declared],
+            }
+            write_experiment(folder, check_settings(ExperimentFile, document, {}, "options"))
+            _write_columns(folder / COLUMNS_FILE, columns)
+        else:
+            for session, each in zip(sessions, declared, strict=True):
+                append_session(folder, each, session.payload)
+        experiment = load_experiment(folder)
+        for entry in experiment.sessions[-len(sessions) :]:
+            experiment.read(entry)
+    return experiment
+
+
+@contextmanager
+def _undone_on_error(folder: Path, files: Sequence[str]) -> Iterator[None]:
+    """Make a folder; on an error take away what came into it, and put back the experiment that stood there."""
+    missing = [path for path in (folder, *folder.parents) if not path.exists()]
+    settings = [folder / EXPERIMENT_FILE, folder / COLUMNS_FILE]
+    before = {path: path.read_bytes() if path.is_file() else None for path in settings}
     try:
         folder.mkdir(parents=True, exist_ok=True)
-    except FileExistsError:
-        raise InputError(f"--out {folder}: is a file; give a folder") from None
-    except OSError as error:
-        raise InputError(f"--out {folder}: cannot be written: {error.strerror or error}") from None
-    try:
-        write_csv_session(target, time, position, command, external, temperature, extra)
-        if robot is None:
-            append_session(folder, session, payload)
-        else:
-            experiment = ExperimentFile(
-                format=1, name=name, robot=robot, payloads=(payload,), sessions=(session,)
-            )
-            write_experiment(folder, experiment)
-        return load_experiment(folder)
+        yield
     except BaseException as error:
-        target.unlink(missing_ok=True)
-        if made and not any(folder.iterdir()):
-            folder.rmdir()
+        for name in files:
+            _remove(folder / name)
+        for path, content in before.items():
+            if content is None:
+                _remove(path)
+            elif path.read_bytes() != content:
+                path.write_bytes(content)
+        for path in missing:
+            if path.is_dir() and not any(path.iterdir()):
+                path.rmdir()
+        if isinstance(error, FileExistsError):
+            raise InputError(f"--out {folder}: is a file; give a folder") from None
         if isinstance(error, OSError):
             raise InputError(f"--out {folder}: cannot be written: {error.strerror or error}") from None
         raise
 
 
-def _measured(table: ForeignTable, columns: ColumnMap, n: int) -> tuple[Array, Array, Array]:
-    length = len(table.column(columns.position[0], "the position of joint 1"))
-    if length < SHORTEST_SEGMENT:
+def _remove(path: Path) -> None:
+    with suppress(FileNotFoundError, NotADirectoryError):
+        path.unlink()
+
+
+def _write_columns(path: Path, columns: ColumnMap) -> None:
+    document = {
+        each.name: list(value) if isinstance(value, tuple) else value
+        for each in fields(columns)
+        if (value := getattr(columns, each.name))
+    }
+    path.write_text(yaml.safe_dump(document, sort_keys=False, allow_unicode=True), encoding="utf-8")
+
+
+def read_columns(folder: Path) -> ColumnMap | None:
+    """The columns that the sessions of an experiment were imported from; None where that is not recorded.
+
+    :raises InputError: the record is not valid.
+    """
+    path = folder / COLUMNS_FILE
+    if not path.is_file():
+        return None
+    document, lines = read_strict_yaml(path)
+    known = {each.name: each for each in fields(ColumnMap)}
+    if not isinstance(document, dict) or not set(document) <= set(known):
         raise InputError(
-            f"{table.path}: '{columns.position[0]}' has {length} samples; that is too few for a session"
+            f"{path}: holds other fields than {', '.join(known)}; remove the file to name columns anew"
         )
-    position = _stack(table, columns.position, "position", length)
-    command = _stack(table, columns.command, "command", length)
-    position = position * factors(columns.position_unit, POSITION_UNITS, n, "--position-unit")
-    command = command * factors(columns.command_unit, COMMAND_UNITS, n, "--command-unit")
-    if columns.time is None:
-        if columns.rate is None or not columns.rate > 0:
-            raise InputError(f"{table.path}: no time column; give --time COLUMN, or --rate HZ above 0")
-        return np.arange(length) / columns.rate, position, command
-    unit = factors((columns.time_unit,), TIME_UNITS, 1, "--time-unit")[0]
-    time = _column(table, columns.time, "time", length) * unit
-    if (np.diff(time) <= 0).any():
-        row = int(np.argmax(np.diff(time) <= 0)) + 2
-        raise InputError(f"{table.path}: column '{columns.time}', sample {row}: time does not increase")
-    return time, position, command
-
-
-def _stack(table: ForeignTable, names: tuple[str, ...], kind: str, length: int) -> Array:
-    columns = [
-        _column(table, name, f"the {kind} of joint {j}", length) for j, name in enumerate(names, start=1)
-    ]
-    return np.stack(columns, axis=1)
-
-
-def _column(table: ForeignTable, name: str, used_for: str, length: int) -> Array:
-    values = table.column(name, used_for)
-    if len(values) != length:
-        raise InputError(
-            f"{table.path}: column '{name}' has {len(values)} samples, the first position {length}"
-        )
-    if not np.isfinite(values).all():
-        sample = int(np.argmin(np.isfinite(values))) + 1
-        raise InputError(f"{table.path}: column '{name}', sample {sample}: not a finite number")
-    return values
+    values: dict[str, Any] = {}
+    for name, value in document.items():
+        if isinstance(value, list) and all(isinstance(item, (str, int, float)) for item in value):
+            values[name] = tuple(value)
+        elif isinstance(value, (str, int, float)) and name in ("time", "rate", "time_unit"):
+            values[name] = value
+        else:
+            raise InputError(f"{path} line {lines[(name,)]}: {name}: must be a list of names")
+    try:
+        return ColumnMap(**values)
+    except TypeError:
+        raise InputError(f"{path}: position and command are missing") from None

@@ -82,8 +82,8 @@ def test_a_mat_file_becomes_an_experiment(tmp_path, write):
 
 
 def test_a_csv_of_another_dialect_is_converted_to_si(tmp_path):
-    rows = [f"{k};{90 * np.sin(k / 100):.6f};{250 * k};{k};on".replace(".", ",") for k in range(300)]
-    (tmp_path / "log.csv").write_text("\n".join(["Zeit;A1;I1;A2;state", *rows]))
+    rows = [f"{k};{90 * np.sin(k / 100):.6f};{250 * k};{k};{k};on".replace(".", ",") for k in range(300)]
+    (tmp_path / "log.csv").write_text("\n".join(["Zeit;A1;I1;A2;I2;state", *rows]))
     done = run(
         *(
             tmp_path / "log.csv",
@@ -106,7 +106,7 @@ def test_a_csv_of_another_dialect_is_converted_to_si(tmp_path):
             "--command",
             "I1",
             "--command",
-            "A2",
+            "I2",
         ),
         *(
             "--command-unit",
@@ -172,9 +172,16 @@ def changed(option, value):
     return [*SLIDE[: index + 1], value, *SLIDE[index + 2 :]]
 
 
+TIME_IN_THE_WRONG_COLUMN = ["--time", "vir", "--position", "qm", "--command", "qg", *SLIDE[6:-2]]
+
+
 @pytest.mark.parametrize(
     ("options", "said"),
     [
+        (
+            changed("--time", "vir"),
+            "column 'vir' (column 3) is given as the time and as the command of joint 1",
+        ),
         (without("--time"), "--time or --rate is missing"),
         (without("--position"), "--position is missing"),
         (without("--command"), "--command is missing"),
@@ -182,7 +189,7 @@ def changed(option, value):
         (without("--type"), "--type is missing"),
         (without("--gravity"), "--gravity is missing"),
         (changed("--position", "qx"), "no column 'qx' for the position of joint 1; there are t, qm, vir, qg"),
-        (changed("--time", "vir"), "column 'vir', sample 2: time does not increase"),
+        (TIME_IN_THE_WRONG_COLUMN, "column 'vir', sample 2: time does not increase"),
         (changed("--gain", "big"), "--gain: 'big' is not a number"),
         (changed("--gain", "0"), "drive_gain: is 0"),
         (changed("--type", "sliding"), "'revolute' or 'prismatic', not 'sliding'"),

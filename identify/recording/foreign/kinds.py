@@ -1,0 +1,36 @@
+"""Which kind of file a foreign file is, told by its first bytes before its name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from identify.recording.errors import InputError
+from identify.recording.foreign.csv_dialect import CsvOptions
+from identify.recording.foreign.table import ForeignTable
+
+
+def read_foreign(path: Path, options: CsvOptions | None = None) -> ForeignTable:
+    """Read a table in text of any dialect (plain or gzip), or a MAT file of any version.
+
+    :raises InputError: the file cannot be read or holds no column of numbers; names what would help.
+    """
+    if not path.exists():
+        raise InputError(f"{path}: there is no such file")
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder; give a file")
+    try:
+        with path.open("rb") as stream:
+            start = stream.read(520)
+        if start.startswith((b"MATLAB 7.3", b"\x89HDF")):
+            from identify.recording.foreign.matlab import read_hdf5
+
+            return read_hdf5(path)
+        if path.suffix.lower() == ".mat" or start.startswith(b"MATLAB"):
+            from identify.recording.foreign.matlab import read_mat
+
+            return read_mat(path)
+        from identify.recording.foreign.csv_table import read_csv
+
+        return read_csv(path, options or CsvOptions())
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None

@@ -1,0 +1,88 @@
+"""Samples without a value and time stamps that do not increase: refused, left out, or bridged on request."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.recording.sampling import largest_bridged_step
+
+Array = NDArray[np.float64]
+Repair = Literal["drop", "bridge"]
+
+
+def repaired_stamps(time: Array, repair: Repair) -> tuple[Array, NDArray[np.intp], list[str]]:
+    """Increasing times, the rows that they belong to, and what was done, in words.
+
+    drop   : a sample that does not come after all before it is left out
+    bridge : stamps that repeat are spaced evenly up to the next one, as a clock coarser than the sampling makes them;
+             where time goes back, all later stamps are moved to one typical step after the sample before
+    """
+    rows = np.arange(len(time))
+    steps = np.diff(time)
+    if (steps > 0).all():
+        return time, rows, []
+    repeated, back = int((steps == 0).sum()), int((steps < 0).sum())
+    what = " and ".join(
+        words
+        for count, words in (
+            (repeated, _count(repeated, "stamp repeats")),
+            (back, _count(back, "step back in time")),
+        )
+        if count
+    )
+    if repair == "drop":
+        latest = np.maximum.accumulate(time)
+        kept = np.concatenate([[True], time[1:] > latest[:-1]])
+        left_out = int((~kept).sum())
+        return time[kept], rows[kept], [f"{what}: {left_out} of {len(time)} samples left out"]
+    typical = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+    moved = np.concatenate([[0.0], np.cumsum(np.where(steps < 0, typical - steps, 0.0))])
+    new = time + moved
+    if repeated:
+        distinct = np.flatnonzero(np.concatenate([[True], np.diff(new) > 0]))
+        at = new[distinct]
+        mean = (at[-1] - at[0]) / max(distinct[-1] - distinct[0], 1)
+        ends = np.append(distinct, len(new))
+        at = np.append(at, at[-1] + (len(new) - distinct[-1]) * mean)
+        new = np.interp(np.arange(len(new)), ends, at)
+    done = ["spaced evenly"] if repeated else []
+    done += [f"later stamps moved on by {float(moved[-1]):.6g} s in all"] if back else []
+    return new, rows, [f"{what}: {', '.join(done)}"]
+
+
+def bridged(time: Array, values: Array) -> tuple[Array, NDArray[np.bool_], int]:
+    """Values with short gaps (NaN) interpolated linearly in time, the rows that are usable then, samples bridged.
+
+    time : (N,) s, increasing; values : (N, k)
+    """
+    filled = values.copy()
+    usable = np.ones(len(time), dtype=bool)
+    count = 0
+    longest = largest_bridged_step(float(np.median(np.diff(time)))) if len(time) > 1 else 0.0
+    for column in filled.T:
+        known = np.isfinite(column)
+        if known.all():
+            continue
+        if not known.any():
+            return filled, np.zeros(len(time), dtype=bool), 0
+        places = np.flatnonzero(known)
+        gaps = np.flatnonzero(~known)
+        after = np.searchsorted(places, gaps)
+        inside = (after > 0) & (after < len(places))
+        before = places[np.clip(after - 1, 0, None)]
+        behind = places[np.clip(after, None, len(places) - 1)]
+        near = inside & (time[behind] - time[before] <= longest)
+        column[gaps[near]] = np.interp(time[gaps[near]], time[places], column[places])
+        usable[gaps[~near]] = False
+        count += int(near.sum())
+    return filled, usable, count
+
+
+def _count(count: int, words: str) -> str:
+    noun, _, rest = words.partition(" ")
+    if count == 1:
+        return f"1 {words}"
+    return f"{count} {noun}s {rest.replace('repeats', 'repeat')}"

@@ -1,0 +1,59 @@
+"""Damaged files end in a session or in one line of words, never in a traceback."""
+
+import os
+import random
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identify.recording import InputError
+from identify.recording.foreign import ColumnMap, measure, read_foreign
+
+FILES = int(os.environ.get("COULOMB_FUZZED_FILES", "150"))
+"""Damaged files of each kind."""
+
+
+def damaged(content, chance):
+    """A file with bytes changed, cut out, doubled, or its end lost."""
+    data = bytearray(content)
+    for _ in range(chance.choice((1, 2, 5, 30))):
+        place = chance.randrange(len(data))
+        kind = chance.randrange(5)
+        if kind == 0:
+            data[place] = chance.randrange(256)
+        elif kind == 1:
+            del data[place : place + chance.randrange(1, 40)]
+        elif kind == 2:
+            data[place:place] = data[place : place + chance.randrange(1, 200)]
+        elif kind == 3:
+            data[place:place] = bytes(chance.randrange(256) for _ in range(chance.randrange(1, 9)))
+        else:
+            data[place:place] = chance.choice(
+                (b",", b";", b'"', b"\n", b"\r", b"\x00", b"\xff\xfe", b"-", b"e", b"1,5", b"\t")
+            )
+        if not data:
+            return b""
+    return bytes(data[: chance.randrange(len(data))] if chance.random() < 0.1 else data)
+
+
+def csv_file(folder):
+    rows = [f"{k / 500:.3f};{np.sin(k / 50):.6f};{np.cos(k / 40):.5f}".replace(".", ",") for k in range(80)]
+    return ("Recorder\r\n\r\nt;q [deg];i\r\n" + "\r\n".join(rows)).encode("cp1252")
+
+
+@pytest.mark.parametrize(("make", "ending"), [(csv_file, "csv")])
+def test_a_damaged_file_is_read_or_refused_in_one_line(tmp_path, make, ending):
+    whole = make(tmp_path)
+    chance = random.Random(14)
+    path: Path = tmp_path / f"log.{ending}"
+    refused: list[str] = []
+    for _ in range(FILES):
+        path.write_bytes(damaged(whole, chance))
+        try:
+            table = read_foreign(path)
+            measure(table, ColumnMap(("q",), ("i" if ending == "csv" else "i.value",), "t"), [False], "drop")
+        except InputError as error:
+            refused.append(str(error))
+    assert 0 < len(refused) < FILES
+    assert not [words for words in refused if "\n" in words or len(words) > 1500]
