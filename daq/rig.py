@@ -4,19 +4,21 @@ Raw counts are the truth (design, idea 2); this file holds what scales them. Uni
 unless a field says otherwise.
 """
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 import config
 from drivers.bus import BusSettings
 from drivers.drive_gain import drive_gain
 from drivers.errors import DriverError
-from drivers.profile import DriveProfile, load_profile
+from drivers.profile import PROFILE_ENDINGS, DriveProfile, is_path, load_profile
+from drivers.profile_against_dictionary import mismatches
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import check_settings
 from identify.recording.strict_yaml import read_strict_yaml
@@ -93,15 +95,22 @@ class Limits(_Settings):
         return self
 
 
+def _node_id(value: Any) -> Any:
+    """A node id may be written as manuals write it, 0x03."""
+    if isinstance(value, str) and re.fullmatch(r"0[xX][0-9a-fA-F]{1,2}", value):
+        return int(value, 16)
+    return value
+
+
 class Axis(_Settings):
     """One drive: where it is on the bus and how its raw numbers become SI units."""
 
     joint: Name
     """the joint of the robot that this drive moves"""
-    node: int = Field(ge=1, le=127)
+    node: Annotated[int, BeforeValidator(_node_id), Field(ge=1, le=127)]
     """CANopen node id"""
-    drive: Name = "cia402"
-    """the drive's profile in config/drives"""
+    drive: Annotated[str, Field(min_length=1, max_length=4096)] = "generic-cia402"
+    """the drive's profile in config/drives, or a profile or EDS file, relative to the rig file"""
     encoder_counts: Positive
     """counts per turn of the motor (for 0x6064), as the drive counts them"""
     gear_ratio: Finite = 1.0
@@ -228,6 +237,9 @@ class Rig(_Settings):
                     f"axes[{index}]: {_AMPERE[unit][0]} is missing; the drive {axis.drive} gives its current "
                     f"reference in {unit}"
                 )
+            wrong = mismatches(profile, axis.node)
+            if wrong:
+                raise ValueError(f"axes[{index}].drive: {wrong[0]}")
         if self.pacing == "as-fast-as-answered" and self.simulated is None:
             raise ValueError("pacing: as-fast-as-answered is for simulated rigs; real drives need real-time")
         return self
@@ -296,16 +308,26 @@ class Rig(_Settings):
         Raises InputError with one line that names the file and the field.
         """
         path = Path(source)
-        if path.suffix not in (".yaml", ".yml"):
+        if path.suffix.lower() not in PROFILE_ENDINGS:
             path = RIGS / f"{source}.yaml"
             if not path.is_file():
                 known = ", ".join(rig_names()) or "none"
                 raise InputError(f"rig {str(source)!r} is not known; known are {known}")
         document, lines = read_strict_yaml(path)
+        _resolve_drives(document, path.parent)
         try:
             return check_settings(cls, document, lines, path)
         except DriverError as error:
             raise InputError(f"{path}: {error}") from None
+
+
+def _resolve_drives(document: Any, folder: Path) -> None:
+    """Drives that are named by files are found beside the rig file, wherever the command is run."""
+    axes = document.get("axes") if isinstance(document, dict) else None
+    for axis in axes if isinstance(axes, list) else ():
+        drive = axis.get("drive") if isinstance(axis, dict) else None
+        if isinstance(drive, str) and is_path(drive) and not Path(drive).is_absolute():
+            axis["drive"] = str((folder / drive).resolve())
 
 
 def rig_names() -> list[str]:

@@ -7,6 +7,7 @@ import contextlib
 import time
 from collections import deque
 from dataclasses import asdict, dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -88,6 +89,9 @@ class RigDrives:
         items: list[CheckItem] = []
         for axis, drive, profile in zip(self.rig.axes, self.drives, self.rig.profiles, strict=True):
             what = f"joint {axis.joint} (node {axis.node})"
+            if drive.passed_over:
+                named = Path(profile.object_dictionary).name
+                items.append(CheckItem(what, True, f"{named}: passed over {'; '.join(drive.passed_over)}"))
             try:
                 items += [CheckItem(what, ok, words) for ok, words in self._look(axis, drive, profile)]
             except DriverError as error:

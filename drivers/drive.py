@@ -12,7 +12,7 @@ from drivers.canopen_network import CanopenNetwork, nmt_state_in_words
 from drivers.cia402 import Mode
 from drivers.emergency import Emergency
 from drivers.errors import DriveError
-from drivers.object_dictionary import load_object_dictionary
+from drivers.object_dictionary import dictionary_to_drive_by
 from drivers.process_data import (
     SYNCHRONOUS,
     DriveStream,
@@ -77,11 +77,14 @@ class Drive(StateMachine):
     ):
         if not 1 <= node <= 127:
             raise ValueError(f"a CANopen node id lies between 1 and 127, not {node}")
-        remote = network.add_node(node, load_object_dictionary(profile.object_dictionary, node))
+        read = dictionary_to_drive_by(profile.object_dictionary, node)
+        remote = network.add_node(node, read.dictionary)
         sdo = SdoAccess(node, remote, timeouts.sdo, timeouts.retries)
         super().__init__(node, sdo, network.watch(node), timeouts)
         self.network = network
         self.profile = profile
+        self.passed_over = tuple(read.passed_over)
+        """What of the drive's EDS could not be read, in words."""
 
     # ---- who it is and how it is ----
 

@@ -5,7 +5,11 @@ from pathlib import Path
 
 import canopen
 
+from drivers.eds import ReadDictionary, read_eds
 from drivers.errors import DriverError
+
+GENERIC_DICTIONARY = "generic-cia402.eds"
+"""What a drive is driven by where no file of its own can be read: the profile names the objects that matter."""
 
 
 class ObjectDictionaryError(DriverError):
@@ -19,6 +23,14 @@ def load_object_dictionary(name_or_path: str | Path, node: int) -> canopen.Objec
 
     Raises ObjectDictionaryError when there is no such file or it is not an EDS.
     """
+    return read_object_dictionary(name_or_path, node).dictionary
+
+
+def read_object_dictionary(name_or_path: str | Path, node: int) -> ReadDictionary:
+    """The same, with what was passed over in the file, in words.
+
+    Raises ObjectDictionaryError likewise.
+    """
     path = Path(name_or_path)
     if path.is_file():
         return _read(path, node)
@@ -29,12 +41,27 @@ def load_object_dictionary(name_or_path: str | Path, node: int) -> canopen.Objec
         return _read(found, node)
 
 
-def _read(path: Path, node: int) -> canopen.ObjectDictionary:
+def dictionary_to_drive_by(name_or_path: str | Path, node: int) -> ReadDictionary:
+    """The dictionary of a file that is there but may be no EDS at all: then the generic one, and that is said.
+
+    Raises ObjectDictionaryError when there is no such file.
+    """
     try:
-        dictionary = canopen.import_od(str(path), node)
-    except Exception as error:  # canopen lets configparser's, struct's and its own errors through
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise ObjectDictionaryError(f"{path}: not a readable EDS or DCF: {reason}") from error
-    if 0x1000 not in dictionary:
-        raise ObjectDictionaryError(f"{path}: object 0x1000 (device type) is missing; is this an EDS?")
-    return dictionary
+        return read_object_dictionary(name_or_path, node)
+    except ObjectDictionaryError as error:
+        if not Path(name_or_path).is_file():
+            raise
+        generic = read_object_dictionary(GENERIC_DICTIONARY, node)
+        return ReadDictionary(
+            generic.dictionary, [f"all of it ({error}); the profile alone says what is driven"]
+        )
+
+
+def _read(path: Path, node: int) -> ReadDictionary:
+    try:
+        read = read_eds(path, node)
+    except OSError as error:
+        raise ObjectDictionaryError(f"{path}: cannot be read: {error.strerror}") from error
+    if not len(read.dictionary):
+        raise ObjectDictionaryError(f"{path}: holds no object; is this an EDS or DCF?")
+    return read

@@ -120,6 +120,11 @@ GENERIC = DriveProfile(
 )
 
 
+PROFILE_ENDINGS = (".yaml", ".yml")
+DICTIONARY_ENDINGS = (".eds", ".dcf")
+"""In any capitals."""
+
+
 class ProfileError(DriverError):
     """A profile file is wrong; one line that names file and field."""
 
@@ -127,18 +132,29 @@ class ProfileError(DriverError):
 def load_profile(name_or_path: str | Path) -> DriveProfile:
     """A profile by its name (a file of `config/drives/` without `.yaml`) or by its path.
 
+    An EDS or DCF file stands for the generic profile of a drive with that object dictionary.
+
     Raises ProfileError, in one line, when there is no such profile or a field of it is wrong.
     """
     given = str(name_or_path)
     if given == GENERIC.name:
         return GENERIC
-    if given.endswith((".yaml", ".yml")) or "/" in given:
+    if given.lower().endswith(DICTIONARY_ENDINGS):
+        if not Path(given).is_file():
+            raise ProfileError(f"{given}: there is no such file")
+        return GENERIC.model_copy(update={"name": Path(given).stem, "object_dictionary": given})
+    if is_path(given):
         return _parse(Path(given))
     resource = files("config") / "drives" / f"{given}.yaml"
     if not resource.is_file():
         raise ProfileError(f"drive profile {given!r} is not known; there are {', '.join(profile_names())}")
     with as_file(resource) as path:
         return _parse(path)
+
+
+def is_path(drive: str) -> bool:
+    """Whether a drive is named by a file of the user's own, not by a profile that comes with the software."""
+    return "/" in drive or drive.lower().endswith((*PROFILE_ENDINGS, *DICTIONARY_ENDINGS))
 
 
 def profile_names() -> list[str]:
@@ -158,7 +174,11 @@ def _parse(path: Path) -> DriveProfile:
     if not isinstance(content, dict):
         raise ProfileError(f"{path}: a drive profile is a mapping of fields")
     try:
-        return DriveProfile.model_validate(content)
+        profile = DriveProfile.model_validate(content)
+        beside = path.parent / profile.object_dictionary
+        if not Path(profile.object_dictionary).is_absolute() and beside.is_file():
+            profile = profile.model_copy(update={"object_dictionary": str(beside)})
+        return profile
     except ValidationError as error:
         first = error.errors()[0]
         field = ".".join(str(part) for part in first["loc"]) or "profile"

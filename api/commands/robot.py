@@ -32,6 +32,7 @@ def robot_command(
     Drive gains are not in a URDF: they are written as 1 (the command is then the joint torque); put in yours.
     """
     import json
+    import sys
 
     import yaml
 
@@ -43,8 +44,11 @@ def robot_command(
     base = base_parameters(Geometry.from_robot(found.robot))
     section = robot_section(found.robot)
     if as_json:
-        print(json.dumps({"robot": section, "base_parameters": parameter_rows(base)}, ensure_ascii=False))
+        document = {"robot": section, "base_parameters": parameter_rows(base), "remarks": list(found.remarks)}
+        print(json.dumps(document, ensure_ascii=False))
         return
+    for remark in found.remarks:
+        print(f"{urdf}: {remark}", file=sys.stderr)
     print(yaml.safe_dump({"robot": section}, sort_keys=False, default_flow_style=None, width=200), end="")
     print(f"\n# {len(base)} base parameters can be identified of {len(found.standard)} standard ones:")
     for row in parameter_rows(base):

@@ -30,12 +30,14 @@ class UrdfRobot:
     standard    : (11 n,) standard parameters by the URDF's inertials, Ia zero
     first_frame : (4, 4) frame 0 in the URDF's base link; they differ where the first axis does not cross x
     last_frame  : (4, 4) frame of the URDF's last moving link in frame n; a payload is declared in frame n
+    remarks     : what was decided while reading, in words
     """
 
     robot: Robot
     standard: Array
     first_frame: Array
     last_frame: Array
+    remarks: tuple[str, ...] = ()
 
 
 def read_urdf(
@@ -53,7 +55,7 @@ def read_urdf(
                   torque)
     Raises InputError with one line naming file and element.
     """
-    chain = read_chain(Path(path), tip)
+    chain, remarks = read_chain(Path(path), tip)
     frames, first = _link_frames(chain)
     origin_of_joint = _joint_frames(chain)
     joints, standard = [], np.zeros((len(chain), PARAMETERS_PER_JOINT))
@@ -80,6 +82,7 @@ def read_urdf(
         standard=standard.ravel(),
         first_frame=first,
         last_frame=np.linalg.inv(frames[-1]) @ origin_of_joint[-1],
+        remarks=remarks,
     )
 
 

@@ -8,6 +8,7 @@ import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from xml.parsers.expat import ExpatError, ParserCreate
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,15 +40,15 @@ class ChainJoint:
     inertia: Array = field(default_factory=lambda: np.zeros(10))
 
 
-def read_chain(path: Path, tip: str | None = None) -> list[ChainJoint]:
-    """Movable joints from base to tip.
+def read_chain(path: Path, tip: str | None = None) -> tuple[list[ChainJoint], tuple[str, ...]]:
+    """Movable joints from base to tip, and what was decided while reading, in words.
 
     tip : the link at which the chain ends; needed only where movable joints branch (a gripper with fingers).
           What hangs on by joints outside the chain is taken as fixed in its zero position.
     Raises InputError with one line naming file and element.
     """
     tree = _Tree(path)
-    chain_links = tree.way_to(tip if tip is not None else tree.only_tip())
+    chain_links = tree.without_gripper(tree.only_tip()) if tip is None else tree.way_to(tip)
     moving = [joint for joint in chain_links if joint.get("type") in MOVABLE]
     if not moving:
         raise InputError(f"{path}: no revolute, continuous or prismatic joint between base and tip")
@@ -62,7 +63,26 @@ def read_chain(path: Path, tip: str | None = None) -> list[ChainJoint]:
     for current, joint in zip(chain, moving, strict=True):
         for link, frame in tree.rigid_body(tree.child(joint), names):
             current.inertia += carried_inertia(frame, tree.inertial(link))
-    return chain
+    return chain, tuple(dict.fromkeys(tree.remarks))
+
+
+def _independent(joint: ElementTree.Element) -> bool:
+    """Whether a joint moves by a coordinate of its own."""
+    return joint.get("type") != "fixed" and joint.find("mimic") is None
+
+
+def read_xml(content: bytes) -> ElementTree.Element:
+    """A document as a tree, prefixes of names left as they stand: ROS's tools take unbound ones, and so do its files.
+
+    Raises ExpatError when it is not XML.
+    """
+    builder = ElementTree.TreeBuilder()
+    parser = ParserCreate()
+    parser.StartElementHandler = lambda tag, attributes: builder.start(tag, attributes)
+    parser.EndElementHandler = lambda tag: builder.end(tag)
+    parser.CharacterDataHandler = builder.data
+    parser.Parse(content.lstrip(), True)
+    return builder.close()
 
 
 class _Tree:
@@ -70,14 +90,18 @@ class _Tree:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self.remarks: list[str] = []
         try:
-            root = ElementTree.fromstring(path.read_bytes())
+            root = read_xml(path.read_bytes())
         except OSError as error:
             raise InputError(f"{path}: cannot be read: {error.strerror}") from None
-        except ElementTree.ParseError as error:
+        except ExpatError as error:
             raise InputError(f"{path}: is not XML: {error}") from None
-        if root.tag != "robot":
+        if root.tag.rpartition(":")[2] != "robot":
             raise InputError(f"{path}: the outermost element must be <robot>, not <{root.tag}>")
+        macro = next((element for element in root.iter() if element.tag.startswith("xacro:")), None)
+        if macro is not None:
+            raise InputError(f"{path}: holds <{macro.tag}>; expand it first: xacro FILE > robot.urdf")
         self.links = {link.get("name", ""): link for link in root.findall("link")}
         self.joints = root.findall("joint")
         self.to_link: dict[str, ElementTree.Element] = {}
@@ -112,18 +136,37 @@ class _Tree:
         tips = [
             self.child(joint)
             for joint in self.joints
-            if joint.get("type") != "fixed" and not self._moves_beyond(self.child(joint))
+            if _independent(joint) and not self._moves_beyond(self.child(joint))
         ]
         if len(tips) > 1:
-            choice = ", ".join(f"'{name}'" for name in tips)
-            raise InputError(f"{self.path}: the joints branch; name the tip link, one of {choice}")
+            return self._trunk(tips)
         if not tips:
             raise InputError(f"{self.path}: no revolute, continuous or prismatic joint")
         return tips[0]
 
     def _moves_beyond(self, link: str) -> bool:
         beyond = self.from_link.get(link, [])
-        return any(joint.get("type") != "fixed" or self._moves_beyond(self.child(joint)) for joint in beyond)
+        return any(_independent(joint) or self._moves_beyond(self.child(joint)) for joint in beyond)
+
+    def _trunk(self, tips: list[str]) -> str:
+        """The link behind the last joint that all tips hang on: the arm without its gripper.
+
+        Only where that arm has more than twice as many movable joints as each branch beyond it; otherwise (two arms on a
+        waist, a hand) no branch is the robot more than another.
+        """
+        ways = [[joint for joint in self.way_to(tip) if _independent(joint)] for tip in tips]
+        common = 0
+        while all(common < len(way) and way[common] is ways[0][common] for way in ways):
+            common += 1
+        longest = max(len(way) for way in ways) - common
+        if common <= 2 * longest:
+            choice = ", ".join(f"'{name}'" for name in tips)
+            raise InputError(f"{self.path}: the joints branch; name the tip link, one of {choice}")
+        tip = self.child(ways[0][common - 1])
+        self.remarks.append(
+            f"the joints branch beyond link '{tip}': the chain ends there, what hangs on is taken as fixed; --tip names another"
+        )
+        return tip
 
     def way_to(self, tip: str) -> list[ElementTree.Element]:
         """Joints from the base to a link; each is fixed or movable by one coordinate of its own."""
@@ -143,6 +186,24 @@ class _Tree:
                 )
             if joint.find("mimic") is not None:
                 raise self.wrong(joint, "it mimics another joint; a chain of independent joints is needed")
+        return way
+
+    def without_gripper(self, tip: str) -> list[ElementTree.Element]:
+        """Joints from the base to a link, without those at the end that others mimic: a gripper's."""
+        way = self.way_to(tip)
+        for follower in self.joints:
+            mimicked = follower.find("mimic")
+            name = "" if mimicked is None else mimicked.get("joint", "")
+            places = [place for place, joint in enumerate(way) if joint.get("name") == name]
+            if not places:
+                continue
+            kept = way[: places[0]]
+            if sum(map(_independent, kept)) <= 2 * sum(map(_independent, way[places[0] :])):
+                raise self.wrong(follower, "it mimics another joint; a chain of independent joints is needed")
+            self.remarks.append(
+                f"joint '{name}' is mimicked by others: taken as a gripper's and fixed, the chain ends before it"
+            )
+            way = kept
         return way
 
     def rigid_body(self, link: str, moving: set[str | None]) -> Iterator[tuple[str, Array]]:
@@ -168,12 +229,22 @@ class _Tree:
         limits = speed = None
         if limit is not None:
             if joint.get("type") != "continuous" and {"lower", "upper"} <= set(limit.keys()):
-                (lower,) = self._numbers(limit, "lower", "0", joint.get("name"), 1)
-                (upper,) = self._numbers(limit, "upper", "0", joint.get("name"), 1)
-                limits = (lower, upper) if lower < upper else None
-            (speed,) = self._numbers(limit, "velocity", "0", joint.get("name"), 1)
+                lower, upper = self._limit(joint, limit, "lower"), self._limit(joint, limit, "upper")
+                limits = (lower, upper) if lower is not None and upper is not None and lower < upper else None
+            speed = self._limit(joint, limit, "velocity")
+            if speed is not None and speed < 0:
+                self.remarks.append(
+                    f"joint '{joint.get('name', '?')}': velocity=\"{speed:g}\" is taken as no limit"
+                )
+                speed = None
         kind = MOVABLE[joint.get("type", "")]
         return ChainJoint(joint.get("name", "?"), kind, placement, axis, limits, speed or None)
+
+    def _limit(self, joint: ElementTree.Element, limit: ElementTree.Element, key: str) -> float | None:
+        """A limit as stated; None where it is infinite or not there."""
+        if limit.get(key, "").strip().lower().lstrip("+-") in ("inf", "infinity", ".inf", "nan", ""):
+            return None
+        return self._numbers(limit, key, "0", joint.get("name"), 1)[0]
 
     def placement(self, element: ElementTree.Element, owner: str | None = None) -> Array:
         """(4, 4) of an element's <origin>."""

@@ -114,3 +114,52 @@ def test_the_documented_example_of_a_real_rig_can_be_loaded(tmp_path):
     rig = Rig.load(path)
     assert rig.bus.interface == "socketcan"
     np.testing.assert_allclose(rig.drive_gain, [[100.0 * 0.0538]])
+
+
+OWN_DRIVE = """name: mine
+object_dictionary: mine.eds
+position: {index: 0x6064, type: int32, unit: count}
+current_reference: {index: 0x6074, type: int16, scale: 0.001, unit: rated torque}
+rated: {index: 0x6076, type: uint32, scale: 0.001, unit: N m}
+"""
+OWN_DICTIONARY = """[6064]
+ParameterName=Position
+DataType=0x0004
+AccessType=ro
+PDOMapping={mapping}
+"""
+
+
+def own_drive(tmp_path, drive, mapping=1):
+    """A rig in one folder, its drive's profile and EDS in another."""
+    (tmp_path / "drives").mkdir()
+    (tmp_path / "drives" / "mine.yaml").write_text(OWN_DRIVE)
+    (tmp_path / "drives" / "mine.eds").write_text(OWN_DICTIONARY.format(mapping=mapping))
+    (tmp_path / "rigs").mkdir()
+    data = simulated_rig_data()
+    data["axes"][0] |= {"drive": drive, "node": "0x03"}
+    text = yaml.safe_dump(data).replace("node: '0x03'", "node: 0x03")
+    path = tmp_path / "rigs" / "rig.YAML"
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize("drive", ["../drives/mine.yaml", "../drives/mine.eds"])
+def test_a_drive_is_named_by_a_file_beside_the_rig_file(tmp_path, monkeypatch, drive):
+    monkeypatch.chdir("/")
+    rig = Rig.load(own_drive(tmp_path, drive))
+    assert rig.axes[0].node == 3
+    assert rig.profiles[0].name == "mine"
+    assert Path(rig.profiles[0].object_dictionary).samefile(tmp_path / "drives" / "mine.eds")
+
+
+def test_a_profile_that_contradicts_its_eds_is_named_before_the_bus_is_touched(tmp_path):
+    with pytest.raises(
+        InputError, match=r"axes\[0\]\.drive: position 0x6064:00 .* may not be mapped in mine\.eds"
+    ):
+        Rig.load(own_drive(tmp_path, "../drives/mine.yaml", mapping=0))
+
+
+def test_a_drive_file_that_is_not_there_is_named(tmp_path):
+    with pytest.raises(InputError, match=r"other\.eds: there is no such file"):
+        Rig.load(own_drive(tmp_path, "../drives/other.eds"))

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import random
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -230,3 +233,77 @@ def test_branching_joints_ask_for_the_tip(elbow):
 def test_a_file_that_is_not_there_is_refused(tmp_path):
     with pytest.raises(InputError, match="cannot be read"):
         read_urdf(tmp_path / "absent.urdf")
+
+
+FINGERS = """
+  <link name="f1"><inertial><mass value="0.1"/></inertial></link><link name="f2"/>
+  <joint name="g1" type="prismatic"><parent link="l6"/><child link="f1"/><axis xyz="1 0 0"/>
+    <limit lower="0" upper="0.1" effort="1" velocity="inf"/></joint>
+  <joint name="g2" type="prismatic"><parent link="l6"/><child link="f2"/><axis xyz="-1 0 0"/>{mimic}
+    <limit lower="0" upper="0.1" effort="1" velocity="1"/></joint>
+"""
+
+
+def arm(folder, fingers="", head='<robot name="r">', extra="", velocity="1"):
+    """An arm of six joints, optionally with a gripper."""
+    text = [head, extra, '<link name="l0"/>']
+    for k in range(1, 7):
+        text.append(f'<link name="l{k}"><inertial><mass value="1"/></inertial></link>')
+        text.append(
+            f'<joint name="j{k}" type="revolute"><parent link="l{k - 1}"/><child link="l{k}"/><origin xyz="0 0 0.2"/>'
+            f'<axis xyz="0 {k % 2} {1 - k % 2}"/><limit lower="-1" upper="1" effort="-1" velocity="{velocity}"/></joint>'
+        )
+    path = folder / "arm.urdf"
+    path.write_text("\n".join([*text, fingers, "</robot>"]))
+    return path
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"extra": '<gazebo reference="l1"><sensor:camera name="c"/></gazebo>'},
+        {"head": '<robot name="r" xmlns="http://www.ros.org">'},
+        {"head": '\n<?xml version="1.0"?>\n<robot name="r" xmlns:k="http://k">', "extra": "<k:note/>"},
+        {"fingers": FINGERS.format(mimic="")},
+        {"fingers": FINGERS.format(mimic='<mimic joint="g1"/>')},
+    ],
+)
+def test_names_with_prefixes_and_grippers_are_no_obstacle(tmp_path, options):
+    found = read_urdf(arm(tmp_path, **options))
+    assert [joint.name for joint in found.robot.joints] == [f"j{k}" for k in range(1, 7)]
+    assert found.standard.reshape(6, 11)[:, 9].sum() == pytest.approx(6.1 if "fingers" in options else 6)
+    assert len(found.remarks) == ("fingers" in options)
+
+
+@pytest.mark.parametrize(
+    ("velocity", "limit", "remarks"), [("-1", None, 6), ("inf", None, 0), ("2.5", 2.5, 0)]
+)
+def test_a_speed_that_is_no_limit_is_none(tmp_path, velocity, limit, remarks):
+    found = read_urdf(arm(tmp_path, velocity=velocity))
+    assert {joint.limits.velocity for joint in found.robot.joints} == {limit}
+    assert len(found.remarks) == remarks
+
+
+def test_a_file_of_macros_says_how_to_expand_it(tmp_path):
+    with pytest.raises(InputError, match="expand it first: xacro"):
+        read_urdf(arm(tmp_path, extra='<xacro:include filename="x"/>'))
+
+
+def test_a_damaged_file_is_read_or_refused_in_one_line(tmp_path):
+    chance = random.Random(7)
+    path = arm(tmp_path, FINGERS.format(mimic='<mimic joint="g1"/>'))
+    whole = path.read_bytes()
+    refused = []
+    for _ in range(int(os.environ.get("COULOMB_FUZZED_FILES", "150"))):
+        data = bytearray(whole)
+        for _ in range(chance.choice((1, 2, 6))):
+            place = chance.randrange(len(data))
+            change = (b"", b"<", b">", b'"', b"-", b"x", b"9e999", b"nan", b"\xff", b"link", b"/", b" ")
+            data[place : place + chance.randrange(0, 4)] = chance.choice(change)
+        path.write_bytes(bytes(data))
+        try:
+            read_urdf(path)
+        except InputError as error:
+            refused.append(str(error))
+    assert refused
+    assert not [words for words in refused if "\n" in words]

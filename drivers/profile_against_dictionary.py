@@ -1,0 +1,66 @@
+"""A drive's profile compared with its EDS, before the bus is touched."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+
+from canopen.objectdictionary import ODVariable, datatypes
+
+from drivers.errors import DriverError
+from drivers.object_dictionary import read_object_dictionary
+from drivers.profile import DriveProfile, ObjectReference
+
+_TYPES = {
+    "int8": datatypes.INTEGER8,
+    "int16": datatypes.INTEGER16,
+    "int32": datatypes.INTEGER32,
+    "uint8": datatypes.UNSIGNED8,
+    "uint16": datatypes.UNSIGNED16,
+    "uint32": datatypes.UNSIGNED32,
+    "float32": datatypes.REAL32,
+}
+_NAMES = {number: name for name, number in _TYPES.items()}
+
+
+@lru_cache(maxsize=64)
+def mismatches(profile: DriveProfile, node: int) -> tuple[str, ...]:
+    """Where a profile contradicts the EDS that it names: types, access, mapping; each in words with the remedy.
+
+    Only what the EDS says is compared: an object that it does not list may be there all the same, and a file that cannot be
+    read says nothing. The dictionaries that come with the software are no drive's own and are not compared.
+    """
+    if not Path(profile.object_dictionary).is_file():
+        return ()
+    try:
+        dictionary = read_object_dictionary(profile.object_dictionary, node).dictionary
+    except DriverError:
+        return ()
+    found: list[str] = []
+    named = Path(profile.object_dictionary).name
+    for role, reference, streamed in (
+        ("position", profile.position, True),
+        ("current_reference", profile.current_reference, True),
+        ("rated", profile.rated, False),
+        ("temperature", profile.temperature, True),
+    ):
+        variable = None if reference is None else dictionary.get_variable(reference.index, reference.subindex)
+        if reference is None or variable is None:
+            continue
+        words = _contradiction(reference, variable, streamed)
+        if words:
+            found.append(
+                f"{role} {reference} of the profile {profile.name}: {words} in {named}; one of them is wrong"
+            )
+    return tuple(found)
+
+
+def _contradiction(reference: ObjectReference, variable: ODVariable, streamed: bool) -> str:
+    kind = variable.data_type
+    if kind is not None and kind in _NAMES and _NAMES[kind] != reference.type:
+        return f"{reference.type}, but {_NAMES[kind]}"
+    if variable.access_type == "wo":
+        return "is read, but write-only"
+    if streamed and not variable.pdo_mappable:
+        return "goes into a PDO, but may not be mapped"
+    return ""
