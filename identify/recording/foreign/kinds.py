@@ -8,6 +8,9 @@ from identify.recording.errors import InputError
 from identify.recording.foreign.csv_dialect import CsvOptions
 from identify.recording.foreign.table import ForeignTable
 
+HDF5 = b"\x89HDF"
+"""How an HDF5 file begins; a MAT file of version 7.3 has a header of 512 bytes before it."""
+
 
 def read_foreign(path: Path, options: CsvOptions | None = None) -> ForeignTable:
     """Read a table in text of any dialect (plain or gzip), or a MAT file of any version.
@@ -21,7 +24,7 @@ def read_foreign(path: Path, options: CsvOptions | None = None) -> ForeignTable:
     try:
         with path.open("rb") as stream:
             start = stream.read(520)
-        if start.startswith((b"MATLAB 7.3", b"\x89HDF")):
+        if HDF5 in (start[:4], start[512:516]):
             from identify.recording.foreign.matlab import read_hdf5
 
             return read_hdf5(path)

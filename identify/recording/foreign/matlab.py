@@ -1,8 +1,7 @@
-"""MAT files of any version, and plain HDF5 files, as named variables."""
+"""MAT files of any version, and plain HDF5 files, as named columns: arrays, structs, tables, timetables, time series."""
 
 from __future__ import annotations
 
-import zlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.recording.errors import InputError
+from identify.recording.foreign.mat5 import DEEPEST, Damaged, Mat5, Reference
+from identify.recording.foreign.matlab_objects import ObjectStore, as_fields, is_reference
 from identify.recording.foreign.table import ForeignColumn, ForeignTable
 from identify.recording.units import split_name
 
@@ -22,9 +23,9 @@ NOT_MAT = (
     EOFError,
     OverflowError,
     MemoryError,
-    zlib.error,
+    RecursionError,
 )
-"""What the reader of MAT files raises, beside its own error, on files that are none or are damaged."""
+"""What reading damaged files raises below us."""
 
 
 def read_mat(path: Path) -> ForeignTable:
@@ -32,49 +33,153 @@ def read_mat(path: Path) -> ForeignTable:
 
     :raises InputError: it is damaged or holds no column of numbers.
     """
+    try:
+        content = path.read_bytes()
+        if content[126:128] not in (b"IM", b"MI"):
+            return table_of_variables(path, _variables_of_version_4(path))
+        file = Mat5(content)
+        variables = dict(file.variables())
+        store = _store(_cells_of(file.subsystem())) if _refers(variables) else None
+        return table_of_variables(path, dict(_flat(variables, store)))
+    except NOT_MAT as error:
+        raise InputError(f"{path}: cannot be read as a MAT file: {' '.join(str(error).split())}") from None
+
+
+def _variables_of_version_4(path: Path) -> dict[str, NDArray[Any]]:
     from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
+    from scipy.io.matlab import MatReadError, matfile_version
 
     try:
-        content = loadmat(path, squeeze_me=False, struct_as_record=False)
-        found = dict(_numeric({name: value for name, value in content.items() if not name.startswith("__")}))
-    except (MatReadError, *NOT_MAT) as error:
-        raise InputError(f"{path}: cannot be read as a MAT file: {' '.join(str(error).split())}") from None
-    return table_of_variables(path, found)
-
-
-def _numeric(variables: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, NDArray[Any]]]:
-    """Numeric arrays by name; the fields of a struct as struct.field."""
-    for name, value in variables.items():
-        if isinstance(value, np.ndarray):
-            if value.dtype.kind in "biuf":
-                yield prefix + name, value
-            elif value.dtype == object and value.size == 1:
-                yield from _numeric({name: value.reshape(-1)[0]}, prefix)
-        elif hasattr(value, "_fieldnames"):
-            fields = {field: getattr(value, field) for field in value._fieldnames}
-            yield from _numeric(fields, f"{prefix}{name}.")
+        if matfile_version(path)[0] != 0:
+            raise Damaged("no mark of a byte order")
+        content = loadmat(path)
+    except MatReadError as error:
+        raise Damaged(str(error)) from None
+    return {
+        name: value
+        for name, value in content.items()
+        if isinstance(value, np.ndarray) and value.dtype.kind in "biuf" and not name.startswith("__")
+    }
 
 
 def read_hdf5(path: Path) -> ForeignTable:
-    """Read a MAT file of version 7.3, or any HDF5 file; MATLAB stores variables transposed.
+    """Read a MAT file of version 7.3, or any HDF5 file; MATLAB stores arrays transposed.
 
     :raises InputError: it is damaged or holds no column of numbers.
     """
     import h5py
 
-    found: dict[str, NDArray[Any]] = {}
-
-    def take(name: str, item: Any) -> None:
-        if isinstance(item, h5py.Dataset) and item.dtype.kind in "biuf" and not name.startswith("#"):
-            found[name.replace("/", ".")] = item[()].T
-
     try:
         with h5py.File(path, "r") as file:
-            file.visititems(take)
-    except (OSError, RuntimeError, *NOT_MAT) as error:
+            variables = {
+                name: _hdf5_value(file, file[name], 0)
+                for name in file
+                if name not in ("#refs#", "#subsystem#")
+            }
+            store = None
+            if _refers(variables) and "#subsystem#" in file:
+                cells = [_hdf5_value(file, file[each], 0) for each in np.ravel(file["#subsystem#/MCOS"][()])]  # type: ignore[index]
+                store = _store(cells)
+            return table_of_variables(path, dict(_flat(variables, store)))
+    except (OSError, RuntimeError, AttributeError, *NOT_MAT) as error:
         raise InputError(f"{path}: cannot be read as HDF5: {' '.join(str(error).split())}") from None
-    return table_of_variables(path, found)
+
+
+def _hdf5_value(file: Any, item: Any, depth: int) -> Any:
+    """A value as `Mat5` gives it."""
+    import h5py
+
+    if depth > DEEPEST:
+        raise Damaged("groups too deep")
+    kind = item.attrs.get("MATLAB_class", b"")
+    if isinstance(item, h5py.Group):
+        return {name: _hdf5_value(file, item[name], depth + 1) for name in item}
+    if "MATLAB_object_decode" in item.attrs and item.attrs["MATLAB_object_decode"] == 3:
+        return Reference(bytes(kind).decode("utf-8", "replace"), item[()])
+    if item.dtype == h5py.ref_dtype:
+        return [_hdf5_value(file, file[each], depth + 1) for each in np.ravel(item[()]) if each]
+    if item.attrs.get("MATLAB_empty"):
+        return np.empty((0, 0))
+    values = item[()]
+    if kind == b"char" and isinstance(values, np.ndarray):
+        return "".join(chr(int(code)) for code in np.ravel(values))
+    return values.T if isinstance(values, np.ndarray) else np.asarray(values)
+
+
+def _refers(variables: Mapping[str, Any]) -> bool:
+    def within(value: Any) -> bool:
+        if isinstance(value, dict):
+            return any(map(within, value.values()))
+        return any(map(within, value)) if isinstance(value, list) else isinstance(value, Reference)
+
+    return within(dict(variables))
+
+
+def _cells_of(subsystem: Any) -> list[Any]:
+    content = subsystem.get("MCOS") if isinstance(subsystem, dict) else None
+    inside = content.content if isinstance(content, Reference) else content
+    return inside if isinstance(inside, list) else []
+
+
+def _store(cells: list[Any]) -> ObjectStore | None:
+    return ObjectStore(cells) if cells else None
+
+
+def _flat(
+    variables: Mapping[str, Any], store: ObjectStore | None, prefix: str = "", depth: int = 0
+) -> Iterator[tuple[str, NDArray[Any]]]:
+    """Numeric arrays by name; what is inside a struct, a table or an object as outer.inner."""
+    if depth > DEEPEST:
+        raise Damaged("objects too deep")
+    for name, value in variables.items():
+        if isinstance(value, list) and len(value) == 1:
+            value = value[0]
+        if store is not None and is_reference(value):
+            value = Reference("", value)
+        if isinstance(value, np.ndarray):
+            if value.dtype.kind in "biuf" and value.size:
+                yield prefix + name, value
+        elif isinstance(value, dict):
+            yield from _flat(value, store, f"{prefix}{name}.", depth + 1)
+        elif isinstance(value, Reference) and store is not None:
+            for class_name, properties in store.objects_of(value.content):
+                yield from _object(class_name, properties, store, prefix + name, depth)
+
+
+def _object(
+    class_name: str, properties: dict[str, Any], store: ObjectStore, name: str, depth: int
+) -> Iterator[tuple[str, NDArray[Any]]]:
+    seconds = _seconds(class_name, properties)
+    if seconds is not None:
+        yield name, seconds
+        return
+    fields = as_fields(class_name, properties)
+    if fields is None:
+        yield from _flat(properties, store, f"{name}.", depth + 1)
+        return
+    rows = fields.get("Time")
+    if isinstance(rows, dict) and "sampleRate" in rows:
+        count = max((len(each) for each in fields.values() if isinstance(each, np.ndarray)), default=0)
+        rate = float(np.ravel(rows["sampleRate"])[0])
+        step = dict(_flat({"step": rows.get("stepSize")}, store, depth=depth + 1)).get("step")
+        period = (
+            1 / rate
+            if np.isfinite(rate) and rate > 0
+            else float(np.ravel(step)[0])
+            if step is not None
+            else 1.0
+        )
+        fields = fields | {"Time": np.arange(count) * period}
+    yield from _flat(fields, store, f"{name}.", depth + 1)
+
+
+def _seconds(class_name: str, properties: dict[str, Any]) -> NDArray[np.float64] | None:
+    """Durations in s, dates in ms since 1970 (told as an epoch later); None for other classes."""
+    if class_name == "duration" and isinstance(properties.get("millis"), np.ndarray):
+        return np.asarray(properties["millis"], dtype=np.float64) * 1e-3
+    if class_name == "datetime" and isinstance(properties.get("data"), np.ndarray):
+        return np.real(properties["data"]).astype(np.float64)
+    return None
 
 
 def table_of_variables(path: Path, variables: Mapping[str, NDArray[Any]]) -> ForeignTable:
@@ -85,12 +190,13 @@ def table_of_variables(path: Path, variables: Mapping[str, NDArray[Any]]) -> For
     columns: list[ForeignColumn] = []
     scalars: dict[str, float] = {}
     for name, values in variables.items():
-        if values.size == 1:
-            scalars[name] = float(values.reshape(()))
-        elif values.ndim == 1 or (values.ndim == 2 and min(values.shape) == 1):
-            columns.append(_column(name, values.reshape(-1)))
-        elif values.ndim == 2 and min(values.shape) > 0:
-            tall = values if values.shape[0] >= values.shape[1] else values.T
+        squeezed = values.reshape([size for size in values.shape if size > 1]) if values.size > 1 else values
+        if squeezed.size == 1:
+            scalars[name] = float(squeezed.reshape(()))
+        elif squeezed.ndim == 1:
+            columns.append(_column(name, squeezed))
+        elif squeezed.ndim == 2:
+            tall = squeezed if squeezed.shape[0] >= squeezed.shape[1] else squeezed.T
             columns += [_column(f"{name}:{k + 1}", tall[:, k]) for k in range(tall.shape[1])]
     if not columns:
         raise InputError(f"{path}: holds no column of numbers")

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.io import savemat
 
 from identify.recording import InputError
 from identify.recording.foreign import ColumnMap, measure, read_foreign
@@ -42,7 +43,15 @@ def csv_file(folder):
     return ("Recorder\r\n\r\nt;q [deg];i\r\n" + "\r\n".join(rows)).encode("cp1252")
 
 
-@pytest.mark.parametrize(("make", "ending"), [(csv_file, "csv")])
+def mat_file(folder):
+    time = np.arange(80) / 500
+    savemat(
+        folder / "whole.mat", {"t": time, "q": np.sin(time), "i": {"value": np.cos(time), "name": "current"}}
+    )
+    return (folder / "whole.mat").read_bytes()
+
+
+@pytest.mark.parametrize(("make", "ending"), [(csv_file, "csv"), (mat_file, "mat")])
 def test_a_damaged_file_is_read_or_refused_in_one_line(tmp_path, make, ending):
     whole = make(tmp_path)
     chance = random.Random(14)

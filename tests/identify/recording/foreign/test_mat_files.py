@@ -1,0 +1,71 @@
+"""MAT files of any version: arrays, structs, tables, timetables and time series, written by others' writers."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from identify.recording import InputError
+from identify.recording.foreign import ColumnMap, measure, read_foreign
+
+FILES = Path(__file__).parent / "files"
+TIME = np.arange(200) / 500
+POSITION = np.sin(3 * TIME)
+CURRENT = np.cos(2 * TIME)
+
+
+def numbers(table, name):
+    """A column's numbers."""
+    return table.column(name, "a test").numbers
+
+
+@pytest.mark.parametrize("version", ["4", "5"])
+@pytest.mark.parametrize("compressed", [False, True])
+def test_variables_written_by_scipy_are_columns(tmp_path, version, compressed):
+    variables = {"t": TIME, "q": np.stack([POSITION, CURRENT], axis=1), "gain": 3.5, "counts": np.arange(200)}
+    savemat(tmp_path / "log.mat", variables, format=version, do_compression=compressed and version == "5")
+    table = read_foreign(tmp_path / "log.mat")
+    np.testing.assert_array_equal(numbers(table, "t"), TIME)
+    np.testing.assert_array_equal(numbers(table, "q:2"), CURRENT)
+    np.testing.assert_array_equal(numbers(table, "counts"), np.arange(200))
+    assert table.scalars == {"gain": 3.5}
+
+
+def test_structs_and_cells_are_opened(tmp_path):
+    inside = {
+        "axis": {"position": POSITION, "name": "j1"},
+        "single": np.array([[{"x": CURRENT}]], dtype=object),
+    }
+    savemat(tmp_path / "log.mat", {"log": inside, "t": TIME.astype(np.float32)})
+    table = read_foreign(tmp_path / "log.mat")
+    np.testing.assert_array_equal(numbers(table, "log.axis.position"), POSITION)
+    np.testing.assert_array_equal(numbers(table, "t"), TIME.astype(np.float32))
+
+
+@pytest.mark.parametrize("version", ["v7", "v7.3"])
+def test_tables_and_time_series_are_opened(version):
+    """Written by mat-io 1.0.2, which shares no line with our reader: a table, a timetable, a time series, a struct."""
+    table = read_foreign(FILES / f"objects-{version}.mat")
+    for name, wanted in (
+        ("T.t", TIME),
+        ("T.q", POSITION),
+        ("T.i", CURRENT),
+        ("TT.Time", TIME),
+        ("TT.q", POSITION),
+        ("ts.Time", TIME),
+        ("ts.Data", POSITION),
+        ("s.a.b", TIME),
+    ):
+        np.testing.assert_allclose(numbers(table, name), wanted, rtol=0, atol=1e-12, err_msg=name)
+    found = measure(table, ColumnMap(("T.q",), ("T.i",), "ts.Time"), [False])
+    np.testing.assert_array_equal(found.position[:, 0], POSITION)
+
+
+@pytest.mark.parametrize("cut", [130, 200, 400, 700])
+def test_a_file_that_is_cut_short_is_refused(tmp_path, cut):
+    savemat(tmp_path / "log.mat", {"q": POSITION})
+    whole = (tmp_path / "log.mat").read_bytes()
+    (tmp_path / "log.mat").write_bytes(whole[:cut])
+    with pytest.raises(InputError, match=r"cannot be read as a MAT file: |holds no column"):
+        read_foreign(tmp_path / "log.mat")
