@@ -323,9 +323,12 @@ class Rig(_Settings):
 
 def _resolve_drives(document: Any, folder: Path) -> None:
     """Drives that are named by files are found beside the rig file, wherever the command is run."""
-    axes = document.get("axes") if isinstance(document, dict) else None
-    for axis in axes if isinstance(axes, list) else ():
-        drive = axis.get("drive") if isinstance(axis, dict) else None
+    try:
+        axes: list[dict[str, Any]] = [axis for axis in document["axes"] if isinstance(axis, dict)]
+    except (TypeError, KeyError):
+        return  # said when the fields are checked
+    for axis in axes:
+        drive = axis.get("drive")
         if isinstance(drive, str) and is_path(drive) and not Path(drive).is_absolute():
             axis["drive"] = str((folder / drive).resolve())
 

@@ -17,10 +17,12 @@ Section = dict[str, str]
 
 _OBJECT = re.compile(r"^(?:0x)?([0-9a-f]{3,4})$", re.IGNORECASE)
 _SUBOBJECT = re.compile(r"^(?:0x)?([0-9a-f]{3,4})\s*sub(?:0x)?([0-9a-f]{1,2})$", re.IGNORECASE)
-_TYPES = {
+_TYPES: dict[str, int] = {
     "BOOLEAN": datatypes.BOOLEAN,
     **{f"INTEGER{bits}": getattr(datatypes, f"INTEGER{bits}") for bits in (8, 16, 24, 32, 40, 48, 56, 64)},
     **{f"UNSIGNED{bits}": getattr(datatypes, f"UNSIGNED{bits}") for bits in (8, 16, 24, 32, 40, 48, 56, 64)},
+    **{f"INT{bits}": getattr(datatypes, f"INTEGER{bits}") for bits in (8, 16, 32, 64)},
+    **{f"UINT{bits}": getattr(datatypes, f"UNSIGNED{bits}") for bits in (8, 16, 32, 64)},
     "REAL32": datatypes.REAL32,
     "FLOAT": datatypes.REAL32,
     "REAL64": datatypes.REAL64,
@@ -30,8 +32,6 @@ _TYPES = {
     "DOMAIN": datatypes.DOMAIN,
 }
 """Names of data types (CiA 301, table 44), and what some files call them."""
-for _bits in (8, 16, 32, 64):
-    _TYPES |= {f"INT{_bits}": _TYPES[f"INTEGER{_bits}"], f"UINT{_bits}": _TYPES[f"UNSIGNED{_bits}"]}
 _KINDS = {"VAR": 7, "ARRAY": 8, "ARR": 8, "RECORD": 9, "REC": 9, "DOMAIN": 2, "DEFTYPE": 5, "DEFSTRUCT": 6}
 _VAR, _ARRAY, _RECORD = 7, 8, 9
 _LAST_STANDARD_TYPE = 0x1B
@@ -51,7 +51,7 @@ class ReadDictionary:
     """An object dictionary as far as its file could be read."""
 
     dictionary: ObjectDictionary
-    passed_over: list[str] = field(default_factory=list)
+    passed_over: list[str] = field(default_factory=list[str])
     """What was passed over, each kind once, in words."""
 
     def say(self, words: str) -> None:
@@ -136,7 +136,7 @@ def _sections(text: str, read: ReadDictionary) -> dict[str, Section]:
             read.say("lines that are neither a section nor a field")
             continue
         current.setdefault(key.strip().lower(), value.partition(";")[0].strip())
-    comments = next((section for name, section in found.items() if name.lower() == "comments"), {})
+    comments = next((section for name, section in found.items() if name.lower() == "comments"), Section())
     stated = _number(comments.get("lines", "0"))
     if stated != sum(key.startswith("line") and key != "lines" for key in comments):
         read.say("comments whose number does not add up")
@@ -172,7 +172,9 @@ def _variable(
     variable = ODVariable(_name(section, label), index, subindex)
     kind = _number(section.get("datatype", ""), _TYPES)
     if kind is not None and kind > _LAST_STANDARD_TYPE:
-        defined = next((found for name, found in sections.items() if name.lower() == f"{kind:x}sub1"), {})
+        defined = next(
+            (found for name, found in sections.items() if name.lower() == f"{kind:x}sub1"), Section()
+        )
         kind = _number(defined.get("defaultvalue", ""), _TYPES) or datatypes.DOMAIN
     if kind is None:
         odd.append(label)
@@ -234,10 +236,9 @@ def _add_subobject(
     sections: dict[str, Section],
     odd: list[str],
 ) -> None:
-    holder = dictionary.get(index)
-    if holder is None:
-        holder = ODRecord(f"{index:04X}", index)
-        dictionary.add_object(holder)
+    if index not in dictionary:
+        dictionary.add_object(ODRecord(f"{index:04X}", index))
+    holder = dictionary[index]
     variable = _variable(section, index, subindex, node, sections, odd)
     if variable is not None and isinstance(holder, (ODRecord, ODArray)):
         holder.add_member(variable)

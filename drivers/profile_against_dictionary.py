@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from pathlib import Path
 
 from canopen.objectdictionary import ODVariable, datatypes
@@ -23,7 +22,6 @@ _TYPES = {
 _NAMES = {number: name for name, number in _TYPES.items()}
 
 
-@lru_cache(maxsize=64)
 def mismatches(profile: DriveProfile, node: int) -> tuple[str, ...]:
     """Where a profile contradicts the EDS that it names: types, access, mapping; each in words with the remedy.
 

@@ -96,7 +96,7 @@ def _hdf5_value(file: Any, item: Any, depth: int) -> Any:
         return {name: _hdf5_value(file, item[name], depth + 1) for name in item}
     if "MATLAB_object_decode" in item.attrs and item.attrs["MATLAB_object_decode"] == 3:
         return Reference(bytes(kind).decode("utf-8", "replace"), item[()])
-    if item.dtype == h5py.ref_dtype:
+    if "ref" in (item.dtype.metadata or {}):
         return [_hdf5_value(file, file[each], depth + 1) for each in np.ravel(item[()]) if each]
     if item.attrs.get("MATLAB_empty"):
         return np.empty((0, 0))
@@ -190,14 +190,15 @@ def table_of_variables(path: Path, variables: Mapping[str, NDArray[Any]]) -> For
     columns: list[ForeignColumn] = []
     scalars: dict[str, float] = {}
     for name, values in variables.items():
-        squeezed = values.reshape([size for size in values.shape if size > 1]) if values.size > 1 else values
+        squeezed: NDArray[Any] = np.squeeze(values)
         if squeezed.size == 1:
             scalars[name] = float(squeezed.reshape(()))
         elif squeezed.ndim == 1:
             columns.append(_column(name, squeezed))
         elif squeezed.ndim == 2:
-            tall = squeezed if squeezed.shape[0] >= squeezed.shape[1] else squeezed.T
-            columns += [_column(f"{name}:{k + 1}", tall[:, k]) for k in range(tall.shape[1])]
+            rows, across = squeezed.shape
+            tall = squeezed if rows >= across else squeezed.T
+            columns += [_column(f"{name}:{k + 1}", tall[:, k]) for k in range(min(rows, across))]
     if not columns:
         raise InputError(f"{path}: holds no column of numbers")
     return ForeignTable(path, tuple(columns), scalars)
