@@ -24,7 +24,7 @@ from drivers.profile import DriveProfile
 MASTER_NODE = 127
 """Our own node id: the heartbeat under it is what the drives watch."""
 
-_MODES = {
+MODES = {
     "cyclic-synchronous-position": Mode.CYCLIC_SYNCHRONOUS_POSITION,
     "interpolated-position": Mode.INTERPOLATED_POSITION,
 }
@@ -174,8 +174,8 @@ class RigDrives:
         streams: list[DriveStream] = []
         for axis, drive in zip(self.rig.axes, self.drives, strict=True):
             drive.disable()
-            streams.append(drive.map_stream(_MODES[axis.mode], temperature=self.rig.record_temperature))
-            drive.set_mode(_MODES[axis.mode])
+            streams.append(drive.map_stream(MODES[axis.mode], temperature=self.rig.record_temperature))
+            drive.set_mode(MODES[axis.mode])
             drive.set_cycle(self.rig.cycle)
             if self.rig.bus.interface != "virtual":
                 # Our death must be noticed by the drives themselves: a killed process cannot stop anything.

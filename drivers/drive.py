@@ -23,24 +23,13 @@ from drivers.process_data import (
 )
 from drivers.profile import GENERIC, DriveProfile
 from drivers.sdo import SdoAccess
+from drivers.standard_stream import RPDO_1_BASE, TARGETS, TPDO_BASE, transmitted_entries
 from drivers.state_machine import DEFAULT_TIMEOUTS, StateMachine, Timeouts
 
 _PRODUCER_HEARTBEAT = 0x1017
 _CONSUMER_HEARTBEAT = 0x1016
 _NMT_COMMANDS = {"OPERATIONAL": (1, 5), "STOPPED": (2, 4), "PRE-OPERATIONAL": (128, 127)}
 _NMT_RESET_NODE = 129
-
-# COB-IDs of the predefined connection set, CiA 301 section 7.3.3.
-_TPDO_BASE = (0x180, 0x280, 0x380, 0x480)
-_RPDO_1_BASE = 0x200
-
-# Target object of each cyclic mode: index, subindex, NumPy's type.
-_TARGETS = {
-    Mode.CYCLIC_SYNCHRONOUS_POSITION: (0x607A, 0, "<i4"),
-    Mode.CYCLIC_SYNCHRONOUS_VELOCITY: (0x60FF, 0, "<i4"),
-    Mode.CYCLIC_SYNCHRONOUS_TORQUE: (0x6071, 0, "<i2"),
-    Mode.INTERPOLATED_POSITION: (0x60C1, 1, "<i4"),
-}
 
 
 @dataclass(frozen=True)
@@ -211,21 +200,9 @@ class Drive(StateMachine):
         Raises DriveError when the drive refuses a mapping or says something else afterwards.
         """
         profile = self.profile
-        wanted = [
-            MappedEntry("position", profile.position.index, profile.position.subindex, profile.position.kind),
-            MappedEntry(
-                "command",
-                profile.current_reference.index,
-                profile.current_reference.subindex,
-                profile.current_reference.kind,
-            ),
-            MappedEntry("statusword", cia402.STATUSWORD, 0, "<u2"),
-        ]
-        if temperature and profile.temperature is not None:
-            reference = profile.temperature
-            wanted.append(MappedEntry("temperature", reference.index, reference.subindex, reference.kind))
+        wanted = transmitted_entries(profile, temperature)
         groups = distribute(wanted)
-        pdos = min(profile.transmit_pdos, len(_TPDO_BASE))
+        pdos = min(profile.transmit_pdos, len(TPDO_BASE))
         if len(groups) > pdos:
             raise DriveError(
                 self.node, "mapping TPDOs", expected=f"{len(groups)} TPDOs", received=f"it has {pdos}"
@@ -235,14 +212,14 @@ class Drive(StateMachine):
             switch_off_pdo(self.sdo, "RPDO", number)
         transmit = tuple(
             write_pdo(self.sdo, "TPDO", number, base + self.node, transmission_type, group)
-            for number, (base, group) in enumerate(zip(_TPDO_BASE, groups, strict=False), 1)
+            for number, (base, group) in enumerate(zip(TPDO_BASE, groups, strict=False), 1)
         )
-        index, subindex, kind = _TARGETS[mode]
+        index, subindex, kind = TARGETS[mode]
         setpoint = [
             MappedEntry("controlword", cia402.CONTROLWORD, 0, "<u2"),
             MappedEntry("target", index, subindex, kind),
         ]
-        receive = write_pdo(self.sdo, "RPDO", 1, _RPDO_1_BASE + self.node, transmission_type, setpoint)
+        receive = write_pdo(self.sdo, "RPDO", 1, RPDO_1_BASE + self.node, transmission_type, setpoint)
         return DriveStream(self.node, transmit, receive)
 
     def set_cycle(self, period: float) -> None:

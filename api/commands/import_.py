@@ -12,10 +12,11 @@ from api.command_arguments import AsJson
 from identify.recording.errors import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from identify.recording import Experiment, Robot
     from identify.recording.foreign import ColumnMap, CsvOptions, ForeignTable
     from identify.recording.foreign.repair import Repair
-    from identify.recording.foreign_import import NewSession
 
 Several = list[str] | None
 
@@ -89,6 +90,16 @@ def import_(
     ] = None,
     temperature: Annotated[Several, typer.Option(help="Column of the temperature of a joint, °C.")] = None,
     keep: Annotated[Several, typer.Option(help="Another column to keep.")] = None,
+    rig: Annotated[
+        str | None,
+        typer.Option(
+            help="Rig file or name: FILE is a log of CAN frames (.log, .asc, .blf, .trc) of that rig."
+        ),
+    ] = None,
+    begin: Annotated[float | None, typer.Option(help="Of a CAN log: s from its first SYNC.")] = None,
+    end: Annotated[
+        float | None, typer.Option(help="Likewise. Without both: while all drives were enabled.")
+    ] = None,
     robot: Annotated[
         Path | None, typer.Option(help="URDF of the robot, instead of --type, --dh and --joint.")
     ] = None,
@@ -129,6 +140,9 @@ def import_(
 
     What is not given is asked for, if somebody sits at the terminal. What was decided is said on stderr.
     """
+    if rig is not None:
+        _import_can_logs(files, rig, out, append, name, payload, role, begin, end, as_json)
+        return
     from api.foreign_robot import each_joint, parse_number, parse_three, typed_robot, urdf_robot
     from identify.recording import Payload
     from identify.recording.experiment_file import EXPERIMENT_FILE, check_settings, read_experiment_file
@@ -196,7 +210,11 @@ def import_(
         for index, table in enumerate(tables)
     ]
     experiment = import_sessions(sessions, folder, made, name or folder.resolve().name, columns)
-    _report(experiment, sessions, tables, as_json)
+    decided = [
+        (table.path, each.payload.name, each.role, each.measured.remarks)
+        for table, each in zip(tables, sessions, strict=True)
+    ]
+    _report(experiment, decided, as_json)
 
 
 def _tables(files: list[Path], options: "CsvOptions") -> "list[ForeignTable]":
@@ -235,32 +253,57 @@ def _updated(columns: "ColumnMap", **given: object) -> "ColumnMap":
     return replace(columns, **{name: value for name, value in given.items() if value})  # type: ignore[arg-type]
 
 
-def _report(
-    experiment: "Experiment", sessions: "list[NewSession]", tables: "list[ForeignTable]", as_json: bool
+def _import_can_logs(
+    files: list[Path],
+    rig: str,
+    out: Path | None,
+    append: bool,
+    name: str | None,
+    payload: str,
+    role: str,
+    begin: float | None,
+    end: float | None,
+    as_json: bool,
 ) -> None:
-    """What was made on stdout, what was decided on stderr; or both in one document."""
-    entries = experiment.sessions[-len(sessions) :]
+    from api.can_log_import import import_can_logs
+
+    folder = out or Path(_asked("--out", "folder of the experiment to make"))
+    experiment, sessions = import_can_logs(
+        files, rig, folder, append=append, name=name, payload=payload, role=role, begin=begin, end=end
+    )
+    decided = [(file, payload, role, session.remarks) for file, session in zip(files, sessions, strict=True)]
+    _report(experiment, decided, as_json)
+
+
+def _report(
+    experiment: "Experiment", decided: "Sequence[tuple[Path, str, str, Sequence[str]]]", as_json: bool
+) -> None:
+    """What was made on stdout, what was decided on stderr; or both in one document.
+
+    decided : source, payload, role and remarks of each new session
+    """
+    entries = experiment.sessions[-len(decided) :]
     document = []
-    for session, table, entry in zip(sessions, tables, entries, strict=True):
+    for (source, payload, role, remarks), entry in zip(decided, entries, strict=True):
         read = experiment.read(entry)
         document.append(
             {
-                "file": session.file,
-                "source": str(table.path),
-                "payload": session.payload.name,
-                "role": session.role,
+                "file": entry.file,
+                "source": str(source),
+                "payload": payload,
+                "role": role,
                 "samples": len(read.time),
                 "rate": 1 / read.sampling_period,
-                "decided": list(session.measured.remarks),
+                "decided": list(remarks),
                 "remarks": list(read.remarks),
             }
         )
         if not as_json:
-            for remark in session.measured.remarks:
-                typer.echo(f"{table.path.name}: {remark}", err=True)
+            for remark in remarks:
+                typer.echo(f"{source.name}: {remark}", err=True)
             joints = f"{read.n} joint{'s' if read.n > 1 else ''}"
             rate = f"{1 / read.sampling_period:.6g} Hz"
-            typer.echo(f"{experiment.path}: {len(read.time)} samples of {joints} at {rate} in {session.file}")
+            typer.echo(f"{experiment.path}: {len(read.time)} samples of {joints} at {rate} in {entry.file}")
             for remark in read.remarks:
                 typer.echo(f"  {remark}")
     if as_json:

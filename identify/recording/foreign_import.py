@@ -62,7 +62,7 @@ def import_sessions(
             raise InputError(
                 f"{folder / session.file}: is there already; choose another name for the session"
             )
-    with _undone_on_error(folder, [session.file for session in sessions]):
+    with undone_on_error(folder, [session.file for session in sessions]):
         for session in sessions:
             found = session.measured
             write_csv_session(
@@ -95,7 +95,7 @@ def import_sessions(
 
 
 @contextmanager
-def _undone_on_error(folder: Path, files: Sequence[str]) -> Iterator[None]:
+def undone_on_error(folder: Path, files: Sequence[str]) -> Iterator[None]:
     """Make a folder; on an error take away what came into it, and put back the experiment that stood there."""
     missing = [path for path in (folder, *folder.parents) if not path.exists()]
     settings = [folder / EXPERIMENT_FILE, folder / COLUMNS_FILE]

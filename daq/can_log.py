@@ -1,0 +1,213 @@
+"""A session out of a log of CAN frames: what was recorded with anything, read by a rig file's mapping.
+
+The frames go the way that live ones go (`alignment.py`, `samples.py`) into a recording as `recorder.py` writes it.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import can
+import numpy as np
+from numpy.typing import NDArray
+
+from daq.alignment import SYNC_ID, SyncAlignment
+from daq.recording_file import RecordingFile, SessionDescription
+from daq.rig import KnownPayload, Rig
+from daq.rig_drives import MODES
+from daq.safety import StopCause
+from daq.samples import COMMAND_CAME, POSITION_CAME, Phase, RowDecoder
+from drivers.cia402 import State
+from drivers.frames import ERROR, EXTENDED, FD, FRAME, REMOTE
+from drivers.process_data import DriveStream
+from drivers.standard_stream import standard_stream
+from identify.recording.errors import InputError
+
+KINDS = (".log", ".asc", ".blf", ".trc")
+"""Endings of logs: can-utils (candump -l, and our own raw log), Vector ASC and BLF, PEAK TRC."""
+CLASSIC_DATA = 8
+FEWEST_ROWS = 16
+
+
+@dataclass(frozen=True)
+class LoggedSession:
+    """Rows of a session that were found in a log."""
+
+    rows: NDArray[Any]
+    """(M,) of `daq.samples.sample_dtype`"""
+    counters: dict[str, Any]
+    """of the alignment"""
+    remarks: tuple[str, ...]
+    """What was decided, in an operator's words."""
+
+
+def is_can_log(path: Path) -> bool:
+    """Whether a file's name is that of a log of CAN frames, plain or gzip."""
+    return Path(path.name.removesuffix(".gz")).suffix.lower() in KINDS
+
+
+def read_can_log(path: Path, rig: Rig, begin: float | None = None, end: float | None = None) -> LoggedSession:
+    """The rows of a log between two times, s from its first SYNC; without them, those in which all drives were enabled.
+
+    Raises InputError in one line when the log cannot be read, or lacks SYNC or a drive's process data.
+    """
+    streams = [
+        standard_stream(axis.node, profile, MODES[axis.mode], rig.record_temperature)
+        for axis, profile in zip(rig.axes, rig.profiles, strict=True)
+    ]
+    wanted = {pdo.can_id for stream in streams for pdo in stream.transmit}
+    setpoints = {stream.receive.can_id for stream in streams}
+    frames, remarks = _frames(path, wanted | setpoints | {SYNC_ID})
+    _refuse_missing(path, frames, streams)
+    scales = [
+        None if profile.temperature is None or not rig.record_temperature else profile.temperature.scale
+        for profile in rig.profiles
+    ]
+    decoder = RowDecoder(streams, scales)
+    alignment = SyncAlignment(decoder.columns, rig.cycle)
+    parts = [alignment.feed(frames), alignment.flush()]
+    decoded = [
+        decoder.rows(
+            part, np.zeros((len(part), len(streams)), np.int32), np.full(len(part), Phase.PLAN, np.uint8)
+        )
+        for part in parts
+    ]
+    rows = np.concatenate(decoded)
+    rows["setpoint"] = _setpoints(frames, streams, rows["sync_time"])
+    chosen, words = _chosen(path, rows, begin, end)
+    return LoggedSession(chosen, {"alignment": alignment.counters.to_json()}, (*remarks, words))
+
+
+def write_recording(
+    path: Path, session: LoggedSession, rig: Rig, payload: KnownPayload, role: str, source: Path
+) -> None:
+    """Write the rows as a recording of the rig.
+
+    Raises OSError when the disk does not take them.
+    """
+    stamp = int(session.rows["sync_time"][0])
+    description = SessionDescription(
+        rig,
+        {"imported_from": source.name},
+        payload,
+        "",
+        "stamps of the log",
+        role,
+        started=datetime.fromtimestamp(stamp * 1e-9, UTC),
+        remarks=session.remarks,
+    )
+    file = RecordingFile(path, description)
+    file.append(session.rows)
+    file.finish("complete", f"imported from {source.name}", session.counters, StopCause.PLAN_DONE.value)
+
+
+def _frames(path: Path, identifiers: set[int]) -> tuple[NDArray[Any], list[str]]:
+    """Frames with these ids, in the order of the log, of the channel that has most of them."""
+    found: list[tuple[str, int, int, int, bytes]] = []
+    try:
+        with can.LogReader(path) as reader:
+            for message in reader:
+                if message.arbitration_id in identifiers and not message.is_extended_id:
+                    flags = (REMOTE if message.is_remote_frame else 0) | (
+                        ERROR if message.is_error_frame else 0
+                    )
+                    flags |= FD if message.is_fd else 0
+                    stamp = round(message.timestamp * 1e9)
+                    data = bytes(message.data)[:CLASSIC_DATA]
+                    found.append((str(message.channel), stamp, message.arbitration_id, flags, data))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+    except Exception:  # readers let through whatever a damaged line or block raises in them
+        kind = Path(path.name.removesuffix(".gz")).suffix.lower()
+        raise InputError(
+            f"{path}: cannot be read as a {kind} log of CAN frames; is it damaged or cut short?"
+        ) from None
+    channels = Counter(channel for channel, _, identifier, _, _ in found if identifier != SYNC_ID)
+    remarks: list[str] = []
+    if len(channels) > 1:
+        chosen = channels.most_common(1)[0][0]
+        remarks.append(f"channel {chosen} of {len(channels)}, which has most of the drives' process data")
+        found = [frame for frame in found if frame[0] == chosen]
+    frames = np.zeros(len(found), FRAME)
+    for name, values in (
+        ("stamp", [frame[1] for frame in found]),
+        ("can_id", [frame[2] for frame in found]),
+        ("flags", [frame[3] & ~EXTENDED for frame in found]),
+        ("length", [len(frame[4]) for frame in found]),
+    ):
+        frames[name] = values
+    padded = b"".join(frame[4].ljust(CLASSIC_DATA, b"\0") for frame in found)
+    frames["data"] = np.frombuffer(padded, np.uint8).reshape(-1, CLASSIC_DATA)
+    return frames, remarks
+
+
+def _refuse_missing(path: Path, frames: NDArray[Any], streams: list[DriveStream]) -> None:
+    there = set(frames["can_id"].tolist())
+    if SYNC_ID not in there:
+        raise InputError(f"{path}: holds no SYNC (id 0x80), by which samples are told apart; log it as well")
+    for stream in streams:
+        for pdo in stream.transmit:
+            if pdo.can_id not in there:
+                carried = ", ".join(entry.name for entry in pdo.entries)
+                raise InputError(
+                    f"{path}: holds no frame 0x{pdo.can_id:X} of node {stream.node} ({carried}); is the node in the rig"
+                    " file right, and were its PDOs mapped as ours?"
+                )
+
+
+def _setpoints(
+    frames: NDArray[Any], streams: list[DriveStream], sync_time: NDArray[np.int64]
+) -> NDArray[np.int32]:
+    """(M, n) targets that took effect at each SYNC: the last one sent before it, 0 where none was."""
+    found = np.zeros((len(sync_time), len(streams)), np.int32)
+    for axis, stream in enumerate(streams):
+        sent = frames[frames["can_id"] == stream.receive.can_id]
+        if not len(sent):
+            continue
+        entry = stream.receive.entry("target")
+        size = np.dtype(entry.kind).itemsize
+        raw = np.ascontiguousarray(sent["data"][:, entry.byte_offset : entry.byte_offset + size])
+        targets = raw.view(entry.kind)[:, 0]
+        last = np.searchsorted(sent["stamp"], sync_time, side="left") - 1
+        found[:, axis] = np.where(last >= 0, targets[np.clip(last, 0, None)], 0)
+    return found
+
+
+def _chosen(
+    path: Path, rows: NDArray[Any], begin: float | None, end: float | None
+) -> tuple[NDArray[Any], str]:
+    if len(rows):
+        seconds = (rows["sync_time"] - rows["sync_time"][0]) * 1e-9
+        keep = np.ones(len(rows), bool)
+        if begin is not None or end is not None:
+            keep &= (seconds >= (begin or 0.0) - 1e-9) & (seconds <= (np.inf if end is None else end) + 1e-9)
+            words = "as given"
+        else:
+            came = (rows["valid"] & (POSITION_CAME | COMMAND_CAME)) == POSITION_CAME | COMMAND_CAME
+            mask, pattern = State.OPERATION_ENABLED.value
+            on = ((rows["status"] & mask == pattern) | ~came).all(axis=1) & came.any(axis=1)
+            keep = _longest(on)
+            words = "in which all drives were enabled"
+        if keep.sum() >= FEWEST_ROWS:
+            first, last = seconds[keep][0], seconds[keep][-1]
+            return rows[
+                keep
+            ], f"{int(keep.sum())} cycles from {first:.6g} to {last:.6g} s of the log, {words}"
+    raise InputError(
+        f"{path}: holds no {FEWEST_ROWS} cycles in which all drives were enabled; name a part by --begin and --end"
+    )
+
+
+def _longest(on: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The longest run of rows that are on."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], on, [False]]).astype(np.int8)))
+    keep = np.zeros(len(on), bool)
+    if len(edges):
+        starts, stops = edges[::2], edges[1::2]
+        best = int(np.argmax(stops - starts))
+        keep[starts[best] : stops[best]] = True
+    return keep
