@@ -19,7 +19,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import identify
-from identify.estimation.identification import Identification
+from identify.identification import Identification
 from tests.plants.rx130l_joint3 import NOMINAL_SPEED, PAYLOAD_MASSES, Rx130lJoint3, write_experiment
 
 DOCUMENT = Path(__file__).with_name("paper-and-product.md")

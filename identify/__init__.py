@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from identify.diagnosis.diagnosis import Diagnosis, diagnose
     from identify.diagnosis.improvement import Improvement, improve
     from identify.effects.catalogue import catalogue
-    from identify.estimation.identification import Identification, identify
+    from identify.identification import Identification, identify
     from identify.recording import Experiment, InputError, load_experiment
     from identify.results.simulation import SimulationDocument
     from identify.simulation.simulate import simulate
@@ -42,8 +42,8 @@ _HOMES = {
     "Improvement": "identify.diagnosis.improvement",
     "improve": "identify.diagnosis.improvement",
     "catalogue": "identify.effects.catalogue",
-    "Identification": "identify.estimation.identification",
-    "identify": "identify.estimation.identification",
+    "Identification": "identify.identification",
+    "identify": "identify.identification",
     "Experiment": "identify.recording",
     "InputError": "identify.recording",
     "load_experiment": "identify.recording",

@@ -33,8 +33,8 @@ def compare_command(
 ) -> None:
     """Draw measured, predicted and error of every model, and set their errors side by side."""
     from api.stored_experiments import resolve
+    from identify.comparison import compare, comparison_document, write_figures
     from identify.recording import load_experiment
-    from identify.validation.comparison import compare, comparison_document, write_figures
 
     found = compare(load_experiment(resolve(experiment)), model or [], add or [])
     figures = [str(out / file) for file in write_figures(found, out)]

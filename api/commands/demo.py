@@ -36,7 +36,7 @@ def demo(
     from daq.excitation.excitation_plan import ExcitationPlan
     from daq.rig import Rig
     from identify.diagnosis.improvement import improve
-    from identify.estimation.identification import identify
+    from identify.identification import identify
     from identify.recording import load_experiment
 
     began = time.monotonic()

@@ -43,7 +43,7 @@ def identify_command(
 ) -> None:
     """Fit a model to all identification sessions at once and check it on the validation sessions."""
     from api.stored_experiments import resolve
-    from identify.estimation.identification import identify
+    from identify.identification import identify
     from identify.recording import load_experiment
 
     result = identify(

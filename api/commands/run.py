@@ -191,7 +191,7 @@ def _figures(session: "PayloadSession") -> Any:
 
 def identify_so_far(recorded: "Recorded", model: str = "usual") -> dict[str, Any]:
     """Fit a model to all sessions of the experiment so far; the result is stored beside them and returned."""
-    from identify.estimation.identification import identify
+    from identify.identification import identify
     from identify.recording import load_experiment
 
     result = identify(load_experiment(recorded.experiment), model).to_json()

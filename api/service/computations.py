@@ -79,7 +79,7 @@ def separate(
     None where nothing is left open there.
     """
     from identify.diagnosis.next_experiment import separate_diagnosed
-    from identify.estimation.identification import open_record, requested_model
+    from identify.estimation.requested_model import open_record, requested_model
 
     progress(0.05, "reading the sessions")
     record = open_record(load_experiment(Path(experiment)))

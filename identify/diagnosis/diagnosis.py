@@ -21,10 +21,11 @@ from identify.diagnosis.verdict import (
 )
 from identify.diagnosis.where import where_it_fails
 from identify.effects.model import Model, Term
-from identify.estimation.fitting import FittedModel, Progress, fit_model
-from identify.estimation.identification import known_effects, open_record, requested_model
+from identify.estimation.fitted_model import FittedModel
+from identify.estimation.fitting import Progress, fit_model
 from identify.estimation.prediction import Prediction, mean_error, predict
 from identify.estimation.record import Record
+from identify.estimation.requested_model import known_effects, open_record, requested_model
 from identify.estimation.small_algebra import single_threaded
 from identify.recording import Experiment
 from identify.results import diagnosis as documents

@@ -7,8 +7,10 @@ import numpy as np
 
 from identify.diagnosis.diagnosis import Diagnosis, diagnose_record
 from identify.effects.model import Term
-from identify.estimation.fitting import FittedModel, Progress, fit_model
-from identify.estimation.identification import block_errors, open_record, requested_model
+from identify.estimation.block_errors import block_errors
+from identify.estimation.fitted_model import FittedModel
+from identify.estimation.fitting import Progress, fit_model
+from identify.estimation.requested_model import open_record, requested_model
 from identify.estimation.small_algebra import single_threaded
 from identify.recording import Experiment
 from identify.results import improvement as documents

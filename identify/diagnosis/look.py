@@ -10,11 +10,11 @@ from identify.diagnosis.candidates import find_candidates
 from identify.diagnosis.free_functions import FREE_FUNCTIONS
 from identify.diagnosis.selection import Selection
 from identify.effects.model import Term
-from identify.estimation.fitting import FittedModel
-from identify.estimation.identification import known_effects
+from identify.estimation.fitted_model import FittedModel
 from identify.estimation.informed_summary import informed_summaries, joint_predictions
 from identify.estimation.observation import Slot, observe
 from identify.estimation.prediction import Prediction
+from identify.estimation.requested_model import known_effects
 from identify.estimation.reversal_noise import ReversalNoise
 from identify.results.diagnosis import NotApplicable
 

@@ -18,11 +18,12 @@ from numpy.typing import NDArray
 from identify.diagnosis.diagnosis import Diagnosis, diagnose_record
 from identify.diagnosis.selection import Finding
 from identify.effects.model import Model, Term, terms_of
-from identify.estimation.fitting import FittedModel, fit_model
-from identify.estimation.identification import known_effects, open_record, requested_model
+from identify.estimation.fitted_model import FittedModel
+from identify.estimation.fitting import fit_model
 from identify.estimation.least_squares import joint_rows
 from identify.estimation.observation import Observation, Slot, observe
 from identify.estimation.record import Record
+from identify.estimation.requested_model import known_effects, open_record, requested_model
 from identify.estimation.small_algebra import single_threaded
 from identify.recording import (
     DeclaredSession,

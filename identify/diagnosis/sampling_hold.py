@@ -1,7 +1,7 @@
 """What sampling itself makes of a fitted effect: no fault of the machine, and nothing that an operator can mend."""
 
 from identify.effects.model import Term
-from identify.estimation.fitting import FittedModel
+from identify.estimation.fitted_model import FittedModel
 
 
 def made_by_recording(fitted: FittedModel, term: Term) -> str | None:

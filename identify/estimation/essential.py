@@ -1,15 +1,15 @@
 """Essential parameters: those with a large relative deviation are eliminated one by one (section IV.D)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.estimation.fitting import FittedModel
+from identify.estimation.elimination import Elimination
+from identify.estimation.fitted_model import FittedModel
 from identify.estimation.least_squares import LeastSquares, least_squares
 from identify.estimation.statistics import NORMAL, classical_deviation, robust_deviation
-from identify.results.identification import EliminatedParameter
 
 Array = NDArray[np.float64]
 
@@ -20,31 +20,6 @@ RULE = (
     "eliminated one by one, the largest relative deviation first, while the interval of 95 % around the value "
     "(value ± 1.96 std_robust) holds zero; the others are estimated again each time"
 )
-
-
-@dataclass(frozen=True)
-class Elimination:
-    """A parameter that was taken out, and what it cost.
-
-    column                  : its column of W
-    relative_std            : std_robust over value when it was taken out
-    error_before, _after    : ‖Y − Wχ‖ / ‖Y‖ with it and without it
-    """
-
-    column: int
-    relative_std: float
-    error_before: float
-    error_after: float
-
-    def document(self, name: str, joint: str) -> EliminatedParameter:
-        """Its entry in the document of an identification."""
-        return EliminatedParameter(
-            name=name,
-            joint=joint,
-            relative_std_percent=100 * self.relative_std,
-            relative_error_before=self.error_before,
-            relative_error_after=self.error_after,
-        )
 
 
 def essential_parameters(fitted: FittedModel, kept: Sequence[int] = ()) -> FittedModel:

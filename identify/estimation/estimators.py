@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from identify.estimation.estimate import ESTIMATORS
-from identify.estimation.fitting import FittedModel
+from identify.estimation.fitted_model import FittedModel
 from identify.estimation.instrumental_variable import instrumental
 from identify.estimation.least_squares import least_squares
 from identify.estimation.robust import huber

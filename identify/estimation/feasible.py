@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from identify.dynamics.base_parameters import BaseParameters
 from identify.dynamics.standard_parameters import PARAMETERS_PER_JOINT, standard_names, standard_units
-from identify.estimation.identification import Identification
+from identify.estimation.identified import Identified
 from identify.estimation.least_squares import joint_rows
 from identify.recording import InputError
 from identify.results.identification import (
@@ -99,7 +99,7 @@ def _pseudo_inertia_units(index: int) -> Array:
     return pseudo_inertia(unit)
 
 
-def feasible_parameters(result: Identification) -> FeasibleParameters:
+def feasible_parameters(result: Identified) -> FeasibleParameters:
     """The feasible parameters beside an identification's, as part of its document.
 
     :raises InputError: the model has no base parameters of its own, or see `nearest_feasible`.

@@ -3,9 +3,7 @@ the fit.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import TYPE_CHECKING
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,15 +12,12 @@ from identify.effects.catalogue import effects
 from identify.effects.model import Model, Term
 from identify.effects.motion import JointSummary
 from identify.effects.payload_errors import PayloadMass
-from identify.estimation.estimate import Estimate
-from identify.estimation.least_squares import LeastSquares, least_squares
+from identify.estimation.fitted_model import FittedModel
+from identify.estimation.informed_summary import informed_summaries, joint_predictions
+from identify.estimation.least_squares import least_squares
 from identify.estimation.observation import FittedTorque, Observation, Slot, observe
 from identify.estimation.record import Record
-from identify.estimation.statistics import classical_deviation, robust_deviation
 from identify.recording import InputError, SessionEntry
-
-if TYPE_CHECKING:
-    from identify.estimation.essential import Elimination
 
 Array = NDArray[np.float64]
 Progress = Callable[[float, str], None]
@@ -33,50 +28,6 @@ RANK = 1e-10
 LOAD_ROUNDS = 3
 """Passes in which the load of load-dependent effects is taken from the last fit; chi moves by less than a
 tenth of its deviation in the third."""
-
-
-@dataclass(frozen=True)
-class FittedModel:
-    """A model fitted to the identification sessions of a record.
-
-    model : its terms with their constants chosen
-    slots : the terms' columns, and behind them those of the payload ratio where it is estimated beside the
-    model
-    """
-
-    record: Record
-    model: Model
-    slots: tuple[Slot, ...]
-    entries: tuple[SessionEntry, ...]
-    observation: Observation
-    fit: LeastSquares
-    load_from: FittedTorque | None
-    estimates_payload_ratio: bool
-    estimator: str = "weighted"
-    estimate: Estimate | None = None
-    """what an estimator other than least squares found; `fit` then holds its parameters"""
-    eliminated: "tuple[Elimination, ...]" = ()
-    """parameters that the data do not show, taken out one by one"""
-
-    @cached_property
-    def deviations(self) -> tuple[Array, Array]:
-        """(width,) each: deviations of eq. (13)-(15), and those that hold for coloured residuals."""
-        if self.estimate is not None:
-            return self.estimate.std, self.estimate.std_robust
-        return classical_deviation(self.fit), robust_deviation(self.observation, self.fit)
-
-    @property
-    def torque(self) -> FittedTorque:
-        """The fitted model as other effects' columns need it."""
-        values = [
-            (slot, self.fit.chi[columns])
-            for slot, columns in zip(self.slots, self.observation.slot_columns, strict=True)
-        ]
-        return FittedTorque(self.fit.chi[: self.observation.base], tuple(values))
-
-    def observe(self, entries: Sequence[SessionEntry]) -> Observation:
-        """The same columns on other sessions."""
-        return observe(self.record, entries, self.slots, self.load_from)
 
 
 def payload_ratio_term(record: Record, model: Model, entries: Sequence[SessionEntry]) -> Term | None:
@@ -161,8 +112,6 @@ def _without_load(term: Term) -> bool:
 
 def _informed(result: FittedModel | None) -> list[JointSummary]:
     """The joints' summaries with what the first fit tells."""
-    from identify.estimation.informed_summary import informed_summaries, joint_predictions
-
     assert result is not None  # asked for after the first pass only
     return informed_summaries(result, joint_predictions(result))
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from identify.effects.motion import JointSummary
-from identify.estimation.fitting import FittedModel
+from identify.estimation.fitted_model import FittedModel
 from identify.estimation.position_lines import position_lines
 from identify.estimation.prediction import Prediction, predict
 

@@ -7,7 +7,7 @@ import numpy as np
 from identify.effects.admissible import named_parameters
 from identify.effects.load_velocity import LoadVelocity, linear_names
 from identify.effects.model import Term
-from identify.estimation.fitting import FittedModel
+from identify.estimation.fitted_model import FittedModel
 from identify.estimation.record import Record
 from identify.results import identification as documents
 

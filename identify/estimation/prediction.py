@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.estimation.context import contexts, slot_rows
-from identify.estimation.fitting import FittedModel
+from identify.estimation.fitted_model import FittedModel
 from identify.recording import SessionEntry
 
 Array = NDArray[np.float64]

@@ -11,7 +11,8 @@ from identify.effects.effect import Effect
 from identify.effects.load_velocity import SMOOTH, SPLIT_BY_POWER_SIGN, GearFriction, LoadVelocity
 from identify.effects.model import Model, Term, parse_addition, parse_model
 from identify.effects.unknown_payload import UnknownPayload
-from identify.estimation.fitting import FittedModel, fit_model
+from identify.estimation.fitted_model import FittedModel
+from identify.estimation.fitting import fit_model
 from identify.estimation.observation import Observation, Slot, observe
 from identify.estimation.record import Record
 from identify.recording import Experiment, InputError, Payload, SessionEntry

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from identify.effects.load_velocity import LoadVelocity
 from identify.estimation.context import FittedTorque
 from identify.estimation.estimate import Estimate, with_parameters
-from identify.estimation.fitting import FittedModel
+from identify.estimation.fitted_model import FittedModel
 from identify.estimation.least_squares import LeastSquares, joint_rows, least_squares
 from identify.estimation.observation import Observation, observe
 from identify.estimation.statistics import deviation_from_blocks

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.estimation.fitting import FittedModel, Progress
-from identify.estimation.identification import Identification, identify
 from identify.estimation.small_algebra import single_threaded
+from identify.identification import Identification, identify
 from identify.recording import Experiment, InputError, SessionEntry
 from identify.results.effect import EffectOnJoint
 from identify.results.simulation import (

@@ -19,7 +19,7 @@ from identify.dynamics.standard_parameters import PARAMETERS_PER_JOINT
 from identify.effects.load_velocity import LoadVelocity
 from identify.effects.motion import BlockMemory
 from identify.estimation.context import FittedTorque, JointContext, Slot, rows_of
-from identify.estimation.fitting import FittedModel
+from identify.estimation.fitted_model import FittedModel
 from identify.estimation.record import PreparedBlock
 from identify.recording import SessionEntry
 from identify.signals import MotionBlock

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from identify.estimation.identification import Identification
+from identify.estimation.block_errors import block_errors, ratio
+from identify.estimation.identified import Identified
 from identify.estimation.parameters import column_names
 from identify.results.effect import EffectOnJoint
 from identify.results.identification import (
@@ -15,10 +16,10 @@ from identify.results.identification import (
     StructuredEstimate,
 )
 from identify.validation.noise_floor import noise_floors
-from identify.validation.relative_error import block_errors, by_payload, by_speed, ratio
+from identify.validation.relative_error import by_payload, by_speed
 
 
-def identification_document(result: Identification) -> IdentificationDocument:
+def identification_document(result: Identified) -> IdentificationDocument:
     """The result as a document; a figure that cannot be given is None."""
     fitted, record = result.fitted, result.fitted.record
     training = block_errors(fitted.observation, fitted.fit.chi)
@@ -87,7 +88,7 @@ def identification_document(result: Identification) -> IdentificationDocument:
     )
 
 
-def session_squares(result: Identification) -> dict[str, np.ndarray]:
+def session_squares(result: Identified) -> dict[str, np.ndarray]:
     """By file of every session: squared norms of residual and of measured torque, over all joints."""
     found = {}
     for observation in (result.fitted.observation, result.validation, result.left_out):
@@ -98,7 +99,7 @@ def session_squares(result: Identification) -> dict[str, np.ndarray]:
     return found
 
 
-def speeds(result: Identification) -> tuple[SpeedError, ...]:
+def speeds(result: Identified) -> tuple[SpeedError, ...]:
     """Table III: relative errors at all, low and high speeds."""
     record = result.fitted.record
     top = dict(zip(record.joint_names, record.top_speed.tolist(), strict=True))

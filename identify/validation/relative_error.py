@@ -6,29 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.estimation.least_squares import spread
-from identify.estimation.observation import Observation
+from identify.estimation.block_errors import ratio
 from identify.estimation.prediction import Prediction
 from identify.recording import SessionEntry
 from identify.results.identification import JointSpeedError, PayloadError, Role, SpeedError
 
 Array = NDArray[np.float64]
-
-
-def block_errors(observation: Observation, chi: Array) -> Array:
-    """(blocks, joints, 2): squared norms of residual and of measured torque."""
-    found = np.zeros((len(observation.blocks), len(observation.joint_columns), 2))
-    for block, factors in enumerate(observation.factors):
-        for joint, factor in enumerate(factors):
-            rows = spread(observation, joint, factor)
-            residual = rows[:, -2] - rows[:, :-2] @ chi
-            found[block, joint] = residual @ residual, rows[:, -1] @ rows[:, -1]
-    return found
-
-
-def ratio(residual: float, measured: float) -> float | None:
-    """Relative norm from squared norms; None where nothing was measured."""
-    return None if not measured > 0 else float(np.sqrt(residual / measured))
 
 
 @dataclass(frozen=True)

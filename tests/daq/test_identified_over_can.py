@@ -12,7 +12,7 @@ from api.plan_model import RegressorModel
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.excitation.optimal_excitation import Request
 from daq.excitation.plan_report import make_plan
-from identify.estimation.identification import identify
+from identify.identification import identify
 from tests.daq.rig_variants import with_faults
 
 pytestmark = pytest.mark.slow

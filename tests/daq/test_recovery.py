@@ -14,7 +14,7 @@ import pytest
 from daq.excitation.standard_plan import standard_plan
 from daq.recovery import recover_experiment
 from daq.session_events import SessionState
-from identify.estimation.identification import identify
+from identify.identification import identify
 from identify.recording import InputError, load_experiment
 
 ROOT = Path(__file__).parents[2]

@@ -12,7 +12,7 @@ from daq.rig import Rig
 from identify.diagnosis.diagnosis import diagnose
 from identify.dynamics.base_parameters import base_parameters
 from identify.dynamics.geometry import Geometry
-from identify.estimation.identification import identify
+from identify.identification import identify
 
 SHARED = 5
 """index of the motor that two joints share"""

@@ -29,7 +29,7 @@ from daq.session_workflow import PayloadSession
 from drivers.canopen_network import CanopenNetwork
 from drivers.cia402 import State
 from drivers.drive import Drive
-from identify.estimation.identification import identify
+from identify.identification import identify
 from identify.recording import load_experiment
 
 NODE = 5

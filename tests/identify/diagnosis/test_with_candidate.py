@@ -7,7 +7,7 @@ import identify
 from identify.diagnosis.diagnosis import diagnose_record
 from identify.diagnosis.next_experiment import separate, separate_diagnosed
 from identify.diagnosis.with_candidate import predictions_with, worth_a_look
-from identify.estimation.identification import open_record, requested_model
+from identify.estimation.requested_model import open_record, requested_model
 from identify.results.diagnosis import DiagnosisDocument
 from identify.results.reading import document_from_json
 from tests.plants.rx130l_joint3 import Rx130lJoint3, write_experiment

@@ -7,8 +7,8 @@ import pytest
 
 import identify
 from identify.estimation.executor import SERIAL, Dask, Processes
-from identify.estimation.identification import open_record, requested_model
 from identify.estimation.observation import Slot, observe
+from identify.estimation.requested_model import open_record, requested_model
 
 
 @pytest.fixture(scope="module")

@@ -10,10 +10,10 @@ import pinocchio as pin
 import pytest
 
 from identify.dynamics.geometry import Geometry
-from identify.estimation.identification import identify
-from identify.recording.experiment import SessionEntry
+from identify.identification import identify
 from identify.recording.experiment_file import ExperimentFile
 from identify.recording.samples import RawSamples
+from identify.recording.session import SessionEntry
 from identify.simulation.forward_dynamics import accelerations
 from identify.simulation.measured_motion import measured_motions
 from identify.simulation.rollout import energy_drift, roll_out

@@ -6,7 +6,7 @@ import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
-from identify.estimation.identification import Identification, identify
+from identify.identification import Identification, identify
 from identify.recording import Experiment, InputError
 from identify.results.comparison import ComparisonDocument, ModelErrors
 

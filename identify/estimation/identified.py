@@ -1,53 +1,24 @@
-"""`identify`: a model fitted to all sessions so far, its parameters with deviations, its errors."""
+"""A model identified on all sessions so far: its parameters with deviations, its errors, its predictions."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
 
 from identify.effects.model import Term
-from identify.estimation.essential import RULE, essential_parameters
-from identify.estimation.estimators import checked_estimator, with_estimator
-from identify.estimation.fitting import FittedModel, Progress, fit_model
+from identify.estimation.block_errors import block_errors, ratio
+from identify.estimation.essential import RULE
+from identify.estimation.fitted_model import FittedModel
 from identify.estimation.observation import Observation
 from identify.estimation.parameters import Parameter, number, parameters_of
 from identify.estimation.prediction import Prediction, predict
-from identify.estimation.requested_model import (
-    chosen_entries,
-    fit_linear,
-    known_effects,
-    open_record,
-    ratio_columns,
-    requested_model,
-    with_payload_columns,
-    with_unknown_payloads,
-)
-from identify.estimation.small_algebra import single_threaded
-from identify.estimation.structured import StructuredFit, fit_structured, held_out
+from identify.estimation.structured import StructuredFit
 from identify.recording import Experiment, InputError, SessionEntry
-from identify.results.document import Json
-from identify.results.identification import IdentificationDocument, Role
-from identify.validation.relative_error import block_errors, ratio
-
-__all__ = [
-    "Identification",
-    "Parameter",
-    "block_errors",
-    "identify",
-    "known_effects",
-    "number",
-    "open_record",
-    "requested_model",
-]
-
-WORSE_HELD_OUT = 0.02
-"""By how much of the torque the linear form (30) may predict worse than the structured one on time that neither
-fit saw. Beyond, its many products fit noise: it is not identifiable on the record."""
+from identify.results.identification import Role
 
 
 @dataclass
-class Identification:
-    """The result of `identify`.
+class Identified:
+    """What was identified, as numbers; `identify.identification.Identification` adds its document.
 
     fitted     : the fit that the errors and parameters are of
     structured : for `load-velocity`, the estimate with one value for each physical parameter
@@ -161,69 +132,3 @@ class Identification:
         for entry in self.experiment.sessions:
             found += [f"{entry.file}: {remark}" for remark in record.facts(entry).remarks]
         return found
-
-    def document(self) -> IdentificationDocument:
-        """The contract's `identify --json`, section 3."""
-        from identify.validation.document import identification_document
-
-        return identification_document(self)
-
-    def to_json(self) -> Json:
-        """The document as plain values."""
-        return self.document().to_json()
-
-
-@single_threaded
-def identify(
-    experiment: Experiment,
-    model: str = "usual",
-    add: Sequence[str] = (),
-    progress: Progress | None = None,
-    estimator: str | None = None,
-    essential: bool = False,
-    payloads: Sequence[str] = (),
-    unknown_payloads: Sequence[str] = (),
-) -> Identification:
-    """Fit a model to all identification sessions at once and check it on the validation sessions.
-
-    model     : `rigid`, `usual` (eq. 8), `load-velocity` (eq. 30), or `rigid+effect,effect…`
-    add       : further effects, `EFFECT` or `EFFECT@JOINT`
-    estimator : `ordinary`, `weighted`, `robust` or `instrumental`; weighted for several joints if not said
-    essential : eliminate the parameters that the data do not show, one by one (section IV.D)
-    payloads  : names of payloads; the fit uses the identification sessions with one of them only (Table IV)
-    unknown_payloads : names of payloads whose ten parameters are estimated, whatever was declared of them
-    :raises InputError: the experiment, the model, an effect, the estimator or a payload is wrong.
-    """
-    estimator = checked_estimator(estimator, experiment.n)
-    experiment = with_unknown_payloads(experiment, unknown_payloads)
-    record = open_record(experiment)
-    entries = chosen_entries(record, payloads)
-    wanted = with_payload_columns(record, requested_model(record, model, add), unknown_payloads)
-
-    def estimated(fitted: FittedModel) -> FittedModel:
-        reduced = essential_parameters(fitted, ratio_columns(fitted)) if essential else fitted
-        return with_estimator(reduced, estimator)
-
-    first = fit_model(record, wanted, entries, progress=progress)
-    terms = first.model.terms
-    if model != "load-velocity":
-        return Identification(
-            experiment, model, terms, estimated(first), unknown_payloads=tuple(unknown_payloads)
-        )
-    linear = fit_linear(record, first, add)
-    structured = fit_structured(linear, first.fit.weights)
-    linear_error, structured_error = held_out(linear, structured)
-    if linear_error <= structured_error + WORSE_HELD_OUT:
-        return Identification(experiment, model, terms, estimated(linear), structured)
-    remark = (
-        f"the linear form (30) is not identifiable on this record: on time that the fit did not see its relative "
-        f"error is {linear_error:.3g}, the structured form's {structured_error:.3g}; the structured form stands for it"
-    )
-    remarks = [remark]
-    if essential or estimator in ("robust", "instrumental"):
-        remarks.append(
-            "it is a weighted least squares estimate of all its parameters: no other estimator, no elimination"
-        )
-    return Identification(
-        experiment, model, terms, structured.fitted, structured, "structured", tuple(remarks)
-    )
