@@ -23,6 +23,7 @@ from daq.samples import sample_dtype
 from daq.sampling_loop import SamplingLoop
 from drivers.frames import FRAME
 from drivers.process_data import DriveStream, MappedEntry, ProcessData
+from drivers.sync_producer import SyncStatistics
 
 _CYCLE = 0.001
 
@@ -118,8 +119,8 @@ def measure_loop(axes: int, seconds: float) -> tuple[float, int]:
     with RingWriter(sample_dtype(axes), 1 << 16) as rows, RingWriter(FRAME, 1 << 18) as frames:
         rows.unlink()
         frames.unlink()
-        loop = SamplingLoop(rig_of(axes), streams, receiver, rows, frames)
-        loop._producer = SimpleNamespace(running=True, stop=lambda: None)
+        loop = SamplingLoop(rig_of(axes), streams, receiver, rows, frames, lambda can_id: 0)
+        loop._producer = SimpleNamespace(running=True, stop=lambda: None, statistics=SyncStatistics())
         used, begun = time.thread_time(), time.monotonic()
         while not receiver.over:
             loop.turn()

@@ -5,6 +5,7 @@ connection and may die, hang or crash: then the motion ends safely and the data 
 another process that reads the rings (`daq/recorder.py`).
 """
 
+import contextlib
 import signal
 import sys
 import time
@@ -13,12 +14,14 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.motion_sequence import MotionSequence, Step
+from daq.motion import EndStory, Motion
+from daq.motion_sequence import MotionSequence
 from daq.plan_setpoints import approach_counts
 from daq.process_priority import ask_for_real_time
 from daq.recorder import Ending
@@ -34,12 +37,8 @@ from drivers.errors import DriverError
 from drivers.frames import FD_FRAME, FRAME
 from identify.recording.errors import InputError
 
-_TELL_EVERY = 0.2
-"""s between two words about progress"""
 _HANDSHAKE = 30.0
 """s for the recorder to say that its files are there"""
-_EMERGENCY_WAIT = 1.0
-"""s for the EMCY that says why a drive has failed; the axes are at rest by then"""
 _WAIT_ENDING = 30.0
 """s for our last word to reach the recorder"""
 
@@ -65,10 +64,11 @@ class AcquisitionOrder:
 class AcquisitionMessage:
     """A word from the acquisition process.
 
-    what : `checked` (check), `armed`, `moving`, `progress` (cycle, cycles), `ended` (reason, counters)
+    what : `checked` (check), `armed`, `moving`, `progress` (cycle, cycles), `alarm` (what a person must do now),
+        `ended` (reason, counters, alarm)
     """
 
-    what: Literal["checked", "armed", "moving", "progress", "ended"]
+    what: Literal["checked", "armed", "moving", "progress", "alarm", "ended"]
     words: str = ""
     check: RigCheck | None = None
     cycle: int = 0
@@ -77,10 +77,7 @@ class AcquisitionMessage:
     counters: dict[str, Any] = field(default_factory=dict[str, Any])
     remarks: tuple[str, ...] = ()
     clock_source: str = ""
-
-
-class ParentGone(Exception):
-    """The process that holds the stop button is gone, or gives no sign of life."""
+    alarm: str = ""
 
 
 class Acquisition:
@@ -96,12 +93,21 @@ class Acquisition:
         self._parent = parent
         self._recorder = recorder
         self._heard = time.monotonic()
-        self._told = 0.0
         self._beaten = 0.0
+        self.alarm = ""
+        """what a person must do now, because an axis may have power or move"""
         self._terminated = False
         self._stop_asked: str | None = None
-        self._arm_asked = self._start_asked = False
+        self._arm_asked = self.start_asked = False
         self._recording = False
+        self._recorder_gone = False
+        self.recording: Path | None = None
+        """the file that the recorder writes, once it is known"""
+
+    @property
+    def plan_cycles(self) -> int:
+        """Cycles of the plan."""
+        return len(self.order.counts)
 
     def run(self) -> None:
         """Check, arm, move, end. Returns when everything is closed and said."""
@@ -117,8 +123,6 @@ class Acquisition:
                 closing.callback(frames.unlink)
                 try:
                     reason, counters = self._session(rows, frames, closing)
-                except ParentGone as gone:
-                    reason = StopReason(StopCause.DEAD_PARENT, str(gone))
                 except DriverError as error:
                     reason = StopReason(StopCause.BUS, str(error))
                 except InputError as error:
@@ -132,7 +136,9 @@ class Acquisition:
                     self._say_ending(Ending(reason, counters))
         finally:
             # Whatever closing met: how the motion ended is said.
-            self._tell(AcquisitionMessage("ended", reason.words, reason=reason, counters=counters))
+            self.tell(
+                AcquisitionMessage("ended", reason.words, reason=reason, counters=counters, alarm=self.alarm)
+            )
 
     def _session(
         self, rows: RingWriter, frames: RingWriter, closing: ExitStack
@@ -146,13 +152,13 @@ class Acquisition:
         closing.callback(drives.close)
         check = drives.check()
         if not check.ok:
-            self._tell(AcquisitionMessage("checked", check.problems, check=check))
+            self.tell(AcquisitionMessage("checked", check.problems, check=check))
             return StopReason(StopCause.BUS, check.problems), {}
         streams = drives.configure()
         receiver = open_receiver(self.rig, streams)
         closing.callback(receiver.close)
-        loop = SamplingLoop(self.rig, streams, receiver, rows, frames)
-        self._tell(
+        loop = SamplingLoop(self.rig, streams, receiver, rows, frames, drives.network.sent)
+        self.tell(
             AcquisitionMessage(
                 "checked", check=check, remarks=tuple(remarks), clock_source=receiver.clock_source
             )
@@ -162,7 +168,7 @@ class Acquisition:
         if trouble is not None:
             return trouble, {}
         drives.stream()
-        self._tell(AcquisitionMessage("armed"))
+        self.tell(AcquisitionMessage("armed"))
         sequence = MotionSequence(self.rig, loop.setpoints, self._trajectory)
         sequence_reason = self._move(loop, sequence, drives)
         counters = {**loop.counters(), "remarks": remarks}
@@ -189,92 +195,78 @@ class Acquisition:
     def _wait(self, drives: RigDrives, until: Callable[[], bool]) -> StopReason | None:
         """Wait, without motion, until a command has come; a reason to end instead, or None."""
         while not until():
-            reason = self._watch(drives)
+            reason = self.watch(drives) or drives.trouble()
             if reason is not None:
                 return reason
             self._listen(0.05)
         return None
 
     def _move(self, loop: SamplingLoop, sequence: MotionSequence, drives: RigDrives) -> StopReason:
-        """The loop from armed to rest."""
-        simulated = self.rig.pacing == "as-fast-as-answered"
-        plan = len(self.order.counts)
-        if not simulated:
-            loop.start()
-        else:
+        """The loop from armed to rest and no power, read back."""
+        if self.rig.pacing == "as-fast-as-answered":
             # In simulated time nothing passes until the operator starts.
-            asked = self._wait(drives, lambda: self._start_asked)
+            asked = self._wait(drives, lambda: self.start_asked)
             if asked is not None:
                 loop.end()
                 return asked
-        last_row = time.monotonic()
-        done = 0
+        else:
+            loop.start()
+        story = EndStory()
+        motion = Motion(self, loop, sequence, drives, story)
         try:
-            while sequence.step is not Step.ENDED:
-                rows, reason = loop.turn()
-                reason = self._watch(drives) or reason
-                if self._start_asked and sequence.step is Step.STANDBY and sequence.reason is None:
-                    self._tell(AcquisitionMessage("moving"))
-                    sequence.begin()
-                if reason is not None:
-                    if reason.cause is StopCause.EMERGENCY:
-                        sequence.explain(reason)
-                    sequence.stop(reason)
-                sequence.take(rows)
-                now = time.monotonic()
-                if len(rows) or sequence.reason is None:
-                    last_row = now
-                elif now - last_row > self.rig.supervision.stop_timeout:
-                    sequence.give_up()
-                if now - self._told >= _TELL_EVERY:
-                    self._told = now
-                    if loop.setpoints.length:
-                        done = max(0, loop.setpoints.done - (loop.setpoints.length - plan))
-                    self._tell(AcquisitionMessage("progress", cycle=done, cycles=plan))
+            motion.run()
+        except DriverError as error:
+            # The bus itself failed: nothing more can be seen there, and power is taken as far as anything still goes.
+            story.first(StopReason(StopCause.BUS, str(error)))
+        except Exception:
+            motion.cut_in_vain()
+            raise
         finally:
-            loop.end()
-        assert sequence.reason is not None
-        if sequence.reason.cause is StopCause.DRIVE_FAULT:
-            emergency = drives.emergency(_EMERGENCY_WAIT)
-            if emergency is not None:
-                sequence.explain(emergency)
-        if not sequence.came_to_rest:
-            words = (
-                f"{sequence.reason.words}; and the axes did not come to rest within "
-                f"{self.rig.supervision.stop_timeout:g} s: power was switched off"
-            )
-            return StopReason(sequence.reason.cause, words)
-        return sequence.reason
+            with contextlib.suppress(DriverError):
+                loop.end()
+        return motion.read_back()
 
-    def _watch(self, drives: RigDrives) -> StopReason | None:
-        """Everything that ends a motion and does not come with a sample."""
+    def watch(self, drives: RigDrives) -> StopReason | None:
+        """Everything that ends a motion and does not come with a sample, nor from a drive."""
         self._listen(0.0)
         now = time.monotonic()
+        if now - self._beaten >= self.rig.supervision.heartbeat_period:
+            # While the axes are being stopped too: a drive that misses us stops in its own way, amid ours.
+            self._beaten = now
+            drives.heartbeat()
         if self._terminated:
-            return StopReason(StopCause.DEAD_PARENT, "the acquisition process was told to terminate")
+            return StopReason(
+                StopCause.DEAD_PARENT, "the acquisition process was told to terminate (SIGTERM)"
+            )
         if self._stop_asked is not None:
             return StopReason(StopCause.OPERATOR, self._stop_asked)
         if now - self._heard > self.rig.supervision.parent_timeout:
             silent = now - self._heard
-            words = f"the supervising process gave no sign of life for {silent:.1f} s"
+            words = (
+                "the supervising process, which holds the stop button, is gone"
+                if np.isinf(silent)
+                else f"the supervising process, which holds the stop button, gave no sign of life for {silent:.1f} s"
+            )
             return StopReason(StopCause.DEAD_PARENT, words)
-        if now - self._beaten >= self.rig.supervision.heartbeat_period:
-            self._beaten = now
-            drives.heartbeat()
-        return drives.trouble() or self._recorder_trouble()
+        return self._recorder_trouble()
 
     def _recorder_trouble(self) -> StopReason | None:
         """Take what the recorder said: `ready` once, whoever waits for it by then; all else is trouble."""
         try:
-            if self._arm_asked and self._recorder.poll():
+            if not self._recorder_gone and self._recorder.poll():
                 word = self._recorder.recv()
-                if word != "ready":
-                    return StopReason(StopCause.FULL_DISK, word)
+                if isinstance(word, StopReason):
+                    return word
                 self._recording = True
         except (EOFError, OSError):
-            flushed = "; what it had flushed is on disk" if self._recording else " before it was ready"
-            return StopReason(StopCause.RECORDER, f"the recorder died{flushed}")
-        return None
+            self._recorder_gone = True
+        if not self._recorder_gone:
+            return None
+        kept = "; what it had written is kept" if self._recording else " before the session was armed"
+        return StopReason(
+            StopCause.RECORDER,
+            f"the recorder process died{kept}; look at memory and disk of this computer, then begin anew",
+        )
 
     def _listen(self, timeout: float) -> None:
         """Take what the parent said."""
@@ -286,19 +278,32 @@ class Acquisition:
                     self._stop_asked = argument
                 elif word == "arm":
                     self._arm_asked = True
+                    self.recording = Path(argument) if argument else None
                 elif word == "start":
-                    self._start_asked = True
+                    self.start_asked = True
                 timeout = 0.0
         except (EOFError, OSError):
             # Not an exception here: a motion may be under way and must come to rest first.
             self._heard = -np.inf
             time.sleep(timeout)
 
-    def _tell(self, told: AcquisitionMessage) -> None:
+    def tell(self, told: AcquisitionMessage) -> None:
         try:
             self._parent.send(told)
         except OSError:
             self._heard = -np.inf
+
+    def tell_moving(self) -> None:
+        """The axes get power now."""
+        self.tell(AcquisitionMessage("moving"))
+
+    def tell_progress(self, cycle: int, cycles: int) -> None:
+        """How far the plan has been driven."""
+        self.tell(AcquisitionMessage("progress", cycle=cycle, cycles=cycles))
+
+    def tell_alarm(self, words: str) -> None:
+        """What a person must do now; empty words take it back."""
+        self.tell(AcquisitionMessage("alarm", words))
 
     def _say_ending(self, ending: Ending) -> None:
         try:

@@ -34,6 +34,7 @@ OF_THIS_COMPUTER = frozenset(
         StopCause.FULL_DISK,
         StopCause.INTERNAL,
         StopCause.LOST_FRAMES,
+        StopCause.HELD_UP,
     }
 )
 """causes that say nothing against the machine"""

@@ -35,6 +35,12 @@ class Excess:
     words: str
 
 
+def excess_in_words(value: float, limit: float, unit: str) -> str:
+    """A value and the limit that it is beyond, with as many digits as it takes to tell them apart: 18.0003 A above 18 A."""
+    digits = next((digits for digits in range(4, 17) if float(f"{value:.{digits}g}") > limit), 17)
+    return f"{value:.{digits}g} {unit} above {limit:g} {unit}"
+
+
 class DerivativeLimits:
     """Checks positions block by block; keeps what differences need from one block to the next."""
 
@@ -45,6 +51,7 @@ class DerivativeLimits:
         self._velocity_limit = np.array([limit.velocity for limit in limits])
         self._acceleration_limit = np.array([limit.acceleration for limit in limits])
         self._velocity_margin = supervision.velocity_margin
+        self._held_share = supervision.approach_speed
         self._acceleration_margin = supervision.acceleration_margin
         self._units = ["m" if joint.type == "prismatic" else "rad" for joint in rig.robot.joints]
         self._resolution = np.abs(rig.position_matrix).sum(axis=1)
@@ -55,6 +62,7 @@ class DerivativeLimits:
         self._positions: Array = np.empty((0, n))
         self._misplaced: NDArray[np.int_] = np.empty((0, n), int)
         self._judged: NDArray[np.bool_] = np.empty(0, bool)
+        self._held: NDArray[np.bool_] = np.empty(0, bool)
         self._needs = rig.position_matrix != 0
         self._behind = np.zeros(n, int)
 
@@ -65,6 +73,7 @@ class DerivativeLimits:
         lacking: NDArray[np.bool_],
         again: NDArray[np.bool_],
         judged: NDArray[np.bool_],
+        held: NDArray[np.bool_],
     ) -> list[Excess]:
         """The first velocity and the first acceleration beyond the limits in these M rows.
 
@@ -73,6 +82,7 @@ class DerivativeLimits:
         lacking  : (M, n) whether a drive's position did not come in its cycle
         again    : (M, n) whether it came more than once
         judged   : (M,) rows at standstill count for the differences but are not judged
+        held     : (M,) rows at standstill with power: a held axis must not turn, but a brake that opens may jerk it
         """
         misplaced = self._misplaced_cycles(lacking, again)
         w, past = self._window, len(self._positions)
@@ -80,6 +90,7 @@ class DerivativeLimits:
         self._positions = position = np.concatenate([self._positions, position])
         self._misplaced = misplaced = np.concatenate([self._misplaced, misplaced])
         self._judged = judged = np.concatenate([self._judged, judged])
+        self._held = held = np.concatenate([self._held, held])
         found: list[Excess | None] = []
         if len(position) > w:
             # A clock that was set back in between says nothing; the other one then decides.
@@ -90,12 +101,18 @@ class DerivativeLimits:
             feigned = self._resolution + speed * self._cycle * _sum_over(misplaced, w + 1)
             allowed = self._velocity_limit * self._velocity_margin + feigned / longest
             found.append(self._lasting(speed, allowed, judged[w:], past - w, "velocity", "/s"))
+            if held.any():
+                # Nothing has been commanded yet that is faster than the approach.
+                slowly = self._velocity_limit * self._held_share + feigned / longest
+                words = "velocity of the held axis"
+                found.append(self._lasting(speed, slowly, held[w:], past - w, words, "/s", self._held_share))
             if len(position) > 2 * w:
                 found.append(
                     self._beyond_acceleration(way, elapsed, misplaced, judged[2 * w :], past - 2 * w)
                 )
         self._clocks, self._positions = clocks[-self._kept :], position[-self._kept :]
         self._misplaced, self._judged = misplaced[-self._kept :], judged[-self._kept :]
+        self._held = held[-self._kept :]
         return [excess for excess in found if excess is not None]
 
     def _misplaced_cycles(self, lacking: NDArray[np.bool_], again: NDArray[np.bool_]) -> NDArray[np.int_]:
@@ -132,7 +149,14 @@ class DerivativeLimits:
         return self._lasting(np.asarray(smallest), allowed, judged, old, "acceleration", "/s²")
 
     def _lasting(
-        self, value: Array, allowed: Array, judged: NDArray[Any], old: int, what: str, per: str
+        self,
+        value: Array,
+        allowed: Array,
+        judged: NDArray[Any],
+        old: int,
+        what: str,
+        per: str,
+        share: float = 1.0,
     ) -> Excess | None:
         """The first place where a value (R, n) is beyond what is allowed in `LASTING` rows in a row.
 
@@ -150,9 +174,9 @@ class DerivativeLimits:
             return None
         first, axis = divmod(int(places[0]), beyond.shape[1])
         row = first + skipped + LASTING - 1
-        limit = (self._velocity_limit if what == "velocity" else self._acceleration_limit)[axis]
+        limit = share * (self._acceleration_limit if what == "acceleration" else self._velocity_limit)[axis]
         unit = self._units[axis]
-        words = f"{what} {value[row, axis]:.4g} {unit}{per} above {limit:g} {unit}{per}"
+        words = f"{what} {excess_in_words(value[row, axis], limit, unit + per)}"
         return Excess(row - old, axis, words)
 
 

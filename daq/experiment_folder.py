@@ -1,7 +1,10 @@
 """The experiment's folder as sessions are added to it: what is complete is listed, what is not is kept apart."""
 
+import fcntl
 import os
 import re
+from collections.abc import Generator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Literal
 
@@ -95,18 +98,56 @@ def next_recording(folder: Path) -> Path:
     return folder / INCOMPLETE / f"session-{max(taken) + 1:02d}.h5"
 
 
-def admit(folder: Path, recording: Path, payload: KnownPayload, role: Role) -> Path:
-    """Move a complete recording with its raw log into the experiment and list it; where it then stands."""
-    final = folder / recording.name
-    if final.exists():
-        raise InputError(f"{final}: is there already; move {recording} by hand")
+def claim_recording(folder: Path) -> Path:
+    """A recording's path as from `next_recording`, whose number is ours from now on: its raw log is made, empty.
+
+    Of two sessions in one folder only one gets a number, whatever process they are in.
+    """
+    while True:
+        path = next_recording(folder)
+        try:
+            raw_log_of(path).open("x").close()
+        except FileExistsError:
+            continue
+        return path
+
+
+def give_back(recording: Path) -> None:
+    """Remove what `claim_recording` made, where nothing was recorded."""
     log = raw_log_of(recording)
-    if log.exists():
-        os.replace(log, raw_log_of(final))
-    os.replace(recording, final)
-    append_session(
-        folder, DeclaredSession(file=final.name, payload=payload.name, role=role), _payload(payload)
-    )
+    if not recording.exists() and log.exists() and log.stat().st_size == 0:
+        log.unlink()
+
+
+@contextmanager
+def changing(folder: Path) -> Generator[None]:
+    """One at a time changes which sessions an experiment lists, whatever process it is in."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def admit(folder: Path, recording: Path, payload: KnownPayload, role: Role) -> Path:
+    """Move a complete recording with its raw log into the experiment and list it; where it then stands.
+
+    Raises InputError, and leaves the recording where it is, where the experiment's file is gone or wrong.
+    """
+    with changing(folder):
+        # Read first: a recording that was moved and then cannot be listed would be nobody's.
+        read_experiment_file(folder / EXPERIMENT_FILE)
+        final = folder / recording.name
+        if final.exists():
+            raise InputError(f"{final}: is there already; move {recording} by hand")
+        log = raw_log_of(recording)
+        if log.exists():
+            os.replace(log, raw_log_of(final))
+        os.replace(recording, final)
+        append_session(
+            folder, DeclaredSession(file=final.name, payload=payload.name, role=role), _payload(payload)
+        )
     return final
 
 

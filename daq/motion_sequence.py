@@ -15,6 +15,7 @@ from daq.rig import Rig
 from daq.safety import StopCause, StopReason
 from daq.samples import POSITION_CAME, Phase
 from daq.setpoint_stream import SetpointStream, Trajectory
+from daq.stopping_watch import StoppingWatch
 from drivers.cia402 import ENABLE_INTERPOLATION, TOWARDS_OPERATION_ENABLED, Command, State, state_of
 
 _ENABLE_TIMEOUT = 3.0
@@ -38,6 +39,8 @@ class Step(Enum):
     MOVING = auto()
     SETTLING = auto()
     STOPPING = auto()
+    CUT = auto()
+    """the axes do not stop as they should: power is taken by every means there is"""
     POWERING_OFF = auto()
     ENDED = auto()
 
@@ -57,7 +60,11 @@ class MotionSequence:
         self.step = Step.STANDBY
         self.reason: StopReason | None = None
         """why the motion ended, once it has"""
-        self.came_to_rest = True
+        self.rest_seen: bool | None = None
+        """whether the samples showed every axis at rest after a stop; None where they said nothing"""
+        self.cut_because = ""
+        """why power is to be taken at once, by every means; empty where it is not"""
+        self._watch = StoppingWatch(rig)
         self._setpoints = setpoints
         self._trajectory = trajectory
         n = len(rig.axes)
@@ -71,6 +78,7 @@ class MotionSequence:
         self._target: NDArray[Any] = np.zeros(n, np.int64)
         self._known = np.zeros(n, bool)
         self._age = 0
+        self._told_now = False
         window = max(2, round(_REST_WINDOW / rig.cycle))
         self._recent = np.full((window, n), np.nan)
         self._rest_speed = np.array([axis.limits.velocity for axis in rig.axes]) * _REST_SHARE
@@ -91,28 +99,40 @@ class MotionSequence:
             self._setpoints.stop()
             self._setpoints.command([Command.QUICK_STOP.value] * len(self._status))
             self._recent[:] = np.nan
+            self._watch.begin()
+            self._told_now = True
             self._enter(Step.STOPPING)
 
-    def explain(self, emergency: StopReason) -> None:
-        """A drive's EMCY, which says why it left OPERATION ENABLED where the statusword only says that it did.
+    def cut(self, words: str) -> None:
+        """The axes cannot be left to the quick stop: no power, now. The first words count."""
+        if self.cut_because or self.step in (Step.STANDBY, Step.ENDED):
+            return
+        self.cut_because = words
+        self._setpoints.stop()
+        self._setpoints.command([Command.DISABLE_VOLTAGE.value] * len(self._status))
+        self._recent[:] = np.nan
+        self._told_now = True
+        self._enter(Step.CUT)
 
-        The two come by different ways (EMCY by canopen, statuswords by the receive path), so either may be first.
-        """
-        if self.reason is not None and self.reason.cause is StopCause.DRIVE_FAULT:
-            self.reason = StopReason(StopCause.EMERGENCY, f"{emergency.words}; {self.reason.words}")
+    @property
+    def moves(self) -> bool:
+        """Whether an axis may have power, and so may move."""
+        return self.step not in (Step.STANDBY, Step.ENDED)
 
     def give_up(self) -> None:
-        """No sample comes any more, so nothing can be confirmed: end with the power commanded off."""
-        self.came_to_rest = self.came_to_rest and self.step in (Step.STANDBY, Step.POWERING_OFF)
-        self._power_off()
+        """No sample will tell more: end with the power commanded off."""
+        self._setpoints.command([Command.DISABLE_VOLTAGE.value] * len(self._status))
         self._enter(Step.ENDED)
 
     def take(self, rows: NDArray[Any]) -> None:
-        """What the drives said in the next rows; goes on to the next step when it is time."""
+        """Goes on to the next step when it is time, by what the drives said in the next rows (after `remember`)."""
         if not len(rows):
             return
+        if self._told_now:
+            # These rows came before the stop that they, or something else, led to.
+            self._told_now = False
+            return
         self._age += len(rows)
-        self._remember(rows)
         match self.step:
             case Step.ENABLING:
                 self._enable()
@@ -129,7 +149,9 @@ class MotionSequence:
                         self.reason = StopReason(StopCause.PLAN_DONE, "the plan was driven to its end")
                     self._power_off()
             case Step.STOPPING:
-                self._watch_stopping()
+                self._watch_stopping(rows)
+            case Step.CUT:
+                self._watch_rest()
             case Step.POWERING_OFF:
                 if self._age * self.rig.cycle >= _POWER_OFF:
                     self._enter(Step.ENDED)
@@ -140,7 +162,11 @@ class MotionSequence:
         self.step = step
         self._age = 0
 
-    def _remember(self, rows: NDArray[Any]) -> None:
+    def remember(self, rows: NDArray[Any]) -> None:
+        """Take what the drives said in the next rows; before `stop`, `cut` and `take` of the same turn."""
+        if not len(rows):
+            return
+        self._watch.remember(rows)
         came = (rows["valid"] & POSITION_CAME) != 0
         for axis in range(len(self._status)):
             last = np.flatnonzero(came[:, axis])
@@ -181,17 +207,41 @@ class MotionSequence:
             words = f"no power within {_ENABLE_TIMEOUT:g} s: {', '.join(stuck)}"
             self.stop(StopReason(StopCause.DRIVE_FAULT, words))
 
-    def _watch_stopping(self) -> None:
-        lasted = self._age * self.rig.cycle
+    def _watch_stopping(self, rows: NDArray[Any]) -> None:
+        trouble = self._watch.judge(rows)
+        if trouble:
+            self.cut(trouble)
+        elif self._at_rest():
+            self.rest_seen = True
+            self._power_off()
+        elif self._age * self.rig.cycle >= self.rig.supervision.stop_timeout:
+            self.cut(f"the axes did not come to rest within {self.rig.supervision.stop_timeout:g} s")
+
+    def _watch_rest(self) -> None:
+        """Without power the axes coast: until they rest, or until nothing more is to be expected."""
+        if self._at_rest():
+            self.rest_seen = True
+            self._enter(Step.ENDED)
+        elif self._age * self.rig.cycle >= self.rig.supervision.stop_timeout:
+            self.rest_seen = None if np.isnan(self._recent).any() else False
+            self._enter(Step.ENDED)
+
+    def _at_rest(self) -> bool:
         position = self._recent @ self.rig.position_matrix.T
         with np.errstate(invalid="ignore"):
             travelled = position.max(axis=0) - position.min(axis=0)
-        allowed = self._rest_speed * _REST_WINDOW + self._resolution
-        if np.all(travelled <= allowed):
-            self._power_off()
-        elif lasted >= self.rig.supervision.stop_timeout:
-            self.came_to_rest = False
-            self._power_off()
+        return bool(np.all(travelled <= self._rest_speed * _REST_WINDOW + self._resolution))
+
+    @property
+    def lasted(self) -> float:
+        """s of the rig's time in the present step."""
+        return self._age * self.rig.cycle
+
+    @property
+    def silent(self) -> bool:
+        """Whether the newest samples hold no position of an axis."""
+        few = max(5, round(self.rig.supervision.silence / self.rig.cycle))
+        return bool(np.isnan(self._recent[-few:]).all(axis=0).any())
 
     def _power_off(self) -> None:
         self._setpoints.stop(Phase.STANDSTILL)

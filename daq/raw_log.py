@@ -20,16 +20,25 @@ _ERROR_FLAG = 0x20000000
 class RawLog:
     """Appends blocks of frames to a log file.
 
-    path : the file, created
+    path : the file, created; with `claimed`, the empty one that `claim_recording` made
     channel : name that stands in every line; spaces would break the format
+
+    Raises FileExistsError where the file is somebody else's.
     """
 
-    def __init__(self, path: Path, channel: str) -> None:
+    def __init__(self, path: Path, channel: str, claimed: bool = False) -> None:
         self.path = path
         self._channel = "_".join(channel.split()) or "can"
-        self._file: IO[str] = path.open("x", encoding="ascii", buffering=1 << 16)
+        self._file: IO[str] = path.open("r+" if claimed else "x", encoding="ascii", buffering=1 << 16)
         # Says to `coulomb recover` that somebody is at work; it goes with the process, however that ends.
-        fcntl.flock(self._file, fcntl.LOCK_EX)
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            self._file.close()
+            raise FileExistsError(f"{path} is being written by another recorder") from None
+        if os.fstat(self._file.fileno()).st_size:
+            self._file.close()
+            raise FileExistsError(f"{path} holds the frames of another session")
         self.frames = 0
 
     def append(self, frames: NDArray[Any]) -> None:

@@ -6,26 +6,25 @@ motion, and what was flushed is there (`coulomb recover`).
 """
 
 import errno
-import shutil
 import signal
 import sys
 import time
 from collections import deque
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from daq.raw_log import RawLog
 from daq.recording_file import RecordingFile, SessionDescription
+from daq.recording_verdict import RecordingVerdict
 from daq.ring_buffer import RingOverrun, RingReader
 from daq.safety import StopCause, StopReason
-from daq.samples import Phase
+from daq.samples import rows_of_the_session
 
 _PERIOD = 0.02
 """s between two looks at the rings; they hold a hundred times as much"""
@@ -43,6 +42,8 @@ class RecorderOrder:
     description: SessionDescription
     rows: str
     frames: str
+    claimed: bool = False
+    """whether the empty raw log was made for us (`claim_recording`)"""
 
 
 @dataclass(frozen=True)
@@ -61,21 +62,23 @@ def raw_log_of(recording: Path) -> Path:
 class Recorder:
     """Moves rows and frames from the rings to disk until the writer says that none will follow, or has died.
 
-    `tell(words)` is called once when the disk is nearly full or refuses; recording goes on as far as it can.
+    `tell(reason)` is called once when the disk is nearly full or refuses, or when somebody took the file away; recording
+    goes on as far as it can.
     """
 
-    def __init__(self, order: RecorderOrder, tell: Any) -> None:
+    def __init__(self, order: RecorderOrder, tell: Callable[[StopReason], None]) -> None:
         self._tell = tell
         self._storage = order.description.rig.storage
         self._rows = RingReader(order.rows)
         self._frames = RingReader(order.frames)
-        self._log = RawLog(raw_log_of(order.path), order.description.rig.bus.channel)
+        self._log = RawLog(raw_log_of(order.path), order.description.rig.bus.channel, claimed=order.claimed)
         self.file = RecordingFile(order.path, order.description)
         self.lost_rows = 0
         self.lost_frames = 0
         self._waiting: deque[NDArray[Any]] = deque()
         self._begun = False
-        self._refused = ""
+        self._refused = False
+        self._verdict = RecordingVerdict(order.description.rig)
         self._flushed = self._synced = time.monotonic()
 
     def take(self) -> bool:
@@ -98,6 +101,8 @@ class Recorder:
             if len(rows):
                 moved = True
                 recorded = self._of_the_session(rows)
+                self._verdict.before(rows)
+                self._verdict.take(recorded)
                 if len(recorded):
                     self._waiting.append(recorded)
             # What a full disk refuses waits here: the motion ends within seconds, and there may be room then.
@@ -110,12 +115,10 @@ class Recorder:
         return moved
 
     def _of_the_session(self, rows: NDArray[Any]) -> NDArray[Any]:
-        """The rows from the plan's begin to the axes' rest; what came before is in the raw log."""
-        planned = rows["phase"] == Phase.PLAN
-        if not self._begun:
-            rows = rows[int(np.argmax(planned)) :] if planned.any() else rows[:0]
-            self._begun = len(rows) > 0
-        return rows[(rows["phase"] == Phase.PLAN) | (rows["phase"] == Phase.STOPPING)]
+        """Those that are recorded (`daq.samples.rows_of_the_session`)."""
+        recorded = rows_of_the_session(rows, self._begun)
+        self._begun = self._begun or len(recorded) > 0
+        return recorded
 
     def _flush_when_due(self) -> None:
         now = time.monotonic()
@@ -125,11 +128,19 @@ class Recorder:
         with self._disk():
             self._log.flush(to_disk)
             self.file.flush(to_disk)
-            free = shutil.disk_usage(self.file.path.parent).free / 1e6
-            if free < self._storage.disk_reserve:
-                self._refuse(
-                    f"the disk has {free:.0f} MB left, less than the {self._storage.disk_reserve:g} MB in reserve"
+            if self.file.gone:
+                words = (
+                    f"the recording {self.file.path.name} or its folder was moved or deleted while it was being recorded; "
+                    "what was measured is written anew at the same place"
                 )
+                self._refuse(StopReason(StopCause.RECORDER, words))
+            free = self.file.free_space() / 1e6
+            if free < self._storage.disk_reserve:
+                words = (
+                    f"the disk has {free:.0f} MB left, less than the {self._storage.disk_reserve:g} MB in reserve "
+                    "(storage.disk_reserve); make room, then begin anew"
+                )
+                self._refuse(StopReason(StopCause.FULL_DISK, words))
         self._flushed = now
         if to_disk:
             self._synced = now
@@ -141,12 +152,20 @@ class Recorder:
             yield
         except OSError as error:
             full = error.errno in (errno.ENOSPC, errno.EDQUOT)
-            self._refuse("the disk is full" if full else f"the disk does not take the data ({error})")
+            what = (
+                "is full"
+                if full
+                else f"does not take the data ({error.strerror or 'it refuses without a reason'})"
+            )
+            words = (
+                f"the disk {what}; what it took is kept; make room or look after the disk, then begin anew"
+            )
+            self._refuse(StopReason(StopCause.FULL_DISK, words))
 
-    def _refuse(self, words: str) -> None:
+    def _refuse(self, reason: StopReason) -> None:
         if not self._refused:
-            self._refused = words
-            self._tell(words)
+            self._refused = True
+            self._tell(reason)
 
     def finish(self, ending: Ending) -> None:
         """Drain the rings and close the files with the final status.
@@ -166,6 +185,11 @@ class Recorder:
         if self.lost_rows and reason.status == "complete":
             words = f"{self.lost_rows} rows were overwritten in the ring before they could be recorded"
             reason = StopReason(StopCause.RECORDER, words)
+        problems = self._verdict.problems()
+        if problems and reason.status == "complete":
+            words = f"{reason.words}, but: {'; '.join(problems)}"
+            reason = StopReason(StopCause.DATA_IN_DOUBT, words)
+        counters["problems"] = problems
         self._log.close()
         self.file.finish(reason.status, reason.words, counters, reason.cause.value)
         self._rows.close()
@@ -175,20 +199,22 @@ class Recorder:
 def record(order: RecorderOrder, acquisition: Connection) -> None:
     """Record one session; returns when it is closed.
 
-    acquisition : to the acquisition process; it is told `ready`, and words when the disk refuses, and says its
+    acquisition : to the acquisition process; it is told `ready`, and a StopReason when the disk refuses, and says its
         `Ending` at the end. Its closing means that the process has died.
     """
 
-    def tell(words: str) -> None:
+    def tell(word: StopReason | str) -> None:
         # When it has died, nobody is left to tell; that is found below.
         with suppress(OSError):
-            acquisition.send(words)
+            acquisition.send(word)
 
     try:
         recorder = Recorder(order, tell)
     except OSError as error:
-        tell(f"the recording cannot be created ({error})")
-        raise
+        reason = error.strerror or str(error)
+        words = f"the recording {order.path} cannot be created ({reason}); see who may write there, then begin anew"
+        tell(StopReason(StopCause.RECORDER, words))
+        return
     tell("ready")
     ending = None
     while ending is None:

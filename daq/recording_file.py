@@ -6,6 +6,7 @@ After a kill every flushed row is there. HDF5 without SWMR, Parquet and MF4 lose
 import json
 import os
 import platform
+import shutil
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
@@ -73,6 +74,20 @@ def software_version() -> str:
         return "source"
 
 
+def this_process() -> dict[str, str | int]:
+    """What tells a running recorder from one that is gone: host, process number, and when that process began."""
+    return {"host": platform.node(), "process": os.getpid(), "started": process_started(os.getpid())}
+
+
+def process_started(process: int) -> int:
+    """Clock ticks from the computer's start to that of a process; 0 where there is none (any more)."""
+    try:
+        fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    except OSError:
+        return 0
+    return 0 if fields[0] == "Z" else int(fields[19])
+
+
 class RecordingFile:
     """A session that is being recorded.
 
@@ -89,6 +104,7 @@ class RecordingFile:
         root = self._file
         for name, value in description.attributes().items():
             root.attrs[name] = value
+        root.attrs["recorder"] = json.dumps(this_process())
         root.attrs["counters"] = "{}"
         root.attrs["status"] = "recording"
         root.attrs["status_reason"] = ""
@@ -138,13 +154,46 @@ class RecordingFile:
         if to_disk:
             os.fsync(self._file.id.get_vfd_handle())
 
+    @property
+    def gone(self) -> bool:
+        """Whether the file is no longer where it was made: moved, deleted, or its folder was."""
+        try:
+            there = os.stat(self.path)
+        except OSError:
+            return True
+        ours = os.fstat(self._file.id.get_vfd_handle())
+        return (there.st_dev, there.st_ino) != (ours.st_dev, ours.st_ino)
+
+    def free_space(self) -> int:
+        """Bytes free on the disk that holds the file, wherever it is by now."""
+        state = os.fstatvfs(self._file.id.get_vfd_handle())
+        return state.f_bavail * state.f_frsize
+
+    def _written_anew(self) -> None:
+        """A file that was taken away while it was being written: its content, which is there as long as it is open, is
+        written to where it was made.
+        """
+        held = os.dup(self._file.id.get_vfd_handle())
+        try:
+            self._file.close()
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            with open(f"/proc/self/fd/{held}", "rb") as source, self.path.open("xb") as target:
+                shutil.copyfileobj(source, target)
+                target.flush()
+                os.fsync(target.fileno())
+        finally:
+            os.close(held)
+
     def finish(self, status: str, reason: str, counters: dict[str, Any], cause: str) -> None:
         """Close the file with its final status: `complete`, `aborted` or `faulted`; cause: a `StopCause`.
 
         Raises OSError when the disk does not take it; the file then stays as after a kill.
         """
         self.flush(to_disk=True)
-        self._file.close()
+        if self.gone:
+            self._written_anew()
+        else:
+            self._file.close()
         set_status(self.path, status, reason, counters, cause)
 
 

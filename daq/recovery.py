@@ -4,24 +4,35 @@ Every flushed row of an HDF5 file in SWMR mode is readable, but the file stays m
 programs refuse it. It is copied into a closed one; the original is kept until the copy is on disk.
 """
 
+import contextlib
 import fcntl
 import json
 import os
-from collections.abc import Collection
+import platform
+from collections.abc import Collection, Generator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import h5py
+import numpy as np
+from numpy.typing import NDArray
 
 from daq.admission import measured
-from daq.experiment_folder import INCOMPLETE, admit
+from daq.experiment_folder import INCOMPLETE, Role, admit, changing, open_experiment
 from daq.recorder import raw_log_of
-from daq.recording_file import set_status
-from daq.rig import KnownPayload
+from daq.recording_file import process_started, set_status
+from daq.rig import KnownPayload, Rig
 from daq.safety import StopCause
+from drivers.errors import DriverError
+from identify.recording import DeclaredSession, Payload, append_session
 from identify.recording.errors import InputError
-from identify.recording.experiment_file import EXPERIMENT_FILE
+from identify.recording.experiment_file import EXPERIMENT_FILE, read_experiment_file
 from identify.recording.session_hdf5 import CYCLE
+
+_UNREADABLE = (OSError, KeyError, ValueError, TypeError, RuntimeError, AttributeError, IndexError)
+"""what h5py raises where a file is damaged, or holds something else than a recording of ours"""
 
 
 @dataclass(frozen=True)
@@ -41,6 +52,10 @@ class RecordingState:
     """why it is not listed, and what to do about it"""
 
 
+UNREADABLE = "unreadable"
+"""status of a file that is no recording, or is damaged beyond reading"""
+
+
 def recording_state(path: Path) -> RecordingState:
     """Read a recording's state, closed or not.
 
@@ -56,42 +71,81 @@ def recording_state(path: Path) -> RecordingState:
                 str(attributes["status"]),
                 str(attributes["status_reason"]),
                 rows,
-                payload["name"],
+                str(payload["name"]),
                 str(attributes.get("role", "identification")),
             )
-    except (OSError, KeyError, ValueError) as error:
-        raise InputError(f"{path}: cannot be read as a recording ({error})") from None
+    except _UNREADABLE as error:
+        raise InputError(f"{path}: cannot be read as a recording ({_in_words(error)})") from None
 
 
-def recover_recording(path: Path, status: str, reason: str) -> RecordingState:
+def _in_words(error: Exception) -> str:
+    """What HDF5 or a wrong attribute says, in one line."""
+    if isinstance(error, KeyError):
+        return f"it lacks {error.args[0]}" if error.args else "it lacks something"
+    return (getattr(error, "strerror", None) or str(error) or type(error).__name__).splitlines()[0]
+
+
+def recover_recording(
+    path: Path,
+    status: str,
+    reason: str,
+    left: NDArray[Any] | None = None,
+    cause: StopCause = StopCause.RECORDER,
+) -> RecordingState:
     """Close a recording that was left open, keeping every row that all of its columns have.
 
-    Raises InputError where it cannot be read, or is not open.
+    left : further rows of `daq.samples.sample_dtype` that had not come to disk, for example from the ring; those that the
+        file has already are passed over
+
+    Raises InputError where it cannot be read, is not open, or somebody is at work on it.
     """
-    before = recording_state(path)
-    if before.status != "recording":
-        raise InputError(f"{path}: is closed already ({before.status}); there is nothing to recover")
-    copy = path.with_suffix(".recovered")
-    copy.unlink(missing_ok=True)
-    with (
-        h5py.File(path, "r", libver="latest", swmr=True) as source,
-        h5py.File(copy, "x", libver="latest") as target,
-    ):
-        for name, value in source.attrs.items():
-            target.attrs[name] = value
-        for name, column in _columns(source).items():
-            copied = target.create_dataset(
-                name,
-                data=column[: before.rows],
-                maxshape=(None, *column.shape[1:]),
-                chunks=column.chunks,
-            )
-            for key, value in column.attrs.items():
-                copied.attrs[key] = value
-    set_status(copy, status, reason, {"recovered": True, "rows": before.rows}, StopCause.RECORDER.value)
-    os.replace(copy, path)
-    _mend_log(raw_log_of(path))
-    return RecordingState(path, status, reason, before.rows, before.payload, before.role)
+    with _taken(path):
+        before = recording_state(path)
+        if before.status != "recording":
+            raise InputError(f"{path}: is closed already ({before.status}); there is nothing to recover")
+        copy = path.with_suffix(".recovered")
+        copy.unlink(missing_ok=True)
+        with (
+            h5py.File(path, "r", libver="latest", swmr=True) as source,
+            h5py.File(copy, "x", libver="latest") as target,
+        ):
+            for name, value in source.attrs.items():
+                target.attrs[name] = value
+            columns = _columns(source)
+            cycles = np.asarray(columns[CYCLE][: before.rows])
+            last = int(cycles[-1]) if len(cycles) else -1
+            more = None if left is None else left[left["cycle"] > last]
+            for name, column in columns.items():
+                values = np.asarray(column[: before.rows])
+                if more is not None:
+                    values = np.concatenate([values, more[name].astype(values.dtype)])
+                copied = target.create_dataset(
+                    name, data=values, maxshape=(None, *column.shape[1:]), chunks=column.chunks
+                )
+                for key, value in column.attrs.items():
+                    copied.attrs[key] = value
+        rows = before.rows + (0 if more is None else len(more))
+        set_status(copy, status, reason, {"recovered": True, "rows": rows}, cause.value)
+        os.replace(copy, path)
+        _mend_log(raw_log_of(path))
+    return RecordingState(path, status, reason, rows, before.payload, before.role)
+
+
+@contextmanager
+def _taken(path: Path) -> Generator[None]:
+    """Nobody else is at work on a recording, and nobody begins to. Raises InputError where somebody is."""
+    if being_written(path):
+        raise InputError(f"{path}: is being recorded")
+    log = raw_log_of(path)
+    if not log.exists():
+        yield
+        return
+    with log.open("rb") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise InputError(f"{path}: is being recorded, or recovered, by another process") from None
+        yield
 
 
 def _columns(file: h5py.File) -> dict[str, h5py.Dataset]:
@@ -125,24 +179,71 @@ def recover_experiment(folder: Path, reason: str, admit_too: Collection[str] = (
     Recordings that are still growing are left alone. Raises InputError where the folder holds no experiment, or no
     incomplete session has such a name.
     """
-    experiment = folder / EXPERIMENT_FILE
-    if not experiment.is_file():
-        raise InputError(f"{folder}: holds no {EXPERIMENT_FILE}")
     paths = sorted((folder / INCOMPLETE).glob("session-*.h5"))
+    experiment = folder / EXPERIMENT_FILE
+    if not experiment.exists():
+        restore_experiment_file(folder)
     for name in admit_too:
         if name not in [path.name for path in paths]:
             raise InputError(f"--admit {name}: {folder / INCOMPLETE} holds no such recording")
+    # A file that is wrong is said before anything is moved.
+    read_experiment_file(experiment)
     states: list[RecordingState] = []
     for path in paths:
         if being_written(path):
             if path.name in admit_too:
                 raise InputError(f"--admit {path.name}: is being recorded")
             continue
-        state = recording_state(path)
-        if state.status == "recording":
-            state = recover_recording(path, "faulted", reason)
-        states.append(admit_if_it_may_serve(folder, state, decided=path.name in admit_too))
+        try:
+            state = recording_state(path)
+            if state.status == "recording":
+                state = recover_recording(path, "faulted", reason)
+            state = admit_if_it_may_serve(folder, state, decided=path.name in admit_too)
+        except InputError as error:
+            # One bad file must not keep the others from being saved.
+            words = f"{str(error).removeprefix(f'{path}: ')}; move it elsewhere, or delete it, if nobody can read it"
+            state = RecordingState(path, UNREADABLE, "", 0, "", "", lacks=words)
+        states.append(state)
     return states
+
+
+def restore_experiment_file(folder: Path) -> None:
+    """Write an experiment's file anew, from what its recordings say of rig, payload and role.
+
+    Sessions in CSV say neither, so they are not listed. Raises InputError where no recording can be read.
+    """
+    for place in (folder, folder / INCOMPLETE):
+        for path in sorted(place.glob("session-*.h5")):
+            try:
+                with h5py.File(path, "r", libver="latest", swmr=True) as file:
+                    rig = Rig.model_validate_json(str(file.attrs["rig"]))
+            except (*_UNREADABLE, DriverError):
+                continue
+            open_experiment(folder, rig)
+            _list_again(folder)
+            return
+    raise InputError(f"{folder}: holds no {EXPERIMENT_FILE}, and no recording that says what it was")
+
+
+def _list_again(folder: Path) -> None:
+    """List the recordings that stand in the experiment's folder itself: they were listed once."""
+    for path in sorted(folder.glob("session-*.h5")):
+        try:
+            state = recording_state(path)
+            with h5py.File(path, "r") as file:
+                payload = KnownPayload.model_validate_json(str(file.attrs["payload"]))
+        except (InputError, *_UNREADABLE):
+            continue
+        with changing(folder):
+            append_session(
+                folder,
+                DeclaredSession(file=path.name, payload=payload.name, role=_role(state.role)),
+                Payload(**payload.model_dump()),
+            )
+
+
+def _role(text: str) -> Role:
+    return "validation" if text == "validation" else "identification"
 
 
 def admit_if_it_may_serve(folder: Path, state: RecordingState, decided: bool = False) -> RecordingState:
@@ -153,18 +254,20 @@ def admit_if_it_may_serve(folder: Path, state: RecordingState, decided: bool = F
     if state.status != "complete":
         try:
             found = measured(path)
-        except (OSError, KeyError, ValueError) as error:
-            return replace(state, lacks=f"cannot be judged ({error})")
+        except _UNREADABLE as error:
+            return replace(state, lacks=f"cannot be judged ({_in_words(error)})")
         lacks = found.lacks
         if not lacks and found.needs_a_person and not decided:
             lacks = f"look at it, then `coulomb recover {folder} --admit {path.name}`"
         if lacks:
             return replace(state, lacks=f"{found.words}; {lacks}")
         _remember(path, f"{found.words}; listed" + (" by hand" if decided else ""))
-    with h5py.File(path, "r") as file:
-        payload = KnownPayload.model_validate_json(str(file.attrs["payload"]))
-    role = "validation" if state.role == "validation" else "identification"
-    listed = admit(folder, path, payload, role)
+    try:
+        with h5py.File(path, "r") as file:
+            payload = KnownPayload.model_validate_json(str(file.attrs["payload"]))
+    except _UNREADABLE as error:
+        raise InputError(f"{path}: does not say its payload ({_in_words(error)})") from None
+    listed = admit(folder, path, payload, _role(state.role))
     return replace(recording_state(listed), admitted=True)
 
 
@@ -177,13 +280,21 @@ def _remember(path: Path, words: str) -> None:
 
 
 def being_written(path: Path) -> bool:
-    """Whether a recorder is at work on a recording: it holds a lock on the raw log as long as it lives."""
+    """Whether a recorder is at work on a recording: it holds a lock on the raw log as long as it lives, and has written
+    into the recording who it is, should the log have been deleted.
+    """
     log = raw_log_of(path)
-    if not log.exists():
-        return False
-    with log.open("rb") as file:
+    with contextlib.suppress(FileNotFoundError), log.open("rb") as file:
         try:
             fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
         except BlockingIOError:
             return True
-    return False
+        return False
+    try:
+        with h5py.File(path, "r", libver="latest", swmr=True) as recording:
+            who = json.loads(str(recording.attrs["recorder"]))
+            if str(recording.attrs["status"]) != "recording" or who["host"] != platform.node():
+                return False
+            return process_started(int(who["process"])) == int(who["started"]) != 0
+    except _UNREADABLE:
+        return False

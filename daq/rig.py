@@ -19,6 +19,7 @@ from drivers.drive_gain import drive_gain
 from drivers.errors import DriverError
 from drivers.profile import PROFILE_ENDINGS, DriveProfile, is_path, load_profile
 from drivers.profile_against_dictionary import mismatches
+from drivers.safety_output import SafetyOutputSettings
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import check_settings
 from identify.recording.strict_yaml import read_strict_yaml
@@ -79,6 +80,9 @@ class Limits(_Settings):
     """rad/s² or m/s²"""
     jerk: Positive
     """rad/s³ or m/s³"""
+    quick_stop_deceleration: Positive | None = None
+    """rad/s² or m/s²: the least with which the drive's quick stop (0x6085) slows the axis; half of `acceleration` where left
+    out. An axis that is slower to stop is cut off from power"""
     current: Positive
     """A, magnitude of the current reference"""
     following_error: Positive
@@ -202,6 +206,8 @@ class Rig(_Settings):
     payloads: tuple[KnownPayload, ...] = (KnownPayload(name="none", mass=0.0),)
     supervision: Supervision = Supervision()
     storage: Storage = Storage()
+    safety_output: SafetyOutputSettings | None = None
+    """an output that takes the drives' power away when they do not obey; nothing where left out"""
     record_temperature: bool = False
     """whether the drives' temperature travels in a PDO of its own and is recorded"""
     simulated: dict[str, Any] | None = None

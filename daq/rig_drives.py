@@ -6,13 +6,17 @@ Process data go another way (`daq/sampling_loop.py`); canopen never sees a TPDO.
 import contextlib
 import time
 from collections import deque
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 
+from daq.power_off import AxisPower, PowerCut, PowerReport, read_power
 from daq.rig import Axis, Rig
 from daq.safety import StopCause, StopReason
+from drivers.bus import open_bus, pass_ids
+from drivers.bus_claim import BusClaim
 from drivers.canopen_network import CanopenNetwork
 from drivers.cia402 import HOMING_ATTAINED, HOMING_ERROR, Mode, State
 from drivers.drive import Drive
@@ -20,6 +24,8 @@ from drivers.emergency import Emergency, code_in_words
 from drivers.errors import DriverError
 from drivers.process_data import DriveStream
 from drivers.profile import DriveProfile
+from drivers.safety_output import SafetyOutput
+from drivers.sync_producer import SYNC_ID
 
 MASTER_NODE = 127
 """Our own node id: the heartbeat under it is what the drives watch."""
@@ -30,6 +36,22 @@ MODES = {
 }
 _EMERGENCY_POLL = 0.01
 """s"""
+_LISTEN = 0.1
+"""s to listen for another master before anything is sent"""
+_LOOK_TWICE = 0.02
+"""s between two positions that tell whether an axis moves"""
+_REST_SHARE = 0.01
+"""of the velocity limit: slower than that between those two, it stands"""
+_REST_COUNTS = 4
+"""counts by which an encoder at rest may flicker"""
+_QUICK_STOP = 0.6
+"""s in which drives are to rest by their quick stop, before power is cut"""
+_CLOSING_ANSWER = 0.1
+"""s for a drive's answers while the bus is left"""
+_ENTER_PRE_OPERATIONAL = 128
+"""NMT command"""
+POWERED = frozenset({State.OPERATION_ENABLED, State.QUICK_STOP_ACTIVE, State.FAULT_REACTION_ACTIVE})
+"""states in which a drive's power stage gives torque"""
 _RATED_TOLERANCE = 0.01
 """relative; the drive holds its rated value as a whole number of mN m or mA"""
 
@@ -65,14 +87,28 @@ class RigCheck:
 
 
 class RigDrives:
-    """All drives of a rig on their network.
+    """All drives of a rig on their network, which nobody else may use meanwhile.
 
-    Raises BusError when the bus cannot be opened.
+    purpose : what for, in words for whoever wants the bus too
+
+    Raises BusInUse while somebody else has the bus, BusError when it cannot be opened.
     """
 
-    def __init__(self, rig: Rig) -> None:
+    def __init__(self, rig: Rig, purpose: str = "a session") -> None:
         self.rig = rig
-        self.network = CanopenNetwork(rig.bus)
+        self._claim = BusClaim(rig.bus, f"{purpose} of rig {rig.name}")
+        self.output: SafetyOutput | None = None
+        try:
+            self.network = CanopenNetwork(rig.bus)
+            try:
+                if rig.safety_output is not None:
+                    self.output = SafetyOutput(rig.safety_output, self.network.send)
+            except BaseException:
+                self.network.close()
+                raise
+        except BaseException:
+            self._claim.close()
+            raise
         self.drives = [
             Drive(self.network, axis.node, profile)
             for axis, profile in zip(rig.axes, rig.profiles, strict=True)
@@ -85,22 +121,56 @@ class RigDrives:
         self._silence = rig.supervision.heartbeat_timeout * patience
 
     def check(self) -> RigCheck:
-        """Look at every drive: is it there, is it what the rig file says, is it without fault, is it homed?"""
-        items: list[CheckItem] = []
-        for axis, drive, profile in zip(self.rig.axes, self.drives, self.rig.profiles, strict=True):
-            what = f"joint {axis.joint} (node {axis.node})"
-            if drive.passed_over:
-                named = Path(profile.object_dictionary).name
-                items.append(CheckItem(what, True, f"{named}: passed over {'; '.join(drive.passed_over)}"))
-            try:
-                items += [CheckItem(what, ok, words) for ok, words in self._look(axis, drive, profile)]
-            except DriverError as error:
-                items.append(CheckItem(what, False, str(error)))
+        """Look at every drive: is it there, is it what the rig file says, without fault, at rest, homed?
+
+        Nothing is written to a drive before it has said that it has no power and does not move.
+        """
+        items = self._others()
+        if all(item.ok for item in items):
+            for axis, drive, profile in zip(self.rig.axes, self.drives, self.rig.profiles, strict=True):
+                what = f"joint {axis.joint} (node {axis.node})"
+                if drive.passed_over:
+                    named = Path(profile.object_dictionary).name
+                    items.append(
+                        CheckItem(what, True, f"{named}: passed over {'; '.join(drive.passed_over)}")
+                    )
+                try:
+                    items += [CheckItem(what, ok, words) for ok, words in self._look(axis, drive, profile)]
+                except DriverError as error:
+                    items.append(CheckItem(what, False, str(error)))
         if all(item.ok for item in items):
             items += self._within_limits()
         return RigCheck(tuple(items))
 
+    def _others(self) -> list[CheckItem]:
+        """Whether somebody else sends SYNC or setpoints: then the bus is not ours, and nothing is sent."""
+        heard: set[int] = set()
+        ours = {SYNC_ID, *(0x200 + axis.node for axis in self.rig.axes)}
+        with open_bus(self.rig.bus, filters=pass_ids(sorted(ours))) as bus:
+            end = time.monotonic() + max(_LISTEN, 3 * self.rig.cycle)
+            while (left := end - time.monotonic()) > 0:
+                message = bus.recv(left)
+                if message is not None:
+                    heard.add(message.arbitration_id)
+        if not heard:
+            return []
+        named = ", ".join("SYNC" if each == SYNC_ID else f"setpoints 0x{each:03X}" for each in sorted(heard))
+        words = f"another master is at work on {self.rig.bus}: it sends {named}; nothing was sent. End it, or take it off the bus"
+        return [CheckItem("bus", False, words)]
+
     def _look(self, axis: Axis, drive: Drive, profile: DriveProfile) -> list[tuple[bool, str]]:
+        state = self._state_before_writing(drive)
+        if state in POWERED:
+            words = (
+                f"has power (it is in {state.words}): somebody else commands it, or a session left it so; nothing was written "
+                f"to it. If nobody does, `coulomb reset {self.rig.name}` takes its power"
+            )
+            return [(False, words)]
+        if self._moves(drive, axis):
+            words = (
+                "moves although it has no power: it was let go, or something pushes it; wait until it stands"
+            )
+            return [(False, words)]
         # A drive that an earlier session left streaming must not answer SDOs between its PDOs.
         drive.produce_heartbeat(self.rig.supervision.heartbeat_period)
         drive.set_nmt_state("PRE-OPERATIONAL")
@@ -114,9 +184,11 @@ class RigDrives:
         ]
         state = drive.state()
         if state is State.FAULT:
-            return [*found, (False, f"in FAULT: {drive.error_in_words()}; reset it when the cause is gone")]
-        if state is State.OPERATION_ENABLED:
-            return [*found, (False, "is enabled already: somebody else commands it")]
+            words = (
+                f"in FAULT: {drive.error_in_words()}; when the cause is gone, `coulomb reset {self.rig.name}` resets it, or "
+                "the button on the rig's page; its zero stays as it is"
+            )
+            return [*found, (False, words)]
         found.append((True, f"state {state.words}"))
         if profile.rated is not None:
             scale = drive.command_scale()
@@ -134,6 +206,22 @@ class RigDrives:
         if axis.homing == "drive":
             found.append(self._homed(drive))
         return found
+
+    def _state_before_writing(self, drive: Drive) -> State:
+        """What the drive says of itself. Only one in NMT STOPPED, where it cannot answer, is made able to first."""
+        try:
+            return drive.state()
+        except DriverError:
+            self.network.send(0, bytes((_ENTER_PRE_OPERATIONAL, drive.node)))
+            return drive.state()
+
+    def _moves(self, drive: Drive, axis: Axis) -> bool:
+        begun, first = time.monotonic(), drive.position()
+        time.sleep(_LOOK_TWICE)
+        way, passed = abs(drive.position() - first), time.monotonic() - begun
+        motor_speed = axis.limits.velocity * float(np.abs(self.rig.motor_gear).max())
+        slow = _REST_SHARE * motor_speed * passed * axis.encoder_counts / (2 * np.pi)
+        return bool(way > slow + _REST_COUNTS)
 
     def _homed(self, drive: Drive) -> tuple[bool, str]:
         bit = drive.profile.homed_bit
@@ -198,7 +286,7 @@ class RigDrives:
             while self._emergencies:
                 emergency = self._emergencies.popleft()
                 if not emergency.is_reset:
-                    words = f"{self._joint(emergency.node)}: EMCY {code_in_words(emergency.code)}"
+                    words = f"{self.joint(emergency.node)}: EMCY {code_in_words(emergency.code)}"
                     return StopReason(StopCause.EMERGENCY, words)
             if time.monotonic() >= deadline:
                 return None
@@ -212,21 +300,73 @@ class RigDrives:
         for drive in self.drives:
             silence = drive.watch.silence
             if silence is not None and silence > self._silence:
-                words = f"{self._joint(drive.node)}: no heartbeat for {silence:.2g} s"
+                words = f"{self.joint(drive.node)}: no heartbeat for {silence:.2g} s"
                 return StopReason(StopCause.LOST_HEARTBEAT, words)
         return None
 
-    def _joint(self, node: int) -> str:
+    def joint(self, node: int) -> str:
         joint = next(axis.joint for axis in self.rig.axes if axis.node == node)
         return f"joint {joint} (node {node})"
 
+    def power(self) -> PowerReport:
+        """Whether each drive has no power and stands still, read now."""
+        return read_power(self.rig, self.drives)
+
+    def cut(self, by_rpdo: Callable[[], None], tell: Callable[[str], None]) -> PowerCut:
+        """Everything that takes the power of all axes, ready to be started."""
+        return PowerCut(self.rig, self.drives, self.output, by_rpdo, tell)
+
     def close(self) -> None:
-        """Leave the drives without power and silent, as far as they answer, and leave the bus."""
-        for drive in self.drives:
+        """Leave the drives without power and silent, as far as they answer, and leave the bus.
+
+        A drive that is not read back without power goes on watching our heartbeat, which ends now: so it stops by itself.
+        """
+        try:
+            for drive in self.drives:
+                with contextlib.suppress(DriverError), drive.sdo.hurried(_CLOSING_ANSWER, 1):
+                    drive.disable()
+                    if self.rig.bus.interface != "virtual":
+                        drive.watch_master(MASTER_NODE, 0)
+                    drive.set_nmt_state("PRE-OPERATIONAL")
+                    drive.produce_heartbeat(0)
+        finally:
+            self.network.close()
+            if self.output is not None:
+                self.output.close()
+            self._claim.close()
+
+
+def take_power(rig: Rig) -> PowerReport:
+    """The process that moved the rig is gone: stop its drives from here, take their power, and say what they said.
+
+    Drives that watch our heartbeat stop by themselves meanwhile. Nothing is raised: what failed is in the report.
+    """
+    try:
+        drives = RigDrives(rig, "taking the power")
+    except DriverError as error:
+        return PowerReport(
+            tuple(AxisPower(axis.joint, axis.node, False, None, str(error)) for axis in rig.axes)
+        )
+    try:
+        for drive in drives.drives:
             with contextlib.suppress(DriverError):
-                if self.rig.bus.interface != "virtual":
-                    drive.watch_master(MASTER_NODE, 0)
-                drive.disable()
-                drive.set_nmt_state("PRE-OPERATIONAL")
-                drive.produce_heartbeat(0)
-        self.network.close()
+                drive.quick_stop_at_once()
+        latest = time.monotonic() + _QUICK_STOP
+        while (report := drives.power()).alarm and time.monotonic() < latest:
+            time.sleep(_LOOK_TWICE)
+        if report.alarm:
+            cut = drives.cut(_no_rpdo, _nobody)
+            cut.start()
+            cut.wait()
+            report = drives.power()
+        return report
+    finally:
+        drives.close()
+
+
+def _no_rpdo() -> None:
+    """Without a stream there is none."""
+
+
+def _nobody(words: str) -> None:
+    """The report says it all."""

@@ -11,10 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.derivative_limits import DerivativeLimits, Excess
+from daq.derivative_limits import DerivativeLimits, Excess, excess_in_words
 from daq.rig import Rig
 from daq.samples import CAME_AGAIN, CAME_LATE, COMMAND_CAME, POSITION_CAME, SYNC_NOT_SEEN, Phase
 from drivers.cia402 import State, state_of
+
+_ROUNDING = 1.0 + 1e-9
+"""a drive at its own limit, which is the rig's, is not beyond it by a rounding of ours"""
 
 
 class StopCause(StrEnum):
@@ -33,6 +36,10 @@ class StopCause(StrEnum):
     FULL_DISK = "full disk"
     RECORDER = "recorder"
     BUS = "bus"
+    FOREIGN_MASTER = "another master"
+    HELD_UP = "this computer was held up"
+    POWER_NOT_OFF = "power not read back as off"
+    DATA_IN_DOUBT = "data in doubt"
     INTERNAL = "internal error"
 
     @property
@@ -101,12 +108,14 @@ class LimitMonitor:
         again = (rows["valid"] & CAME_AGAIN) != 0
         late = (rows["valid"] & CAME_LATE) != 0
         moving = rows["phase"] != Phase.STANDSTILL
+        mask, pattern = State.OPERATION_ENABLED.value
+        held = ~moving & (((rows["status"] & mask) == pattern) & came).any(axis=1)
         following = (rows["phase"] == Phase.PLAN) | (rows["phase"] == Phase.APPROACH)
 
         found = [
-            self._beyond_position(position, moving),
+            self._beyond_position(position, moving | held),
             *self._derivatives.check(
-                np.column_stack([counted, stamped]), position, ~came | late, again, moving
+                np.column_stack([counted, stamped]), position, ~came | late, again, moving, held
             ),
             self._beyond_following(rows, position, following),
             self._beyond_current(rows, moving),
@@ -147,15 +156,15 @@ class LimitMonitor:
         if at is None:
             return None
         unit = self._units[at[1]]
-        return Excess(*at, f"following error {error[at]:.4g} {unit} above {self._following[at[1]]:g} {unit}")
+        return Excess(*at, f"following error {excess_in_words(error[at], self._following[at[1]], unit)}")
 
     def _beyond_current(self, rows: NDArray[Any], moving: NDArray[Any]) -> Excess | None:
         current = np.abs(rows["command"] * self._ampere)
         came = (rows["valid"] & COMMAND_CAME) != 0
-        at = self._first((current > self._current) & came & moving[:, None])
+        at = self._first((current > self._current * _ROUNDING) & came & moving[:, None])
         if at is None:
             return None
-        return Excess(*at, f"current {current[at]:.4g} A above {self._current[at[1]]:g} A")
+        return Excess(*at, f"current {excess_in_words(current[at], self._current[at[1]], 'A')}")
 
     def _beyond_temperature(self, rows: NDArray[Any], moving: NDArray[Any]) -> Excess | None:
         with np.errstate(invalid="ignore"):

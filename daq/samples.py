@@ -54,6 +54,17 @@ def sample_dtype(axes: int) -> np.dtype[Any]:
     )
 
 
+def rows_of_the_session(rows: NDArray[Any], begun: bool = False) -> NDArray[Any]:
+    """The rows from the plan's begin to the axes' rest; what came before is in the raw log.
+
+    begun : whether the plan had begun before these rows
+    """
+    planned = rows["phase"] == Phase.PLAN
+    if not begun:
+        rows = rows[int(np.argmax(planned)) :] if planned.any() else rows[:0]
+    return rows[(rows["phase"] == Phase.PLAN) | (rows["phase"] == Phase.STOPPING)]
+
+
 @dataclass(frozen=True)
 class _Value:
     """Where one value of one axis lies: column of the alignment, bytes in its PDO."""

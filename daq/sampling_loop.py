@@ -6,14 +6,16 @@ turn, so that the same session gives the same numbers every time.
 """
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from daq.alignment import SyncAlignment
+from daq.foreign_frames import ForeignFrames, ids_of_ours
 from daq.rig import Rig
+from daq.rig_drives import MASTER_NODE
 from daq.ring_buffer import RingWriter
 from daq.safety import LimitMonitor, StopCause, StopReason
 from daq.samples import RowDecoder
@@ -33,6 +35,9 @@ _NAP = 0.005
 share of a core goes with the inverse of this: 28 % at 1 ms, 12 % at 5 ms on a full bus. A limit is seen 5 ms and
 two cycles after it was broken; the kernel's buffer holds 1.2 s."""
 
+_HELD_UP = 0.1
+"""s without a look at the samples, or without SYNC, that a motion may last"""
+
 _ANSWER_TIMEOUT = 2.0
 """s to wait for the answers of simulated drives in another process: a busy machine may not let it run for so long"""
 _AFTER_SILENCE = 0.05
@@ -43,14 +48,17 @@ _DELIVERY_TIMEOUT = 10.0
 
 _CYCLES_PER_TURN = 16
 """SYNCs between two looks at the samples in simulated time"""
+_CYCLES_PER_CLOSE_TURN = 3
+"""likewise while axes get power, or stop"""
 
 
 def open_receiver(rig: Rig, streams: Sequence[DriveStream]) -> FrameReceiver:
-    """The quickest receiver that the rig's bus allows, for SYNC and the drives' TPDOs only.
+    """The quickest receiver that the rig's bus allows, for SYNC, the drives' TPDOs, and what only we may send.
 
     Raises BusError when the bus cannot be opened.
     """
     identifiers = [SYNC_ID, *(identifier for stream in streams for identifier in stream.transmit_ids)]
+    identifiers += ids_of_ours(streams, MASTER_NODE)
     receiver: FrameReceiver
     if rig.bus.interface == "socketcan":
         receiver = SocketCanReceiver(rig.bus.channel, pass_ids(identifiers), fd=rig.bus.fd)
@@ -64,10 +72,17 @@ class SamplingLoop:
     """Turns of the loop: let time pass, drain the bus, align, decode, write the rings, check the limits.
 
     rows, frames : the rings
+    sent : how many frames with an id went out beside the receiver (`CanopenNetwork.sent`)
     """
 
     def __init__(
-        self, rig: Rig, streams: Sequence[DriveStream], receiver: Any, rows: RingWriter, frames: RingWriter
+        self,
+        rig: Rig,
+        streams: Sequence[DriveStream],
+        receiver: Any,
+        rows: RingWriter,
+        frames: RingWriter,
+        sent: Callable[[int], int],
     ) -> None:
         self.rig = rig
         self._receiver = receiver
@@ -81,6 +96,10 @@ class SamplingLoop:
         self.alignment = SyncAlignment(self._decoder.columns, rig.cycle)
         self.setpoints = SetpointStream(streams, receiver.send)
         self.monitor = LimitMonitor(rig)
+        self._foreign = ForeignFrames(streams, MASTER_NODE, sent)
+        self._foreign_reason: StopReason | None = None
+        self._expected = np.zeros(0x800, bool)
+        self._expected[list(self._decoder.columns)] = True
         self._producer = SyncProducer(
             receiver.send, rig.cycle, self._pacing(), on_cycle=self.setpoints.on_cycle
         )
@@ -91,7 +110,8 @@ class SamplingLoop:
         self._answering = True
         self._bus_off = False
         self._jitter = _Jitter(rig.cycle)
-        self._last_row = time.monotonic()
+        self._last_row = self._last_turn = time.monotonic()
+        self._missed = 0
 
     def _pacing(self) -> RealTime | AsAnswered:
         if self.rig.pacing == "real-time":
@@ -127,34 +147,50 @@ class SamplingLoop:
         """Take what has come; it waits for the turn's end."""
         frames = self._receiver.read()
         self._received.append(frames)
-        self._answers += int(np.count_nonzero(frames["can_id"] != SYNC_ID))
+        self._answers += int(np.count_nonzero(self._expected[frames["can_id"] & 0x7FF]))
 
     def start(self) -> None:
         """Let SYNC begin."""
         if not self._simulated:
             self._producer.start()
-        self._last_row = time.monotonic()
+        self._last_row = self._last_turn = time.monotonic()
 
-    def turn(self) -> tuple[NDArray[Any], StopReason | None]:
+    def turn(self, closely: bool = False) -> tuple[NDArray[Any], StopReason | None]:
         """One turn: the rows that became final, and what is wrong with them.
+
+        closely : look after a few SYNCs already where time is simulated, as in real time: a stop must not be seen late
 
         Raises BusError when the bus fails.
         """
         if self._simulated:
             self._wait_for_recorder()
-            self._producer.run(_CYCLES_PER_TURN)
+            self._producer.run(_CYCLES_PER_CLOSE_TURN if closely else _CYCLES_PER_TURN)
         else:
             time.sleep(_NAP)
             if not self._producer.running:
                 self._producer.stop()  # raises what SYNC's thread raised
         rows = self._decode(self.alignment.feed(self._receive()))
         reason = self.monitor.check(rows)
-        return rows, reason or self._bus_trouble(rows)
+        return rows, self._foreign_reason or self._held_up() or reason or self._bus_trouble(rows)
+
+    def _held_up(self) -> StopReason | None:
+        """Whether this computer let a deadline pass that matters: no SYNC, or nobody looked at the samples."""
+        now, missed = time.monotonic(), self._producer.statistics.missed
+        blind, late = now - self._last_turn, (missed - self._missed) * self.rig.cycle
+        self._last_turn, self._missed = now, missed
+        if self._simulated or max(blind, late) <= max(self._silence, 5 * self.rig.cycle, _HELD_UP):
+            return None
+        words = (
+            f"this computer was held up for {max(blind, late):.2g} s: {missed} SYNCs did not go out and nobody watched the "
+            "samples meanwhile; close what else runs here, and allow real-time priority (docs/drives.md)"
+        )
+        return StopReason(StopCause.HELD_UP, words)
 
     def _receive(self) -> NDArray[Any]:
         """All frames since the last turn; they go into the ring of frames."""
         self._read()
-        frames = np.concatenate(self._received)
+        frames, foreign = self._foreign.take(np.concatenate(self._received))
+        self._foreign_reason = self._foreign_reason or foreign
         self._received.clear()
         if len(frames):
             self._frame_ring.write(frames)
@@ -184,7 +220,11 @@ class SamplingLoop:
         if len(rows):
             self._last_row = now
         elif not self._simulated and now - self._last_row > max(self._silence, 5 * self.rig.cycle):
-            return StopReason(StopCause.LOST_SYNC, f"no SYNC came back from the bus for {self._silence:g} s")
+            words = (
+                f"SYNC goes out, but none came back from the bus for {now - self._last_row:.2g} s: is the adapter connected, "
+                "and is a node on the bus that acknowledges?"
+            )
+            return StopReason(StopCause.LOST_SYNC, words)
         return None
 
     def _wait_for_recorder(self) -> None:
@@ -212,6 +252,7 @@ class SamplingLoop:
         return {
             "alignment": self.alignment.counters.to_json(),
             "frames_dropped": self._receiver.dropped,
+            "foreign_frames": self._foreign.count,
             "sync": {
                 "sent": statistics.sent,
                 "missed_deadlines": statistics.missed,

@@ -54,7 +54,8 @@ class StepOutOfTurn(Exception):
 class SessionEvent:
     """Something that happened, for a screen, a log or a browser.
 
-    kind : `state` (a new state), `progress` (data: cycle, cycles, fraction, elapsed in s) or `remark`
+    kind : `state` (a new state), `progress` (data: cycle, cycles, fraction, elapsed in s), `remark`, or `alarm` (what a
+        person must do now; empty words take it back)
     state : the session's state after the event
     words : one sentence for the operator
     """

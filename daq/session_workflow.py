@@ -9,7 +9,8 @@ import secrets
 import subprocess
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
@@ -22,16 +23,27 @@ from daq.child_process import start_process
 from daq.disk_space import require_space
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.excitation.plan_limits import require_within_limits
-from daq.experiment_folder import Role, admit, discard_unused, next_recording, open_experiment
+from daq.experiment_folder import (
+    Role,
+    admit,
+    claim_recording,
+    discard_unused,
+    give_back,
+    next_recording,
+    open_experiment,
+)
 from daq.live import LiveRows, LiveView
 from daq.plan_setpoints import plan_counts
 from daq.recorder import RecorderOrder, raw_log_of
 from daq.recording_file import SessionDescription
-from daq.recovery import recording_state, recover_recording
+from daq.recovery import RecordingState, recording_state, recover_recording
 from daq.rig import KnownPayload, Rig
-from daq.rig_drives import RigCheck
+from daq.rig_drives import RigCheck, take_power
+from daq.ring_buffer import RingReader, remove_abandoned_rings
 from daq.safety import StopCause, StopReason
+from daq.samples import rows_of_the_session
 from daq.session_events import TRANSITIONS, SessionEvent, SessionState, StepOutOfTurn
+from drivers.errors import DriverError
 from identify.recording.errors import InputError
 
 _BEAT = 0.2
@@ -123,17 +135,62 @@ class PayloadSession:
         self._ended: AcquisitionMessage | None = None
         self._live: LiveView | None = None
         self._made_experiment = False
+        self._stepping = threading.Lock()
+        self._failed = ""  # what went wrong in a step of ours
+        self._rows: RingReader | None = None
+        self.alarm = ""
+        """what a person must do now, because an axis may have power or move; empty where nothing is known of that"""
 
     # ---- the steps ----
+
+    @contextmanager
+    def _step(self, needed: SessionState, step: str) -> Generator[None]:
+        """One step at a time, in its turn; what fails in it ends the session, in words.
+
+        Raises StepOutOfTurn, and then nothing happened.
+        """
+        if not self._stepping.acquire(blocking=False):
+            raise StepOutOfTurn(f"cannot {step}: another step of this session is under way; wait for it")
+        try:
+            self._in_turn(needed, step)
+            try:
+                yield
+            except (StepOutOfTurn, InputError):
+                raise
+            except Exception as error:
+                self._fail(f"cannot {step}: {_said(error)}")
+                raise StepOutOfTurn(f"cannot {step}: {self.reason}") from error
+        finally:
+            self._stepping.release()
+
+    def _fail(self, words: str) -> None:
+        """A step went wrong: the session ends with these words, and so do its processes."""
+        self._failed = words
+        self.stop(words)
+        self.wait(_CLOSE_TIMEOUT)
+        self._end(SessionState.FAULTED, words)
 
     def check(self) -> RigCheck:
         """Take the bus and look at every drive. A rig that fails the check ends the session as faulted.
 
         Raises InputError where the experiment's folder belongs to another robot or its disk is too full, StepOutOfTurn.
         """
-        self._in_turn(SessionState.NEW, "check the rig")
-        self._made_experiment = open_experiment(self.experiment, self.rig)
-        require_space(self.rig, self.experiment, self.plan.duration)
+        with self._step(SessionState.NEW, "check the rig"):
+            remove_abandoned_rings()
+            self._made_experiment = open_experiment(self.experiment, self.rig)
+            require_space(self.rig, self.experiment, self.plan.duration)
+            self._launch()
+            self._await(
+                lambda: self.rig_check is not None,
+                _CHECK_TIMEOUT,
+                "the rig was not checked in time; is the bus there?",
+            )
+            if self.rig_check is None:
+                raise StepOutOfTurn(f"the rig could not be checked: {self.reason}")
+            return self.rig_check
+
+    def _launch(self) -> None:
+        """Start the acquisition process and the recorder, and listen to the one."""
         ours, theirs = Pipe()
         recorder_end, acquisition_end = Pipe()
         self._connection = ours
@@ -151,57 +208,62 @@ class PayloadSession:
             thread = threading.Thread(target=task, name=f"session-{task.__name__}", daemon=True)
             self._threads.append(thread)
             thread.start()
-        self._await(lambda: self.rig_check is not None, _CHECK_TIMEOUT, "the rig was not checked in time")
-        if self.rig_check is None:
-            raise StepOutOfTurn(f"the rig could not be checked: {self.reason}")
-        return self.rig_check
 
     def confirm_payload(self, mass: float) -> None:
         """The payload is mounted and weighs `mass` kg, as the scale said.
 
         Raises InputError when that is not the payload's mass, StepOutOfTurn.
         """
-        self._in_turn(SessionState.CHECKED, "confirm the payload")
-        tolerance = max(0.005, _MASS_TOLERANCE * self.payload.mass)
-        if not abs(mass - self.payload.mass) <= tolerance:
-            raise InputError(
-                f"payload {self.payload.name}: weighs {self.payload.mass:g} kg in the rig file, {mass:g} kg on "
-                f"the scale; they may differ by {tolerance:.3g} kg"
-            )
-        self.weighed_mass = mass
-        self._enter(SessionState.CONFIRMED, f"payload {self.payload.name} confirmed, {mass:g} kg")
+        with self._step(SessionState.CHECKED, "confirm the payload"):
+            tolerance = max(0.005, _MASS_TOLERANCE * self.payload.mass)
+            if not abs(mass - self.payload.mass) <= tolerance:
+                raise InputError(
+                    f"payload {self.payload.name}: weighs {self.payload.mass:g} kg in the rig file, {mass:g} kg on "
+                    f"the scale; they may differ by {tolerance:.3g} kg"
+                )
+            self.weighed_mass = mass
+            self._enter(SessionState.CONFIRMED, f"payload {self.payload.name} confirmed, {mass:g} kg")
 
     def arm(self) -> None:
         """Open the recording and let monitors and SYNC run; the next step moves the robot.
 
         Raises StepOutOfTurn, also when arming failed; the session has then ended with its reason.
         """
-        self._in_turn(SessionState.CONFIRMED, "arm")
-        assert self._recorder_order is not None
-        description = SessionDescription(
-            rig=self.rig,
-            plan=json.loads(self.plan.to_json()),
-            payload=self.payload,
-            operator=self.operator,
-            clock_source=self._clock_source,
-            role=self.role,
-            weighed_mass=self.weighed_mass,
-            remarks=self._remarks,
-        )
-        self.file = next_recording(self.experiment)
-        self._recorder_order.send(
-            RecorderOrder(self.file, description, f"{self._ring}-rows", f"{self._ring}-frames")
-        )
-        self._say("arm")
-        self._await(lambda: self.state is SessionState.ARMED, _CHECK_TIMEOUT, "arming took too long")
-        if self.state is not SessionState.ARMED:
-            raise StepOutOfTurn(f"not armed: {self.reason}")
+        with self._step(SessionState.CONFIRMED, "arm"):
+            assert self._recorder_order is not None
+            description = SessionDescription(
+                rig=self.rig,
+                plan=json.loads(self.plan.to_json()),
+                payload=self.payload,
+                operator=self.operator,
+                clock_source=self._clock_source,
+                role=self.role,
+                weighed_mass=self.weighed_mass,
+                remarks=self._remarks,
+            )
+            # Attached while the writer lives: what the recorder, should it die, has not written is then still ours to save.
+            self._rows = RingReader(f"{self._ring}-rows")
+            self.file = claim_recording(self.experiment)
+            order = RecorderOrder(
+                self.file, description, f"{self._ring}-rows", f"{self._ring}-frames", claimed=True
+            )
+            try:
+                self._recorder_order.send(order)
+            except OSError:
+                raise _ProcessDied(
+                    "the recorder process died before the session was armed; look at memory and disk of this computer, then "
+                    "begin a new session"
+                ) from None
+            self._say("arm", str(self.file))
+            self._await(lambda: self.state is SessionState.ARMED, _CHECK_TIMEOUT, "arming took too long")
+            if self.state is not SessionState.ARMED:
+                raise StepOutOfTurn(f"not armed: {self.reason}")
 
     def start(self) -> None:
         """The robot moves. Returns at once. Raises StepOutOfTurn unless armed."""
-        self._in_turn(SessionState.ARMED, "start")
-        self._enter(SessionState.RUNNING, "started by the operator")
-        self._say("start")
+        with self._step(SessionState.ARMED, "start"):
+            self._enter(SessionState.RUNNING, "started by the operator")
+            self._say("start")
 
     def stop(self, reason: str = "operator's stop") -> None:
         """Bring the axes to rest and end the session; at any time, from any thread, harmless when repeated."""
@@ -236,6 +298,9 @@ class PayloadSession:
         if self._live is not None:
             self._live.close()
             self._live = None
+        if self._rows is not None:
+            self._rows.close()
+            self._rows = None
         if self._connection is not None:
             self._connection.close()
         if self._made_experiment and self.file is None:
@@ -278,11 +343,13 @@ class PayloadSession:
                 return
             self.state = state
             if state.ended:
-                self.reason = words
+                self.reason = words if not self.alarm or self.alarm in words else f"{words}; {self.alarm}"
             self._changed.notify_all()
         self._on_event(SessionEvent("state", state, words))
 
     def _end(self, state: SessionState, words: str) -> None:
+        if self._failed and state is SessionState.ABORTED:
+            state, words = SessionState.FAULTED, self._failed
         self._enter(state, words)
 
     def _await(self, condition: Callable[[], bool], timeout: float, words: str) -> None:
@@ -315,11 +382,13 @@ class PayloadSession:
                 try:
                     self._hear(self._connection.recv())
                 except (EOFError, OSError):
-                    died = StopReason(StopCause.INTERNAL, "the acquisition process died")
-                    self._ended = AcquisitionMessage("ended", died.words, reason=died)
+                    died = StopReason(
+                        StopCause.INTERNAL, f"the acquisition process died{self._power_after_death()}"
+                    )
+                    self._ended = AcquisitionMessage("ended", died.words, reason=died, alarm=self.alarm)
             self._finish(self._ended.reason or StopReason(StopCause.INTERNAL, self._ended.words))
         except Exception as error:
-            self._end(SessionState.FAULTED, f"{type(error).__name__}: {error}")
+            self._end(SessionState.FAULTED, f"the session could not be brought to its end: {_said(error)}")
 
     def _hear(self, told: AcquisitionMessage) -> None:
         match told.what:
@@ -343,10 +412,32 @@ class PayloadSession:
                     "elapsed": elapsed,
                 }
                 self._on_event(SessionEvent("progress", self.state, "", data))
+            case "alarm":
+                self._sound(told.words)
             case "ended":
+                self.alarm = told.alarm
                 self._ended = told
             case "moving":
                 pass  # `start` has said so already
+
+    def _sound(self, words: str) -> None:
+        """Tell a person what must be done now."""
+        self.alarm = words
+        self._on_event(SessionEvent("alarm", self.state, words))
+
+    def _power_after_death(self) -> str:
+        """The process that owned the bus died: have the drives' power taken from here, and say what they said."""
+        if self._acquisition is not None:
+            self._acquisition.wait()
+        if self.state not in (SessionState.ARMED, SessionState.RUNNING):
+            return ""
+        if self.rig.bus.interface == "virtual":
+            return ", and its simulated drives with it"
+        report = take_power(self.rig)
+        if report.alarm:
+            self._sound(report.alarm)
+            return "; the drives, which heard nothing of it any more, had to stop by themselves"
+        return "; power was taken from the drives and read back as off"
 
     def _finish(self, reason: StopReason) -> None:
         """The motion has ended: see the files closed, list the session if it is complete."""
@@ -359,14 +450,20 @@ class PayloadSession:
         state = SessionState.ABORTED if reason.status == "aborted" else SessionState.FAULTED
         words = reason.words
         if self.file is None or not self.file.exists():
+            if self.file is not None:
+                give_back(self.file)
+                self.file = None
             self._end(state, words)
             return
-        found = recording_state(self.file)
-        nothing_measured = found.rows == 0 and found.status != "recording"
-        if found.status == "recording":
-            found = recover_recording(self.file, "faulted", f"the recorder died; {words}")
-            words = found.reason
-        if nothing_measured:
+        try:
+            found = recording_state(self.file)
+            if found.status == "recording":
+                found = self._rescue(self.file, reason)
+                state, words = SessionState.FAULTED, found.reason
+        except InputError as error:
+            self._end(SessionState.FAULTED, f"{words}; the recording is damaged: {error}")
+            return
+        if found.rows == 0:
             # Leave no empty shells behind.
             self.file.unlink()
             raw_log_of(self.file).unlink(missing_ok=True)
@@ -374,22 +471,59 @@ class PayloadSession:
             self._end(state, words)
             return
         if found.status != "complete":
+            # The recorder is the last to judge: it knows what came to disk, and what is to be said against it.
             kept = (
-                f"{words}; {found.rows} samples are kept in {self.file.parent.name}/{self.file.name}, which "
-                "`coulomb recover` lists in the experiment if they may serve identification"
+                f"{found.reason}; {found.rows} samples are kept in {self.file.parent.name}/{self.file.name}; "
+                f"`coulomb recover {self.experiment}` lists them in the experiment if they may serve identification"
             )
             self._end(state if found.status == "aborted" else SessionState.FAULTED, kept)
             return
-        self.file = admit(self.experiment, self.file, self.payload, self.role)
+        self._list(self.file, words, found.rows)
+
+    def _rescue(self, file: Path, reason: StopReason) -> RecordingState:
+        """The recorder died: close its file, with the rows that it left in the ring."""
+        left = None if self._rows is None else rows_of_the_session(self._rows.latest(self._rows.capacity))
+        words = (
+            reason.words
+            if reason.cause is StopCause.RECORDER
+            else f"the recorder process died; {reason.words}"
+        )
+        return recover_recording(file, "faulted", words, left)
+
+    def _list(self, file: Path, words: str, rows: int) -> None:
+        """Add a complete recording to the experiment, and let what comes after the session run."""
+        try:
+            self.file = admit(self.experiment, file, self.payload, self.role)
+        except (InputError, OSError) as error:
+            kept = (
+                f"{words}; {rows} samples, all of the plan, are in {file.parent.name}/{file.name}, but they could not be listed: "
+                f"{_said(error)}; put that right, then `coulomb recover {self.experiment}` lists them"
+            )
+            self._end(SessionState.FAULTED, kept)
+            return
         self._progress = Progress(len(self._counts), len(self._counts), len(self._counts) * self.rig.cycle)
         if self._after_session is not None:
             try:
                 self._after_session(Recorded(self.experiment, self.file, self.payload.name))
             except Exception as error:
                 self._on_event(
-                    SessionEvent("remark", self.state, f"after the session: {type(error).__name__}: {error}")
+                    SessionEvent("remark", self.state, f"after the session, nothing is lost: {_said(error)}")
                 )
-        self._end(SessionState.DONE, f"{words}; {found.rows} samples in {self.file.name}")
+        self._end(SessionState.DONE, f"{words}; {rows} samples in {self.file.name}")
+
+
+class _ProcessDied(Exception):
+    """A process of the session is gone, in words."""
+
+
+def _said(error: BaseException) -> str:
+    """An error for an operator: its own words where it was made for one, else what kind it is and where it says more."""
+    if isinstance(error, (InputError, StepOutOfTurn, DriverError, _ProcessDied)):
+        return str(error)
+    if isinstance(error, OSError):
+        where = f"{error.filename}: " if error.filename else ""
+        return f"{where}{error.strerror or 'the system refused without a reason'}"
+    return f"an error of the software ({type(error).__name__}: {error or 'without words'}); please report it"
 
 
 def _unheard(event: SessionEvent) -> None:

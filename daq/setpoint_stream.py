@@ -113,6 +113,15 @@ class SetpointStream:
         """Cycles of the last trajectory, 0 before there is one."""
         return self._length
 
+    def cut(self) -> None:
+        """Send DISABLE VOLTAGE to every drive now, beside the rhythm of SYNC; it takes effect at the next one.
+
+        Raises BusError when the bus refuses.
+        """
+        self._controlwords = [0] * len(self._receivers)
+        for axis, (identifier, pack) in enumerate(self._receivers):
+            self._send(identifier, pack(0, 0 if self._held is None else self._held[axis]))
+
     def command(self, controlwords: Sequence[int]) -> None:
         """The axes' controlwords from the next cycle on."""
         self._controlwords = list(controlwords)

@@ -81,7 +81,10 @@ def _drives(rig: Rig, section: SimulatedSection, in_process: bool, seed: int) ->
     # In the same process SYNC comes as fast as it can; only a process that hangs lets it fail, and then nobody
     # is left to record what the drives do.
     timeout = section.sync_timeout or (30.0 if in_process else 0.25)
+    # In real time what moves goes on between two SYNCs however late the second one comes.
+    run_on_after = max(0.02, 2.5 * rig.cycle) if rig.pacing == "real-time" else None
     return SimulatedDrivesSettings(
+        run_on_after=run_on_after,
         axes=tuple(axes),
         servo_period=section.servo_period,
         sync_timeout=timeout,

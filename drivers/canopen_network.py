@@ -7,7 +7,7 @@ the rhythm of the samples; those go through `drivers/frames.py`.
 import contextlib
 import threading
 import time
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable
 from types import TracebackType
 from typing import Any
@@ -91,6 +91,19 @@ class NodeWatch:
         return None if self.last_heard is None else time.monotonic() - self.last_heard
 
 
+class _CountingNetwork(canopen.Network):
+    """canopen's network that counts what it sends, so that a frame of another master is told from ours."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.sent: Counter[int] = Counter()
+
+    def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
+        # Counted before it goes: whoever sees it on the bus finds it counted.
+        self.sent[can_id] += 1
+        super().send_message(can_id, data, remote)
+
+
 class CanopenNetwork:
     """A connection to the services of the nodes on a bus; a context manager.
 
@@ -101,7 +114,7 @@ class CanopenNetwork:
 
     def __init__(self, settings: BusSettings):
         self.settings = settings
-        self._network = canopen.Network()
+        self._network = _CountingNetwork()
         self._network.NOTIFIER_CYCLE = _NOTIFIER_CYCLE
         self._network.bus = open_bus(settings, filters=service_filters())
         self._network.connect()  # pyright: ignore[reportUnknownMemberType]  untyped in canopen
@@ -153,6 +166,10 @@ class CanopenNetwork:
 
     def _unsubscribe(self, can_id: int, callback: FrameCallback) -> None:
         self._network.unsubscribe(can_id, callback)  # pyright: ignore[reportUnknownMemberType]  untyped in canopen
+
+    def sent(self, can_id: int) -> int:
+        """How many frames with this id have gone out by this connection."""
+        return self._network.sent[can_id]
 
     def send(self, can_id: int, data: bytes) -> None:
         """Send one frame; BusError when the interface refuses."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from drivers import cia402
 from drivers.canopen_network import CanopenNetwork, nmt_state_in_words
-from drivers.cia402 import Mode
+from drivers.cia402 import Command, Mode
 from drivers.emergency import Emergency
 from drivers.errors import DriveError
 from drivers.object_dictionary import dictionary_to_drive_by
@@ -186,6 +186,24 @@ class Drive(StateMachine):
                 expected=f"boot-up within {self.timeouts.boot:g} s",
                 received="none came",
             )
+
+    def disable_at_once(self) -> None:
+        """Ask by SDO for no voltage, without waiting for an answer. Raises BusError when the bus refuses."""
+        self._ask_at_once(Command.DISABLE_VOLTAGE)
+
+    def quick_stop_at_once(self) -> None:
+        """Ask by SDO for a quick stop, without waiting for an answer. Raises BusError when the bus refuses."""
+        self._ask_at_once(Command.QUICK_STOP)
+
+    def _ask_at_once(self, command: Command) -> None:
+        index = cia402.CONTROLWORD
+        request = bytes((0x2B, index & 0xFF, index >> 8, 0, command.value, 0, 0, 0))
+        self.network.send(0x600 + self.node, request)
+
+    def reset_at_once(self) -> None:
+        """NMT stop and reset, without waiting: a drive boots without power. Raises BusError when the bus refuses."""
+        self.network.send(0, bytes((_NMT_COMMANDS["STOPPED"][0], self.node)))
+        self.network.send(0, bytes((_NMT_RESET_NODE, self.node)))
 
     # ---- process data ----
 

@@ -1,9 +1,11 @@
 """Reading and writing objects of a node by SDO, with stated time-outs, retries and reasons in words."""
 
+import contextlib
 import queue
 import struct
 import threading
 import time
+from collections.abc import Generator
 from typing import Any
 
 import can
@@ -57,6 +59,17 @@ class SdoAccess:
         # asked for twice, would be read as that to the next question.
         vars(self._client)["request_response"] = self._ask
         self._lock = threading.RLock()
+
+    @contextlib.contextmanager
+    def hurried(self, timeout: float, retries: int = 0) -> Generator[None]:
+        """Ask with another patience within: where a drive must be stopped, nobody waits for one that is gone."""
+        with self._lock:
+            before = self.timeout, self.retries
+            self.timeout, self.retries = timeout, retries
+            try:
+                yield
+            finally:
+                self.timeout, self.retries = before
 
     def _ask(self, request: bytes) -> bytes:
         """Send a request and wait for the answer to it; answers to what was asked earlier are passed over.

@@ -6,7 +6,7 @@ from drivers.cia402 import Command, State, Transition
 # What a quick stop ends in, by object 0x605A: the drive switches itself off, or stays in QUICK STOP ACTIVE.
 _QUICK_STOP_STAYS = (5, 6, 7, 8)
 
-_POWERED = (State.OPERATION_ENABLED, State.QUICK_STOP_ACTIVE, State.FAULT_REACTION_ACTIVE)
+POWERED = (State.OPERATION_ENABLED, State.QUICK_STOP_ACTIVE, State.FAULT_REACTION_ACTIVE)
 
 
 class Cia402Machine:
@@ -31,7 +31,7 @@ class Cia402Machine:
     @property
     def powered(self) -> bool:
         """Whether the motor gets current."""
-        return self.state in _POWERED
+        return self.state in POWERED
 
     @property
     def enabled(self) -> bool:

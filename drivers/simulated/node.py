@@ -107,7 +107,7 @@ class SimulatedNode(canopen.LocalNode):
 
     def take_nmt(self, command: int, node: int) -> None:
         """An NMT command from the bus."""
-        if self.faults.frozen or node not in (0, self.node):
+        if self.faults.frozen or self.faults.deaf_to_nmt or node not in (0, self.node):
             return
         if command == 129:
             self.boot()
@@ -171,7 +171,13 @@ class SimulatedNode(canopen.LocalNode):
             return
         self.cycle = cycle = self.cycle + 1
         faults.enter_cycle(cycle)
-        if faults.frozen:
+        if faults.waiting:
+            machine = drive.machine
+            speed = abs(drive.servo.velocity) / drive.counts_per_radian
+            faults.enter_phase(machine.enabled, machine.stopping, speed)
+        if faults.nmt_state is not None:
+            self.nmt_state, faults.nmt_state = faults.nmt_state, None
+        if faults.frozen or self.nmt_state != _OPERATIONAL:
             return
         if faults.emergency is not None:
             code, faults.emergency = faults.emergency, None
@@ -198,13 +204,43 @@ class SimulatedNode(canopen.LocalNode):
                 self._late.append((pdo.can_id, data))
             else:
                 self.send(pdo.can_id, data)
+                if faults.doubles():
+                    self.send(pdo.can_id, data)
+        self._speak_for_others()
         if drive.image[slot.ERROR_CODE] != self._emergency_shown:
             self.show_error()
+
+    def _speak_for_others(self) -> None:
+        """Frames of a second master, as its faults say; this node's own link carries them."""
+        faults = self.faults
+        if faults.foreign_nmt is not None:
+            command, faults.foreign_nmt = faults.foreign_nmt, None
+            self.send(0, bytes((command, self.node)))
+            self.take_nmt(command, self.node)
+
+    def _hear_foreign_setpoint(self) -> None:
+        """Somebody else's RPDO comes after ours in the same cycle, and takes effect."""
+        counts = self.faults.foreign_setpoint
+        if counts is None:
+            return
+        for can_id, pdo in self._rpdo_of_id.items():
+            if pdo.slots is None or pdo.received is None:
+                continue
+            image = self.drive.image.copy()
+            pdo.slots.unpack(pdo.received, image)
+            target = (
+                slot.TARGET_POSITION if slot.TARGET_POSITION in pdo.slots.slots else slot.INTERPOLATION_DATA
+            )
+            image[target] = self.drive.image[slot.POSITION] + counts
+            image[slot.CONTROLWORD] = 0x1F
+            pdo.received = pdo.slots.pack(image)
+            self.send(can_id, pdo.received)
 
     def activate_setpoints(self, period: float) -> None:
         """SYNC, second half: what synchronous RPDOs brought becomes effective."""
         if self.faults.frozen:
             return
+        self._hear_foreign_setpoint()
         for pdo in self._rpdos:
             if pdo.received is not None and pdo.slots is not None:
                 data, pdo.received = pdo.received, None

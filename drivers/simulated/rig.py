@@ -5,8 +5,10 @@ become effective, and servo loops and mechanism run until the instant of SYNC k+
 middle of its periods, so that the current which a drive reports at SYNC has acted as long before it as it
 will after: sampling adds no delay of its own to what is identified.
 
-Without SYNC the mechanism stands still, unless a drive has to bring it to rest by itself (lost SYNC, lost
-master, fault, quick stop) or homes: then the wall clock drives it.
+Without power an axis coasts until its brake closes, and without a brake it falls. Without SYNC the mechanism goes on in
+wall-clock time, where that is the rig's time: the drives follow the slope of their last setpoints until they miss SYNC.
+Where time is simulated it passes with SYNC alone, unless a drive has to bring the mechanism to rest by itself (lost SYNC,
+lost master, fault, quick stop), homes, or has lost power in motion: then the wall clock drives it.
 
 How long SYNC or master have been silent is told by a clock that stands while this whole process is held up: a
 real drive has a processor of its own, and one that did not run has not been listening either.
@@ -73,6 +75,7 @@ class SimulatedRig:
         self._thread: threading.Thread | None = None
         self._awake = 0.0  # s, the drives' own clock
         self._last_sync: float | None = None  # s, likewise
+        self._since_sync = 0.0  # s of the mechanism
         self._heartbeat_due: dict[int, float] = {}
         self._masters_heard: dict[int, float] = {}
         self._current = np.zeros(mechanism.axes)
@@ -120,6 +123,7 @@ class SimulatedRig:
         if can_id == _SYNC_ID:
             with self._lock:
                 self._on_sync()
+                self._hear_foreign_syncs()
             return
         node = self._node_of_rpdo.get(can_id)
         if node is not None:
@@ -137,6 +141,14 @@ class SimulatedRig:
         elif can_id >> 7 == 0xE:  # 0x700 + node: somebody's heartbeat
             self._masters_heard[can_id & 0x7F] = self._awake
 
+    def _hear_foreign_syncs(self) -> None:
+        """SYNCs of another master, as a node's faults say: all drives act on them as on ours."""
+        for node in self.nodes:
+            if node.faults.foreign_syncs:
+                node.faults.foreign_syncs -= 1
+                self._link.send(_SYNC_ID, b"")
+                self._on_sync()
+
     def _sample(self) -> None:
         angles = self.mechanism.motor_angle
         temperatures = self.mechanism.temperature
@@ -153,14 +165,15 @@ class SimulatedRig:
         period = nodes[0].period
         for node in nodes:
             node.activate_setpoints(period)
+        self._since_sync = 0.0
         self._pass_time(period)
 
     # ---- time ----
 
     def _pass_time(self, duration: float) -> None:
-        """Let servos and mechanism run for `duration` s; nothing moves while no axis has power."""
+        """Let servos and mechanism run for `duration` s; nothing moves while every axis is held by its brake."""
         nodes = self.nodes
-        if not any(node.drive.machine.powered for node in nodes):
+        if not any(node.drive.machine.powered or node.drive.free for node in nodes):
             return
         mechanism, current = self.mechanism, self._current
         steps = max(1, round(duration / self.settings.servo_period))
@@ -169,11 +182,12 @@ class SimulatedRig:
         for number in range(steps):
             # Between the servo's acts the current does not change: half a period on either side is one.
             mechanism.step(current, step if number else half)
-            since_sync = (number + 0.5) * step
+            since_sync = self._since_sync + (number + 0.5) * step
             angles = mechanism.motor_angle
             for position, node in enumerate(nodes):
                 current[position] = node.drive.servo_step(float(angles[position]), since_sync, step)
         mechanism.step(current, half)
+        self._since_sync += duration
         self.time += duration
 
     def _keep_house(self) -> None:
@@ -213,17 +227,32 @@ class SimulatedRig:
                 node.send_events()
 
     def _watch_sync(self, passed: float) -> None:
-        """Free run on the wall clock where drives have to act without SYNC."""
-        if self._last_sync is not None and self._awake - self._last_sync <= self.settings.sync_timeout:
-            return
-        for node in self.nodes:
-            drive = node.drive
-            homes = drive.image[slot.MODE_DISPLAY] == Mode.HOMING
-            if drive.machine.enabled and drive.follows_sync and not homes:
-                drive.fail(_SYNC_LOST)
-                node.send_events()
-        if any(node.drive.machine.stopping or node.drive.homing for node in self.nodes):
+        """What happens without SYNC: the mechanism goes on by the wall clock, and drives that miss SYNC stop."""
+        silent = 0.0 if self._last_sync is None else self._awake - self._last_sync
+        never = self._last_sync is None
+        missed = never or silent > self.settings.sync_timeout
+        if missed and not never:
+            for node in self.nodes:
+                self._miss_sync(node)
+        runs_on = self.settings.run_on_after
+        runs_on = runs_on is not None and not never and silent > runs_on
+        on_its_own = any(
+            node.drive.machine.stopping or node.drive.homing or node.drive.free for node in self.nodes
+        )
+        if runs_on or (missed and (on_its_own or self._goes_on_without_sync())):
             self._pass_time(passed)
             self._sample()
             for node in self.nodes:
                 node.send_events()
+
+    def _miss_sync(self, node: SimulatedNode) -> None:
+        drive = node.drive
+        homes = drive.image[slot.MODE_DISPLAY] == Mode.HOMING
+        if drive.axis.sync_loss == "fault" and drive.machine.enabled and drive.follows_sync and not homes:
+            drive.fail(_SYNC_LOST)
+            node.send_events()
+
+    def _goes_on_without_sync(self) -> bool:
+        return any(
+            node.drive.axis.sync_loss == "run-on" and node.drive.machine.enabled for node in self.nodes
+        )

@@ -31,6 +31,12 @@ class Servo:
         self._integral = current
         self.limited = False
 
+    def look_anew(self, velocity: float) -> None:
+        """What is observed from now on has another zero or direction; `velocity` (counts/s) goes on there."""
+        self._last_position = None
+        self.velocity = velocity
+        self._integral = 0.0
+
     def shift(self, counts: int) -> None:
         """The zero of the position has moved by `counts`."""
         if self._last_position is not None:

@@ -1,6 +1,7 @@
 """Settings of the simulated drives: the section `simulated` of a rig file, as far as the drives go."""
 
 import math
+from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -50,6 +51,20 @@ class SimulatedAxis(BaseModel):
     quick_stop_deceleration: float = Field(
         default=2000.0, gt=0, description="rad/s² of the motor; object 0x6085 in counts/s²"
     )
+    brake: bool = Field(
+        default=True,
+        description="whether a holding brake closes when power is off; without one the axis coasts and falls",
+    )
+    brake_delay: float = Field(
+        default=0.05, ge=0, description="s from power off in motion to the brake's closing"
+    )
+    brake_torque: float = Field(
+        default=2.5, gt=0, description="times the rated torque; a closed brake slips above"
+    )
+    sync_loss: Literal["fault", "run-on"] = Field(
+        default="fault",
+        description="what the drive does after sync_timeout without SYNC: it stops with a fault, or goes on as it went",
+    )
     servo: ServoSettings = ServoSettings()
     faults: FaultSettings = FaultSettings()
 
@@ -76,6 +91,12 @@ class SimulatedDrivesSettings(BaseModel):
     )
     sync_timeout: float = Field(
         default=1.0, gt=0, description="s without SYNC, by the wall clock, after which moving drives stop"
+    )
+    run_on_after: float | None = Field(
+        default=None,
+        gt=0,
+        description="s without SYNC, by the wall clock, from which the mechanism goes on in wall-clock time: a drive "
+        "between two SYNCs follows the slope of its last setpoints. None where time is simulated and passes with SYNC",
     )
     seed: int = Field(default=1, description="of every random sequence; same seed, same numbers")
 

@@ -10,7 +10,7 @@ import random
 from drivers import cia402
 from drivers.cia402 import Mode, State
 from drivers.simulated import process_image as slot
-from drivers.simulated.cia402_machine import Cia402Machine
+from drivers.simulated.cia402_machine import POWERED, Cia402Machine
 from drivers.simulated.faults import Faults
 from drivers.simulated.servo import Servo
 from drivers.simulated.settings import SimulatedAxis
@@ -31,6 +31,7 @@ _FOLLOWING_ERROR_CODE = 0x8611
 _AT_REST = 0.05  # rad/s of the motor
 _AT_REST_COUNTS = 1.5  # per servo period
 _AT_REST_TIME = 0.03  # s
+_BRAKE_SETTLES = 0.2  # s
 
 # Error register bits by the upper byte of an error code, CiA 301 section 7.5.2.2; the generic bit is always
 # set.
@@ -89,7 +90,12 @@ class SimulatedDrive:
         self._halted = False
         self._homed = False  # until power is lost
         self._index_pulse = 0
-        self._hold: float | None = None
+        self._hold: float | None = None  # counts, where the closed brake holds
+        self._slow = _AT_REST * self.counts_per_radian  # counts/s; slower than that, the axis is at rest
+        self._settles_for = 0.0  # s that the closed brake takes to hold
+        self._was_powered = False
+        self._off_for = 0.0  # s without power since the axis had it
+        self._flipped_at: int | None = None  # counts, where the encoder's sign changed
 
     # ---- between the bus and the axis ----
 
@@ -102,11 +108,16 @@ class SimulatedDrive:
                 self.image[position] = 0
         self._homed = False
         self._homing_active = self._told_to_home = self._halted = False
-        self._hold = None
+        self._engage_brake()
+        if not self._was_powered:
+            # Until it first has power, something supports the axis.
+            self._hold, self._settles_for = float(self.image[slot.POSITION]), 0.0
         self.update_statusword()
 
     def take_controlword(self) -> None:
         """Act on the controlword in the image."""
+        if self.faults.disobeys:
+            return
         controlword = self.image[slot.CONTROLWORD]
         before = self.machine.state
         self.machine.take_controlword(controlword)
@@ -152,6 +163,7 @@ class SimulatedDrive:
 
     def _entered(self, before: State, after: State) -> None:
         if after is State.OPERATION_ENABLED:
+            self._was_powered = True
             if before is not State.QUICK_STOP_ACTIVE:
                 self.servo.reset(self.current if self._hold is not None else 0.0)
             self._hold = None
@@ -160,7 +172,7 @@ class SimulatedDrive:
         elif after in (State.QUICK_STOP_ACTIVE, State.FAULT_REACTION_ACTIVE):
             self._demand_velocity = self.servo.velocity
             self._rests_for = 0.0
-        elif not self.machine.powered:
+        elif not self.machine.powered and before in POWERED:
             self._engage_brake()
         if before is State.FAULT and after is State.SWITCH_ON_DISABLED:
             self.image[slot.ERROR_CODE] = 0
@@ -182,8 +194,19 @@ class SimulatedDrive:
         self._following_for = 0.0
 
     def _engage_brake(self) -> None:
+        """Power is off. At rest a drive closes its brake first; in motion the axis coasts until it has closed."""
         self.image[slot.TORQUE_DEMAND] = self.image[slot.TORQUE] = self.image[slot.CURRENT] = 0
-        self._hold = float(self.image[slot.POSITION])
+        self._off_for = 0.0
+        if self._flipped_at is not None:
+            self.servo.look_anew(-self.servo.velocity)
+        at_rest = abs(self.servo.velocity) <= self._slow
+        self._hold = float(self.image[slot.POSITION]) if self.axis.brake and at_rest else None
+        self._settles_for = 0.0 if at_rest else _BRAKE_SETTLES
+
+    @property
+    def free(self) -> bool:
+        """Whether the axis has no power and may move all the same: it coasts, falls, or its brake is just closing."""
+        return not self.machine.powered and (self._hold is None or self._settles_for > 0.0)
 
     def update_statusword(self) -> None:
         """Statusword from state, mode and supervision."""
@@ -220,7 +243,15 @@ class SimulatedDrive:
         image[slot.TEMPERATURE] = round(temperature * 10)
 
     def encoder(self, angle: float) -> int:
-        """Counts at a motor angle (rad)."""
+        """Counts that the encoder shows at a motor angle (rad)."""
+        position = self._counts(angle)
+        if self.faults.feedback_flips:
+            if self._flipped_at is None:
+                self._flipped_at = position
+            return 2 * self._flipped_at - position
+        return position
+
+    def _counts(self, angle: float) -> int:
         return math.floor(angle * self.counts_per_radian) + self.position_offset
 
     def activate_setpoints(self, period: float) -> None:
@@ -258,7 +289,8 @@ class SimulatedDrive:
         duration   : s, servo period
         """
         servo = self.servo
-        position = math.floor(angle * self.counts_per_radian) + self.position_offset
+        # The brake needs no encoder: without power what is observed is the axis itself.
+        position = self.encoder(angle) if self.machine.powered else self._counts(angle)
         servo.observe(position, duration)
         limit = self.max_torque * 1e-3 * self.rated_current * self.faults.current_left
         machine = self.machine
@@ -267,12 +299,12 @@ class SimulatedDrive:
         elif machine.stopping:
             current = self._brake(position, limit, duration)
         else:
-            return self._hold_still(position, duration)
+            return self._without_power(position, duration)
         self.current = current
         per_mille = 1000.0 * current / self.rated_current
         image = self.image
         demand = round(per_mille)
-        image[slot.TORQUE_DEMAND] = demand
+        image[slot.TORQUE_DEMAND] = 0 if self.faults.current_stuck else demand
         noise = self.axis.current_noise
         if noise:
             current = demand * 1e-3 * self.rated_current + self.random.gauss(0.0, noise)
@@ -302,6 +334,10 @@ class SimulatedDrive:
             return self._halt(position, limit, duration)
         if mode == Mode.HOMING and self._homing_active:
             return self._search_index(position, limit, duration)
+        if self.faults.run_away:
+            # Whatever it is told, it goes on with the speed that it is commanded by the fault.
+            self._demand += self.faults.run_away * duration
+            return servo.follow_velocity(float(self.faults.run_away), limit, duration)
         self._demand = demand = self._from + self._slope * since_sync
         # The feed-forward goes over from slope to slope within the cycle. A step at each SYNC would make the
         # current a sawtooth in step with the sampling, and what is recorded at SYNC would not be its mean.
@@ -342,8 +378,8 @@ class SimulatedDrive:
         self._slow_down(duration)
         current = self.servo.follow_velocity(self._demand_velocity, limit, duration)
         self._demand = float(position)
-        slow = max(_AT_REST * self.counts_per_radian, _AT_REST_COUNTS / duration)
-        if self._demand_velocity or abs(self.servo.velocity) > slow:
+        self._slow = max(_AT_REST * self.counts_per_radian, _AT_REST_COUNTS / duration)
+        if self._demand_velocity or abs(self.servo.velocity) > self._slow:
             self._rests_for = 0.0
             return current
         self._rests_for += duration
@@ -354,11 +390,22 @@ class SimulatedDrive:
                 self._entered(before, self.machine.state)
         return current
 
-    def _hold_still(self, position: int, duration: float) -> float:
-        """The brake of an axis without power, as a current that the drive does not report."""
+    def _without_power(self, position: int, duration: float) -> float:
+        """The brake of an axis without power, as a current that the drive does not report.
+
+        It is open for a while, slips like dry friction while the axis turns, and holds once it stands.
+        """
+        self._off_for += duration
+        if self._hold is None and (not self.axis.brake or self._off_for < self.axis.brake_delay):
+            self.current = 0.0
+            return 0.0
+        limit = self.axis.brake_torque * self.rated_current
         if self._hold is None:
+            if abs(self.servo.velocity) > self._slow:
+                self.current = self.servo.follow_velocity(0.0, limit, duration)
+                return self.current
             self._hold = float(position)
-        limit = 10.0 * self.axis.current_limit * self.rated_current
+        self._settles_for -= duration
         self.current = self.servo.follow_position(self._hold, 0.0, position, limit, duration)
         return self.current
 

@@ -7,6 +7,7 @@ import h5py
 import numpy as np
 import pytest
 import typer
+from identify.estimation.identification import identify
 from typer.testing import CliRunner
 
 from api.commands import import_
@@ -14,7 +15,6 @@ from daq.excitation.standard_plan import standard_plan
 from daq.rig import Rig
 from daq.session_events import SessionState
 from daq.session_workflow import PayloadSession
-from identify.estimation.identification import identify
 from identify.recording import InputError, load_experiment
 
 RIG = "rx130l-joint3-simulated"

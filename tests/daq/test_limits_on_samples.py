@@ -71,10 +71,13 @@ def test_a_constant_acceleration_is_stopped_exactly_when_it_is_beyond_the_limit_
         assert "acceleration" in reason.words
 
 
-def test_nothing_is_judged_at_standstill_and_nothing_filled_in_where_nothing_came(rig):
+def test_nothing_is_judged_at_standstill_without_power_and_nothing_filled_in_where_nothing_came(rig):
     time = time_of(rig, 0.2)
     rows = rows_of(rig, 5.0 * time)
     rows["phase"] = Phase.STANDSTILL
+    held = verdict(rig, rows)
+    assert "velocity of the held axis 5 rad/s above 0.36 rad/s" in held.words
+    rows["status"] = 0x0250  # SWITCH ON DISABLED: moved by hand
     assert verdict(rig, rows) is None
     rows = rows_of(rig, 0.1 * time)
     rows["position"][50] = 2**30

@@ -5,7 +5,7 @@ from multiprocessing import Pipe
 import pytest
 
 from daq.acquisition import Acquisition, AcquisitionOrder
-from daq.safety import StopCause
+from daq.safety import StopCause, StopReason
 
 
 class QuietDrives:
@@ -43,10 +43,10 @@ def test_a_recorder_that_is_ready_when_the_order_to_arm_is_heard_is_not_waited_f
 
 def test_a_recorder_that_cannot_create_its_file_ends_the_session_with_its_words(acquisition):
     process, parent, recorder = acquisition
-    recorder.send("the recording cannot be created (no)")
+    recorder.send(StopReason(StopCause.RECORDER, "the recording cannot be created (no)"))
     parent.send(("arm", ""))
     reason = armed(process)
-    assert (reason.cause, reason.words) == (StopCause.FULL_DISK, "the recording cannot be created (no)")
+    assert (reason.cause, reason.words) == (StopCause.RECORDER, "the recording cannot be created (no)")
 
 
 def test_a_recorder_that_dies_first_ends_the_session(acquisition):
@@ -54,7 +54,15 @@ def test_a_recorder_that_dies_first_ends_the_session(acquisition):
     parent.send(("arm", ""))
     recorder.close()
     reason = armed(process)
-    assert (reason.cause, reason.words) == (StopCause.RECORDER, "the recorder died before it was ready")
+    assert reason.cause is StopCause.RECORDER
+    assert "the recorder process died before the session was armed" in reason.words
+
+
+def test_a_recorder_that_dies_before_anybody_asks_to_arm_ends_the_session(acquisition):
+    process, _, recorder = acquisition
+    recorder.close()
+    reason = process._wait(QuietDrives(), lambda: process._arm_asked)
+    assert reason.cause is StopCause.RECORDER
 
 
 def test_the_operators_stop_is_heard_while_the_recorder_is_waited_for(acquisition):

@@ -10,7 +10,7 @@ from daq.rig import Rig
 from daq.ring_buffer import RingWriter
 from daq.samples import sample_dtype
 from daq.sampling_loop import SamplingLoop
-from drivers.frames import FRAME, block_of
+from drivers.frames import FRAME, OWN, block_of
 from drivers.process_data import DriveStream, MappedEntry, ProcessData
 from drivers.sync_producer import SYNC_ID
 
@@ -53,7 +53,7 @@ class ScriptedDrive:
 
     def send(self, can_id: int, data: bytes) -> None:
         if can_id == SYNC_ID:
-            self._frames.append((self.syncs * 1_000_000, SYNC_ID, b"", 0))
+            self._frames.append((self.syncs * 1_000_000, SYNC_ID, b"", OWN))
             self._owed = self.patience(self.syncs)
             self.syncs += 1
             self._answer_when_due()
@@ -81,7 +81,7 @@ def loop_with(rig: Rig) -> Iterator:
     with RingWriter(sample_dtype(1), 1 << 10) as rows, RingWriter(FRAME, 1 << 10) as frames:
         rows.unlink()
         frames.unlink()
-        yield lambda drive: SamplingLoop(rig, [STREAM], drive, rows, frames)
+        yield lambda drive: SamplingLoop(rig, [STREAM], drive, rows, frames, lambda can_id: 0)
 
 
 def missed(loop: SamplingLoop) -> int:
