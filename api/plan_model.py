@@ -2,19 +2,20 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from api.assumed_masses import SOURCE, assumed_base_parameters, torque_limits
-from daq.excitation.plan_model import PlannedMotion, PlannedParameter
+from daq.excitation.plan_model import Hidden, JointCoverage, PlanJudgement, PlannedMotion, PlannedParameter
 from daq.rig import KnownPayload, Rig
 from identify.dynamics.base_parameters import base_parameters
 from identify.dynamics.geometry import Geometry
 from identify.effects.admissible import named_parameters
 from identify.effects.catalogue import effects
+from identify.effects.coverage import Coverage, JointLimits
 from identify.effects.model import Model, Term, coupled_motors, parse_addition, parse_model
 from identify.effects.motion import BlockMemory, JointMotion, JointSummary
 from identify.estimation.rigid_body import RigidBody
@@ -25,6 +26,9 @@ Array = NDArray[np.float64]
 
 FRICTION_SHARE = 0.05
 """of the current limit: what dry friction, and at the highest speed viscous friction, is assumed to need"""
+
+ASSUMED_WARMTH = (20.0, 30.0)
+"""°C: what is expected of a gearbox whose temperature is recorded, that it warms up"""
 
 
 @dataclass(frozen=True)
@@ -141,6 +145,55 @@ class RegressorModel:
             torque[:, j] += columns @ self._values[indices]
         return torque
 
+    def judge(self, motions: Sequence[PlannedMotion], carried: Sequence[float] = ()) -> PlanJudgement:
+        """What sessions of these motions cover, and which effects of the catalogue they do not show.
+
+        carried : kg, payloads of sessions that were measured before and are identified with these
+        """
+        loads = [self.load(motion) for motion in motions]
+        summaries = [self._planned(j, motions, loads, carried) for j in range(len(self._rig.axes))]
+        hidden: list[Hidden] = []
+        for summary in summaries:
+            unseen: dict[tuple[str, str], list[str]] = {}
+            for effect in effects().values():
+                obstacle = effect.obstacle(summary)
+                if obstacle and obstacle.remedy is not None:
+                    unseen.setdefault((obstacle.reason, obstacle.remedy), []).append(effect.name)
+            hidden += [Hidden(summary.name, tuple(names), *why) for why, names in unseen.items()]
+        masses = tuple(motion.payload.mass for motion in motions)
+        return PlanJudgement(tuple(_covered(summary, masses) for summary in summaries), tuple(hidden))
+
+    def _planned(
+        self, j: int, motions: Sequence[PlannedMotion], loads: Sequence[Array], carried: Sequence[float]
+    ) -> JointSummary:
+        """The joint as these sessions, and those measured before, will show it."""
+        limits = self._rig.axes[j].limits
+        q, dq, ddq = (
+            np.concatenate([getattr(m, name)[:, j] for m in motions]) for name in ("q", "dq", "ddq")
+        )
+        load = np.concatenate([each[:, j] for each in loads])
+        speed = np.abs(dq[dq != 0.0]) if dq.any() else np.zeros(1)
+        names = [payload.name for payload in self._payloads]
+        of_session = [names.index(motion.payload.name) for motion in motions]
+        masses = (*(payload.mass for payload in self._payloads), *carried)
+        of_session += range(len(names), len(masses))
+        return replace(
+            self._summary(j, len(motions)),
+            position_range=(float(q.min()), float(q.max())),
+            position_quantiles=np.quantile(q, np.linspace(0.0, 1.0, 17)),
+            maximum_speed=float(speed.max()),
+            speed_quantiles=np.quantile(speed, [0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.99]),
+            load_range=(float(load.min()), float(load.max())),
+            sessions=tuple(range(len(of_session))),
+            payloads=(*names, *(f"{mass:g} kg" for mass in carried)),
+            payload_masses=masses,
+            payload_of_session=tuple(of_session),
+            session_durations=tuple(float(m.time[-1] + 0.5 * m.period) for m in motions),
+            temperature_range=ASSUMED_WARMTH if self._rig.record_temperature else None,
+            coverage=Coverage.of(q, dq, ddq, load, JointLimits(limits.position, limits.velocity)),
+            loaded_sessions=sum(masses[payload] > 0.0 for payload in of_session),
+        )
+
     def _parse(self, additions: Sequence[str]) -> Model:
         joints = [axis.joint for axis in self._rig.axes]
         catalogue = effects()
@@ -152,10 +205,8 @@ class RegressorModel:
 
     def _with_constants(self, term: Term, summary: JointSummary) -> Term:
         """The term with the middle of its constants' range; a plan that suits it suits its neighbours."""
-        if term.effect.name in NEEDS_A_RECORD:
-            raise InputError(
-                f"model: '{term.effect.name}' cannot be planned for: {NEEDS_A_RECORD[term.effect.name]}"
-            )
+        if reason := term.effect.not_planned:
+            raise InputError(f"model: '{term.effect.name}' cannot be planned for: {reason}")
         grid = term.effect.grid(summary)
         return term.chosen(grid[len(grid) // 2])
 
@@ -225,13 +276,6 @@ class RegressorModel:
         )
 
 
-NEEDS_A_RECORD = {
-    "torque-ripple": "its period is found in a record; take slow motion over a wide range, then identify",
-    "current-ripple": "its period is found in a record; take slow motion over a wide range, then identify",
-    "friction-temperature": "a plan does not say how warm the gearbox will be",
-}
-
-
 class _Views:
     """Planned motion as an effect of a motor or joint `owner` sees it on the rows of a joint."""
 
@@ -281,6 +325,28 @@ class _Views:
             ),
             payload_columns_of=lambda: body.payload_columns(joint, motion.q, motion.dq, motion.ddq),
         )
+
+
+def _covered(summary: JointSummary, masses: tuple[float, ...]) -> JointCoverage:
+    """What the planner reports of a joint's coverage."""
+    coverage = summary.coverage
+    assert coverage is not None  # planned motion has one, with limits and loads
+    assert coverage.position_share is not None
+    assert coverage.top_speed_share is not None
+    assert coverage.fast is not None
+    assert coverage.quadrants is not None
+    return JointCoverage(
+        joint=summary.name,
+        position_range=summary.position_range,
+        position_share=coverage.position_share,
+        highest_speed_share=coverage.top_speed_share,
+        slow_forwards=coverage.slow_forwards,
+        slow_backwards=coverage.slow_backwards,
+        fast=coverage.fast,
+        quadrants=coverage.quadrants,
+        load_range=summary.load_range,
+        payload_masses=masses,
+    )
 
 
 def _names(term: Term, width: int, summary: JointSummary) -> list[tuple[str, str, str, str | None]]:

@@ -11,8 +11,6 @@ from identify.dynamics.base_parameters import base_parameters
 from identify.dynamics.geometry import Geometry
 from identify.dynamics.payload import payload_torque
 
-SLOW = 0.10
-"""Part of the greatest speed that the paper calls low (Table III)."""
 WELL_CONDITIONED = 100.0
 """Condition number of the observation matrix up to which every parameter is determined in practice."""
 
@@ -88,30 +86,20 @@ def determination(
 
 
 @dataclass(frozen=True)
-class MotionShares:
-    """How much of a plan is which kind of motion, of each joint.
+class Repetition:
+    """How much of a plan repeats exactly.
 
-    slow             : (n,) share of the time below a tenth of the greatest speed, at rest left out
-    fastest          : (n,) greatest speed as a share of the speed limit
-    lesser_direction : (n,) share of the time in the direction that is driven less
-    repeats          : periods that repeat exactly
-    repeated         : share of the plan in which motion repeats exactly
+    repeats  : periods that do
+    repeated : share of the plan in which motion does
     """
 
-    slow: np.ndarray
-    fastest: np.ndarray
-    lesser_direction: np.ndarray
     repeats: float
     repeated: float
 
 
-def motion_shares(plan: ExcitationPlan, rig: Rig, velocity: np.ndarray) -> MotionShares:
-    """Of a plan with that velocity, (N, n) rad/s or m/s at even times."""
-    speed = np.abs(velocity)
-    return MotionShares(
-        slow=((speed > 1e-6) & (speed < SLOW * speed.max(axis=0))).mean(axis=0),
-        fastest=(speed / np.array([axis.limits.velocity for axis in rig.axes])).max(axis=0),
-        lesser_direction=np.minimum((velocity > 1e-6).mean(axis=0), (velocity < -1e-6).mean(axis=0)),
+def repetition(plan: ExcitationPlan) -> Repetition:
+    """Of a plan."""
+    return Repetition(
         repeats=sum((end - begin) / period for begin, end, period in plan.repeated),
         repeated=sum(end - begin for begin, end, _ in plan.repeated) / plan.duration,
     )

@@ -9,20 +9,16 @@ import numpy as np
 from api.pages.catalogue_words import effect_titles
 from api.pages.error_figures import JointUnits
 from api.pages.figures.plan_preview import draw_plan_signal
-from api.pages.number_format import THIN, listing, number, percent, significant
-from api.planned_motion import Determination, MotionShares, determination, motion_shares, predicted_torque
+from api.pages.number_format import listing, number, percent, significant
+from api.plan_model import Identified, RegressorModel
+from api.planned_motion import Determination, Repetition, determination, predicted_torque, repetition
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.excitation.plan_limits import violations
+from daq.excitation.plan_model import PlannedMotion
 from daq.rig import KnownPayload, Rig
 
 PREVIEW_POINTS = 6000
 """Points of the motion that are looked at; the preview is drawn from their least and greatest values."""
-FAST = 0.35
-"""Part of the greatest speed that the paper calls high (Table III)."""
-ENOUGH_SLOW = 0.08
-"""Share of slow motion from which friction at low speed shows."""
-BOTH_WAYS = 0.2
-"""Share of the time in the lesser direction from which friction that differs between directions shows."""
 REPEATED = 0.2
 """Part of a plan that must repeat for a noise floor, as `identify.validation.noise_floor` asks of a session."""
 
@@ -97,7 +93,13 @@ def plan_view(
         plan.duration,
         joints,
         broken,
-        findings(plan, rig, payload, masses_measured, position, velocity, acceleration),
+        findings(
+            plan,
+            rig,
+            payload,
+            masses_measured,
+            None if torque is None else Identified(identified, "the model that stands"),
+        ),
         "predicted with the model that stands, limits from the drive's current"
         if torque is not None
         else "The torque cannot be predicted before a first model; the current is watched on every sample.",
@@ -124,71 +126,32 @@ def findings(
     rig: Rig,
     payload: KnownPayload,
     masses_measured: Sequence[float],
-    position: np.ndarray,
-    velocity: np.ndarray,
-    acceleration: np.ndarray,
+    identified: Identified | None,
 ) -> list[Finding]:
-    """What the plan can and cannot identify, from the motion itself and the payloads measured so far."""
-    found = [_parameters(determination(rig, position, velocity, acceleration))]
-    shares = motion_shares(plan, rig, velocity)
-    slow, fast = shares.slow, shares.fastest
-    names = [axis.joint for axis in rig.axes]
-    found.append(
-        _judged(
-            slow > ENOUGH_SLOW,
-            names,
-            "Friction at low speed",
-            f"{percent(float(slow.min()), 2)} of the time is slow motion: Stribeck and presliding friction show.",
-            "Hardly any slow motion: Stribeck and presliding friction would not show.",
+    """What the plan can and cannot identify; of the effects, each is asked itself, as the planner does."""
+    time = np.linspace(0.0, plan.duration, PREVIEW_POINTS)
+    motion = PlannedMotion(payload, time, *plan.setpoints(time), float(time[1]))
+    model = RegressorModel(rig, "usual", [payload], (), identified)
+    listed = [
+        _parameters(determination(rig, motion.q, motion.dq, motion.ddq)),
+        _noise_floor(repetition(plan)),
+    ]
+    titles = effect_titles()
+    unseen: dict[tuple[str, str, tuple[str, ...]], list[str]] = {}
+    for hidden in model.judge([motion], masses_measured).hidden:
+        unseen.setdefault((hidden.reason, hidden.remedy, hidden.effects), []).append(hidden.joint)
+    for (reason, remedy, names), joints in unseen.items():
+        where = "" if len(joints) == len(rig.axes) else f"{listing(joints)}: "
+        words = listing(titles.get(name, name) for name in names)
+        listed.append(
+            Finding("warn", f"{reason[0].upper()}{reason[1:]}", f"{where}hides {words}. To see it, {remedy}.")
         )
-    )
-    found.append(
-        _judged(
-            fast >= FAST,
-            names,
-            "Friction at high speed",
-            f"Up to {percent(float(fast.min()), 2)} of the speed limit: viscous friction and its curvature show.",
-            f"At most {percent(float(fast.min()), 2)} of the speed limit: curvature of the viscous friction stays hidden.",
-        )
-    )
-    found.append(
-        _judged(
-            shares.lesser_direction > BOTH_WAYS,
-            names,
-            "Asymmetry",
-            "Both directions are driven alike: friction that differs between them shows.",
-            "One direction is hardly driven: offset and asymmetric friction cannot be told apart.",
-        )
-    )
-    found.append(_noise_floor(shares))
-    masses = sorted({round(mass, 3) for mass in [*masses_measured, payload.mass]})
-    words = listing(f"{significant(mass, 4)}{THIN}kg" for mass in masses)
-    found.append(
-        Finding(
-            "good", "Friction over load", f"Payloads of {words}: friction that depends on the load shows."
-        )
-        if len(masses) > 1
-        else Finding(
-            "warn",
-            "Friction over load",
-            f"Only {words} so far: measure another payload, else friction that depends on the load stays hidden.",
-        )
-    )
-    if plan.duration < 120:
-        found.append(Finding("warn", "Warm-up", "Too short to see friction fall while the gear warms up."))
-    return found
+    if not unseen:
+        listed.append(Finding("good", "Effects", "Every effect of the catalogue shows in this motion."))
+    return listed
 
 
-def _judged(good: np.ndarray, names: Sequence[str], what: str, yes: str, no: str) -> Finding:
-    if good.all():
-        return Finding("good", what, yes)
-    lacking = [name for name, fine in zip(names, good, strict=True) if not fine]
-    return Finding(
-        "warn", what, no if len(lacking) == len(names) else f"{listing(lacking)}: {no[0].lower()}{no[1:]}"
-    )
-
-
-def _noise_floor(shares: MotionShares) -> Finding:
+def _noise_floor(shares: Repetition) -> Finding:
     """Whether what no model can explain will be measured: a stretch must repeat that speaks for the session."""
     what = "Noise floor"
     if shares.repeats < 2:

@@ -3,8 +3,9 @@
 The planner knows nothing of rigid bodies or friction: it plans for whatever linear model it is given.
 """
 
-from dataclasses import dataclass
-from typing import Protocol
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +48,54 @@ class PlannedMotion:
         return cls(payload, time, *plan.setpoints(time), period)
 
 
+@dataclass(frozen=True)
+class JointCoverage:
+    """What the sessions of a plan make one joint do; shares are of the joint's moving time over all
+    sessions.
+    """
+
+    joint: str
+    position_range: tuple[float, float]
+    """rad or m"""
+    position_share: float
+    """of the range that the limits allow"""
+    highest_speed_share: float
+    """of the speed that the limits allow"""
+    slow_forwards: float
+    slow_backwards: float
+    """share of time at a steady speed that the model calls slow, by direction"""
+    fast: float
+    """share of time at a speed that the model calls fast"""
+    quadrants: tuple[float, float, float, float]
+    """share of time in quadrants 1 to 4 of Fig. 2, (speed, load): (+, +), (−, +), (−, −), (+, −)"""
+    load_range: tuple[float, float]
+    """N m, as predicted, over all sessions"""
+    payload_masses: tuple[float, ...]
+    """kg, of the sessions"""
+
+    def to_json(self) -> dict[str, Any]:
+        """As plain data."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class Hidden:
+    """Effects of one joint that a plan does not show, with the reason and what would show them."""
+
+    joint: str
+    effects: tuple[str, ...]
+    reason: str
+    remedy: str
+
+
+@dataclass(frozen=True)
+class PlanJudgement:
+    """What the sessions of a plan make each joint do, and the effects that they do not show."""
+
+    covered: tuple[JointCoverage, ...]
+    hidden: tuple[Hidden, ...]
+
+
 class PlanModel(Protocol):
     """A model that is linear in its parameters, with a guess of them."""
 
@@ -84,4 +133,8 @@ class PlanModel(Protocol):
 
     def load(self, motion: PlannedMotion) -> Array:
         """(N, n) N m: the part of the torque that the gears drive, τ_out of eq. (6)."""
+        ...
+
+    def judge(self, motions: Sequence[PlannedMotion]) -> PlanJudgement:
+        """What sessions of these motions cover, and what they do not show: the effects themselves are asked."""
         ...

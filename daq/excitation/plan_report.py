@@ -8,11 +8,10 @@ import numpy as np
 
 from daq.excitation.blend import Array
 from daq.excitation.excitation_plan import ExcitationPlan
-from daq.excitation.identifiability import Hidden, JointCoverage, coverage, hidden_effects
 from daq.excitation.information import Information
 from daq.excitation.optimal_excitation import Request, information_of, optimal_plan
 from daq.excitation.plan_limits import Violation, require_within_limits, sampling_times, violations
-from daq.excitation.plan_model import PlannedMotion
+from daq.excitation.plan_model import Hidden, JointCoverage, PlannedMotion
 from daq.rig import KnownPayload
 from identify.recording.errors import InputError
 
@@ -147,15 +146,15 @@ def judge(request: Request, plan: ExcitationPlan) -> PlanReport:
     if not plan.repeated:
         remarks.append("nothing in this plan repeats: no noise floor can be measured; give it more seconds")
     motions = [PlannedMotion.of(plan, payload, COVERAGE_PERIOD) for payload in request.payloads]
-    covered = coverage(request.model, motions, request.rig)
+    judgement = request.model.judge(motions)
     gain = request.rig.drive_gain
     peaks = [np.abs(np.linalg.solve(gain, request.model.torque(motion).T)).max(axis=1) for motion in motions]
     return PlanReport(
         request=request,
         plan=plan,
         information=information_of(plan, request),
-        covered=covered,
-        hidden=tuple(hidden_effects(covered, plan.duration, request.rig.record_temperature)),
+        covered=judgement.covered,
+        hidden=judgement.hidden,
         peak_current=np.array(peaks),
         remarks=tuple(remarks),
     )

@@ -87,9 +87,9 @@ def find_candidates(
         for effect in known.values():
             if model.has(effect.name, summary.joint):
                 continue
-            obstacle = effect.obstacle(summary)
-            if obstacle:
-                left_out.append(NotApplicable(effect=effect.name, joint=summary.name, reason=obstacle))
+            reason = effect.prevented(summary)
+            if reason:
+                left_out.append(NotApplicable(effect=effect.name, joint=summary.name, reason=reason))
                 continue
             for term in terms_of(effect, [summary.joint], record.experiment.drive_gain):
                 if term.key in {own.key for own in model.terms} or summary.joint not in rows_of(record, term):

@@ -10,15 +10,9 @@ from identify.effects.effect import Effect
 from identify.effects.motion import JointSummary
 
 
-def load_changes(summary: JointSummary) -> bool:
-    """Whether a known load of the joint changes between the sessions of the fit or within them."""
-    carried = {summary.payload_masses[payload] for payload in summary.payload_of_session}
-    return len(carried) > 1 or summary.has_external_force
-
-
 def load_siblings(effect: Effect, known: Mapping[str, Effect], summary: JointSummary) -> tuple[str, ...]:
     """Effects that only a change of load would tell from this one; none where the load changes."""
-    if load_changes(summary):
+    if summary.load_changes:
         return ()
     if effect.group == "load":
         return tuple(name for name in effect.confusable if name in known)
@@ -29,7 +23,7 @@ def load_siblings(effect: Effect, known: Mapping[str, Effect], summary: JointSum
 
 def caution(effect: Effect, known: Mapping[str, Effect], summary: JointSummary) -> str | None:
     """What must be kept in mind when this effect is named; None where the record tells all of it."""
-    if load_changes(summary):
+    if summary.load_changes:
         return None
     if effect.group == "load":
         return (

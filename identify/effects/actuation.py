@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from identify.effects.conditions import KNOWN_LOAD_OR_SESSIONS, Condition
 from identify.effects.effect import Constants, DeclaredLoad, Effect
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter
@@ -22,7 +23,7 @@ class GainSaturation(Effect):
         EffectParameter("saturation", "N m/(N m)^p", lower=0.0),
     )  # more current than torque, never less
     source = "torque-constant saturation of permanent-magnet motors, e.g. Hanselman 2006, ch. 4"
-    needs = ("torques up to the maximum",)
+    conditions = (Condition("torques up to the maximum"),)
     variable = "torque"
     picture = OVER_LOAD
     confusable = ("drive-gain",)
@@ -54,7 +55,7 @@ class DriveGain(Effect):
     regressors = ("τ_known", "or τ in each later session")
     parameters = (EffectParameter("gain_ratio", "1", lower=-1.0),)  # as fitted: the ratio less 1
     source = "paper, eq. (4) and (35)"
-    needs = ("a known payload or a known external force, or several sessions",)
+    conditions = (KNOWN_LOAD_OR_SESSIONS,)
     variable = "known load"
     picture = OVER_LOAD
     confusable = ("payload-mass",)
@@ -62,11 +63,6 @@ class DriveGain(Effect):
     declared_load = DeclaredLoad.QUESTIONED
     estimates_ratio = True
     uses_torque = True
-
-    def obstacle(self, summary: JointSummary) -> str | None:
-        if summary.loaded_sessions or summary.has_external_force or len(summary.sessions) > 1:
-            return None
-        return "no known load: without a weighed payload or a measured external force the gain cannot be told"
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
         found: list[dict[str, float]] = []
@@ -119,7 +115,7 @@ class Delay(Effect):
     # positive where the command is recorded late, negative where it acts late or the position is recorded late
     parameters = (EffectParameter("delay", "s"),)
     source = "Gautier, Poignet 2001; measured on EMPS"
-    needs = ("fast changes of torque",)
+    conditions = (Condition("fast changes of torque"),)
     variable = "ddq"
     picture = OVER_ACCELERATION
     confusable = ("elasticity",)

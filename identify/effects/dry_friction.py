@@ -2,6 +2,16 @@
 
 import numpy as np
 
+from identify.effects.conditions import (
+    ALL_QUADRANTS,
+    LOAD_CHANGE,
+    LOAD_CHANGE_AT_LOW_SPEED,
+    LONG_SESSION,
+    STRIBECK_SPEEDS,
+    TEMPERATURE,
+    WIDE_RANGE,
+    Condition,
+)
 from identify.effects.effect import Constants, DeclaredLoad, Effect, finer, geometric_grid
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter
@@ -100,7 +110,7 @@ class LoadFriction(Effect):
     parameters = (EffectParameter("alpha", "1", lower=0.0),)
     dissipates = True
     source = "paper, eq. (18)"
-    needs = ("a payload change or strongly varying gravity load",)
+    conditions = (LOAD_CHANGE,)
     variable = "load"
     picture = LOSS_OVER_LOAD
     confusable = ("load-friction-asymmetric", "friction-position")
@@ -137,7 +147,7 @@ class LoadFrictionAsymmetric(Effect):
     )
     dissipates = True
     source = "paper, eq. (20)"
-    needs = ("a payload change or strongly varying gravity load", "all four quadrants of Fig. 2")
+    conditions = (LOAD_CHANGE, ALL_QUADRANTS)
     variable = "load"
     picture = LOSS_OVER_LOAD
     confusable = ("load-friction", "drive-gain")
@@ -173,16 +183,11 @@ class LoadStribeck(Effect):
     parameters = (EffectParameter("b_m", "1", lower=0.0), EffectParameter("b_g", "1", lower=0.0))
     dissipates = True
     source = "paper, eq. (24)-(25)"
-    needs = ("a payload change or strongly varying gravity load", "slow motion")
+    conditions = (LOAD_CHANGE_AT_LOW_SPEED, STRIBECK_SPEEDS, ALL_QUADRANTS)
     variable = "dq"
     picture = OVER_SIZE_OF_SPEED
     confusable = ("stribeck", "load-friction-asymmetric")
     uses_load = True
-
-    def obstacle(self, summary: JointSummary) -> str | None:
-        if summary.speed_quantiles[2] > 0.35 * summary.maximum_speed:
-            return "no slow motion: hardly a sample is below a third of the top speed"
-        return None
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
         velocities = geometric_grid("stribeck_velocity", *stribeck_range(summary), 7)
@@ -214,7 +219,7 @@ class FrictionPosition(Effect):
     parameters = (EffectParameter("FQ", "N m"),)  # more or less than at the lower end of the range
     dissipates = True
     source = "Armstrong-Hélouvy 1991, ch. 3 (position-dependent friction)"
-    needs = ("motion over the same positions in both directions",)
+    conditions = (WIDE_RANGE, Condition("motion over the same positions in both directions"))
     variable = "q"
     picture = LOSS_OVER_POSITION
     confusable = ("load-friction", "torque-ripple")
@@ -249,13 +254,11 @@ class FrictionTemperature(Effect):
     parameters = (EffectParameter("FVT", "N m s/(rad K)"), EffectParameter("FCT", "N m/K"))
     dissipates = True
     source = "Bittencourt, Axelsson 2014, IEEE/ASME Trans. Mechatronics 19(1)"
-    needs = ("a temperature column that changes by some kelvin",)
+    conditions = (TEMPERATURE,)
+    not_planned = "a plan does not say how warm the gearbox will be"
     variable = "temperature"
     picture = OVER_TEMPERATURE
     confusable = ("friction-warmup",)
-
-    def obstacle(self, summary: JointSummary) -> str | None:
-        return None if summary.has_temperature else "no temperature column that changes by more than 1 K"
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         assert motion.temperature is not None
@@ -277,7 +280,7 @@ class FrictionWarmup(Effect):
     parameters = (EffectParameter("FVw", "N m s/rad", lower=0.0), EffectParameter("FCw", "N m", lower=0.0))
     dissipates = True
     source = "Simoni, Beschi, Legnani, Visioli 2015 (friction with thermal state)"
-    needs = ("a session of a minute or more",)
+    conditions = (LONG_SESSION,)
     variable = "time"
     picture = OVER_TIME
     confusable = ("friction-temperature",)

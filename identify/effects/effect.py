@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from enum import Enum
 from typing import Literal
 
+from identify.effects.conditions import Condition, Obstacle
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter, Relation
 from identify.effects.picture import OVER_SPEED, PictureVariable
@@ -29,7 +30,7 @@ class Effect(ABC):
     """One physical effect of one joint, linear in its parameters once its nonlinear constants are chosen.
 
     A subclass states the class attributes and gives `columns`. An effect with nonlinear constants also gives
-    `grid`; one that not every record can show gives `obstacle`.
+    `grid`; one that not every record can show states `conditions`.
     """
 
     name: str
@@ -44,7 +45,10 @@ class Effect(ABC):
     parameters: tuple[EffectParameter, ...]
     """of each column: name, unit, and what it can be"""
     source: str
-    needs: tuple[str, ...] = ()
+    conditions: tuple[Condition, ...] = ()
+    """what data must hold for it to be seen, the decisive ones first"""
+    not_planned: str | None = None
+    """why no plan can be made for a model that has it, in words; None where one can"""
     variable: str = "dq"
     """the variable over which the effect is best seen in a residual"""
     picture: PictureVariable = OVER_SPEED
@@ -74,9 +78,23 @@ class Effect(ABC):
     dissipates: bool = False
     """whether it is friction: all such effects of a joint together never drive it (`admissible_values`)"""
 
-    def obstacle(self, summary: JointSummary) -> str | None:
-        """Why this record cannot show the effect, in words; None where it can."""
-        return None
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """What data must hold for it to be seen, in words."""
+        return tuple(condition.need for condition in self.conditions)
+
+    def obstacle(self, summary: JointSummary) -> Obstacle | None:
+        """Why a record or a plan does not show the effect; None where it does.
+
+        Of several conditions that are not met, the first that prevents it altogether, else the first.
+        """
+        unmet = [obstacle for each in self.conditions if (obstacle := each.obstacle(summary))]
+        return next((obstacle for obstacle in unmet if obstacle.prevents), unmet[0] if unmet else None)
+
+    def prevented(self, summary: JointSummary) -> str | None:
+        """The reason, where nothing of the effect is in the data, so that it need not be tried; else None."""
+        obstacle = self.obstacle(summary)
+        return obstacle.reason if obstacle and obstacle.prevents else None
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
         """Values of the nonlinear constants worth trying, coarse, within their physical range."""

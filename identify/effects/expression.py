@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from identify.effects.conditions import TEMPERATURE
 from identify.effects.effect import Constants, Effect
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter
@@ -99,7 +100,6 @@ class OwnEffect(Effect):
     """An effect made of expressions."""
 
     group = "own"
-    needs = ()
 
     def __init__(self, settings: OwnEffectFile) -> None:
         """:raises ValueError: an expression is not a formula of the allowed signals, functions and constants."""
@@ -121,12 +121,8 @@ class OwnEffect(Effect):
         self.uses_load = any(_names(text) & {"load", "torque"} for text in settings.columns)
         self.uses_torque = any("torque" in _names(text) for text in settings.columns)
         self.nonlinear = any("ddq" in _names(text) for text in settings.columns)
-        self.needs_temperature = any("temp" in _names(text) for text in settings.columns)
-
-    def obstacle(self, summary: JointSummary) -> str | None:
-        if self.needs_temperature and not summary.has_temperature:
-            return "no temperature column that changes by more than 1 K"
-        return None
+        warm = any("temp" in _names(text) for text in settings.columns)
+        self.conditions = (TEMPERATURE,) if warm else ()
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
         ranges = self.settings.constants

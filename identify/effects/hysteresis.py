@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.effects.conditions import ENCODER_ON_THE_MOTOR, SLOW_MOTION, Condition
 from identify.effects.dry_friction import (
     Coulomb,
     LoadFriction,
@@ -29,7 +30,7 @@ class Presliding(Effect):
     regressors = ("z − sign(q̇)",)
     parameters = (EffectParameter("FP_", "N m", lower=0.0),)
     source = "Dahl 1968; Canudas de Wit et al. 1995 (LuGre without the velocity term)"
-    needs = ("many reversals",)
+    conditions = (SLOW_MOTION, Condition("many reversals"))
     variable = "travel since reversal"
     picture = OVER_TRAVEL
     confusable = ("stribeck", "backlash")
@@ -93,7 +94,7 @@ class Backlash(Effect):
         EffectParameter("backlash_inertia", "kg m^2 rad", upper=0.0),
     )
     source = "Nordin, Gutman 2002, Automatica 38 (mechanical systems with backlash)"
-    needs = ("reversals of motion and of load", "an encoder on the motor's side")
+    conditions = (Condition("reversals of motion and of load"), ENCODER_ON_THE_MOTOR)
     variable = "load"
     picture = OVER_TRAVEL
     confusable = ("presliding", "elasticity")

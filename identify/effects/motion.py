@@ -7,6 +7,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.effects.coverage import Coverage
+
 Array = NDArray[np.float64]
 
 TEMPERATURE_CHANGE = 1.0
@@ -144,15 +146,17 @@ class JointSummary:
     period: float
     decimated_period: float
     axis_along_gravity: bool
-    position_lines: tuple[float, ...] = ()
-    """candidate wave numbers of what is left over position, per rad, strongest first"""
-    load_lines: tuple[float, ...] = ()
+    position_lines: tuple[float, ...] | None = None
+    """candidate wave numbers of what is left over position, per rad, strongest first; None before a fit"""
+    load_lines: tuple[float, ...] | None = None
     """the same for what is left in proportion to the torque"""
     line_width: float = 0.0
     """per rad; a line may show at other wave numbers that are as near to it"""
     lines_searched: int = 1
     """how many independent wave numbers were looked at to find them"""
     loaded_sessions: int = field(default=0)
+    coverage: Coverage | None = None
+    """what the motion makes the joint do; None where nobody asked"""
 
     @property
     def has_temperature(self) -> bool:
@@ -160,6 +164,12 @@ class JointSummary:
         return (
             self.temperature_range is not None and float(np.ptp(self.temperature_range)) > TEMPERATURE_CHANGE
         )
+
+    @property
+    def load_changes(self) -> bool:
+        """Whether a known load changes between the sessions or within them."""
+        carried = {self.payload_masses[payload] for payload in self.payload_of_session}
+        return len(carried) > 1 or self.has_external_force
 
     @property
     def span(self) -> float:

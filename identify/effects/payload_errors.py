@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from identify.effects.conditions import KNOWN_PAYLOAD, WIDE_RANGE, Condition
 from identify.effects.effect import Constants, DeclaredLoad, Effect
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter
@@ -24,7 +25,7 @@ class PayloadMass(Effect):
     regressors = ("τ_payload of payload p",)
     parameters = (EffectParameter("mass_ratio", "1", lower=-1.0),)  # as fitted: the ratio less 1
     source = "paper, eq. (35)"
-    needs = ("a session with a known payload",)
+    conditions = (KNOWN_PAYLOAD,)
     variable = "known load"
     picture = OVER_LOAD
     confusable = ("drive-gain", "payload-com")
@@ -33,9 +34,6 @@ class PayloadMass(Effect):
     declared_load = DeclaredLoad.QUESTIONED
     estimates_ratio = True
     rows = "robot"
-
-    def obstacle(self, summary: JointSummary) -> str | None:
-        return None if summary.loaded_sessions else "no session with a payload"
 
     def parameters_of(self, summary: JointSummary, constants: Constants) -> tuple[EffectParameter, ...]:
         ratio = self.parameters[0]
@@ -68,16 +66,13 @@ class PayloadCentre(Effect):
     regressors = ("∂τ_payload/∂c_x", "∂τ_payload/∂c_y", "∂τ_payload/∂c_z")
     parameters = (EffectParameter("com_x", "m"), EffectParameter("com_y", "m"), EffectParameter("com_z", "m"))
     source = "paper, eq. (32)-(34)"
-    needs = ("a session with a known payload",)
+    conditions = (KNOWN_PAYLOAD,)
     variable = "q"
     picture = OVER_POSITION
     confusable = ("payload-mass", "gravity-tilt")
     uses_load = True
     declared_load = DeclaredLoad.QUESTIONED
     rows = "robot"
-
-    def obstacle(self, summary: JointSummary) -> str | None:
-        return None if summary.loaded_sessions else "no session with a payload"
 
     def parameters_of(self, summary: JointSummary, constants: Constants) -> tuple[EffectParameter, ...]:
         return tuple(
@@ -109,7 +104,7 @@ class GravityTilt(Effect):
         EffectParameter("tilt_2", "m/s²", lower=-STANDARD_GRAVITY, upper=STANDARD_GRAVITY),
     )
     source = "gravity term Q(q) of eq. (2), first order in the tilt"
-    needs = ("for a single joint: a payload change",)
+    conditions = (WIDE_RANGE, Condition("for a single joint: a payload change"))
     variable = "q"
     picture = OVER_POSITION
     confusable = ("payload-com", "joint-spring")

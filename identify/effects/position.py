@@ -2,10 +2,29 @@
 
 import numpy as np
 
+from identify.effects.conditions import SLOW_MOTION, WIDE_RANGE, Condition, Obstacle
 from identify.effects.effect import Constants, Effect
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter
 from identify.effects.picture import OVER_POSITION
+
+SLOW_OVER_CYCLES = Condition("slow motion over several cycles", SLOW_MOTION.obstacle)
+PERIOD_FROM_RECORD = "its period is found in a record; take slow motion over a wide range, then identify"
+
+
+def _no_line(lines: tuple[float, ...] | None) -> Obstacle | None:
+    """Nothing to say before a first fit has been looked at."""
+    if lines is None or lines:
+        return None
+    return Obstacle("no line stands out in the residual over position", "take slow motion over a wide range")
+
+
+LINES_OVER_POSITION = Condition(
+    "an error that repeats with position", lambda summary: _no_line(summary.position_lines)
+)
+LINES_OVER_LOAD = Condition(
+    "an error that repeats with position", lambda summary: _no_line(summary.load_lines)
+)
 
 
 class JointSpring(Effect):
@@ -21,7 +40,7 @@ class JointSpring(Effect):
     # a spring resists; a balancer that pulls over the centre is a first moment, which the base parameters hold
     parameters = (EffectParameter("KS", "N m/rad", lower=0.0),)
     source = "Khalil, Dombre 2002, ch. 9 (balancing springs)"
-    needs = ("motion over a wide range of positions",)
+    conditions = (WIDE_RANGE,)
     variable = "q"
     picture = OVER_POSITION
     confusable = ("gravity-tilt",)
@@ -42,14 +61,12 @@ class TorqueRipple(Effect):
     regressors = ("cos(k q)", "sin(k q)")
     parameters = (EffectParameter("ripple_cos", "N m"), EffectParameter("ripple_sin", "N m"))
     source = "Gandhi, Ghorbel, Dabney 2002 (harmonic drives); motor cogging"
-    needs = ("slow motion over several cycles",)
+    conditions = (LINES_OVER_POSITION, SLOW_OVER_CYCLES)
+    not_planned = PERIOD_FROM_RECORD
     variable = "q"
     from_residual = True
     picture = OVER_POSITION
     confusable = ("current-ripple", "friction-position")
-
-    def obstacle(self, summary: JointSummary) -> str | None:
-        return None if summary.position_lines else "no line stands out in the residual over position"
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
         lines = summary.position_lines
@@ -88,7 +105,8 @@ class CurrentRipple(Effect):
         EffectParameter("ripple_gain_sin", "1", lower=-1.0, upper=1.0),
     )
     source = "Armstrong, Khatib, Burdick 1986 (torque ripple of geared motors)"
-    needs = ("slow motion over several cycles, at different loads",)
+    conditions = (LINES_OVER_LOAD, SLOW_OVER_CYCLES, Condition("different loads"))
+    not_planned = PERIOD_FROM_RECORD
     variable = "q"
     from_residual = True
     picture = OVER_POSITION
@@ -96,11 +114,8 @@ class CurrentRipple(Effect):
     uses_load = True
     uses_torque = True
 
-    def obstacle(self, summary: JointSummary) -> str | None:
-        return None if summary.load_lines else "no line stands out in the residual over position"
-
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
-        return [{"wave_number": line} for line in summary.load_lines]
+        return [{"wave_number": line} for line in summary.load_lines or ()]
 
     def refine(self, constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
         return finer_line(constants, summary)

@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from identify.effects.conditions import ENCODER_ON_THE_MOTOR, SHARED_MOTOR, Condition
 from identify.effects.effect import Constants, Effect
-from identify.effects.motion import Array, JointMotion, JointSummary
+from identify.effects.motion import Array, JointMotion
 from identify.effects.parameter import EffectParameter
 from identify.effects.picture import OVER_ACCELERATION, OVER_SPEED
 
@@ -23,7 +24,7 @@ class Elasticity(Effect):
         EffectParameter("compliance", "rad/(N m)", lower=0.0),
     )
     source = "Spong 1987 (flexible joints), first order in 1/k"
-    needs = ("fast changes of load", "an encoder on the motor's side")
+    conditions = (Condition("fast changes of load"), ENCODER_ON_THE_MOTOR)
     variable = "ddq"
     picture = OVER_ACCELERATION
     confusable = ("delay", "backlash")
@@ -47,15 +48,10 @@ class MotorInertia(Effect):
     regressors = ("c_jm ẇ_m",)
     parameters = (EffectParameter("IaM", "kg m^2", lower=0.0),)
     source = "Khalil, Dombre 2002, ch. 9 (coupled drives)"
-    needs = ("a drive gain matrix with off-diagonal terms",)
+    conditions = (SHARED_MOTOR,)
     rows = "motor"
     variable = "ddq"
     picture = OVER_ACCELERATION
-
-    def obstacle(self, summary: JointSummary) -> str | None:
-        if summary.coupled_motors:
-            return None
-        return "the motor acts on this joint alone: its inertia is already part of the base parameters"
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         return motion.motor_share * motion.motor_acceleration[:, None]
@@ -77,16 +73,11 @@ class CoupledFriction(Effect):
         EffectParameter("IaM", "kg m^2", lower=0.0),
     )
     source = "Stäubli TX40 wrist: Gautier, Janot, Vandanjon 2013, IEEE TCST 21(2)"
-    needs = ("a drive gain matrix with off-diagonal terms",)
+    conditions = (SHARED_MOTOR,)
     rows = "motor"
     variable = "motor velocity"
     picture = OVER_SPEED
     confusable = ("viscous", "coulomb", "motor-inertia")
-
-    def obstacle(self, summary: JointSummary) -> str | None:
-        if summary.coupled_motors:
-            return None
-        return "the drive gain matrix couples no motor with this joint"
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         velocity = motion.motor_velocity

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from identify.effects.conditions import BOTH_DIRECTIONS, FAST_MOTION, SLOW_MOTION, STRIBECK_SPEEDS
 from identify.effects.effect import Constants, Effect, finer, geometric_grid
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter, Relation
@@ -41,7 +42,7 @@ class ViscousAsymmetric(Effect):
     parameters = (EffectParameter("FVa", "N m s/rad"),)
     dissipates = True
     source = "Janot, Gautier, Brunot 2019 (EMPS: the friction is asymmetric)"
-    needs = ("motion in both directions",)
+    conditions = (BOTH_DIRECTIONS, FAST_MOTION)
     picture = OVER_SPEED
     confusable = ("offset",)
 
@@ -72,7 +73,7 @@ class ViscousQuadratic(Effect):
     parameters = (EffectParameter("FV2_", "N m s²/rad²"),)  # either sign: churning, or levelling off
     dissipates = True
     source = "Armstrong-Hélouvy 1991, ch. 2"
-    needs = ("fast motion",)
+    conditions = (FAST_MOTION,)
     picture = OVER_SIZE_OF_SPEED
     confusable = ("viscous-cubic", "viscous-power")
 
@@ -93,7 +94,7 @@ class ViscousCubic(Effect):
     parameters = (EffectParameter("FV3_", "N m s³/rad³"),)  # either sign, as above
     dissipates = True
     source = "Hao, Pagani, Beschi, Legnani 2021, Robotics 10(1), 49 (polynomial friction)"
-    needs = ("fast motion",)
+    conditions = (FAST_MOTION,)
     picture = OVER_SIZE_OF_SPEED
     confusable = ("viscous-quadratic", "viscous-power")
 
@@ -114,7 +115,7 @@ class ViscousPower(Effect):
     parameters = (EffectParameter("FP", "N m (s/rad)^p", lower=0.0),)
     dissipates = True
     source = "Wahrburg et al. 2018, Mechatronics (speed-power friction of robot gears); measured on the TX40"
-    needs = ("slow and fast motion",)
+    conditions = (FAST_MOTION, SLOW_MOTION)
     picture = OVER_SIZE_OF_SPEED
     confusable = ("viscous-quadratic", "viscous-cubic", "stribeck")
 
@@ -146,14 +147,9 @@ class Stribeck(Effect):
     parameters = (EffectParameter("FS", "N m", lower=0.0),)  # stiction is more than sliding friction
     dissipates = True
     source = "paper, eq. (22)"
-    needs = ("slow motion",)
+    conditions = (STRIBECK_SPEEDS,)
     picture = OVER_SIZE_OF_SPEED
     confusable = ("presliding", "viscous-power")
-
-    def obstacle(self, summary: JointSummary) -> str | None:
-        if summary.speed_quantiles[2] > 0.35 * summary.maximum_speed:
-            return "no slow motion: hardly a sample is below a third of the top speed"
-        return None
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
         lowest, highest = stribeck_range(summary)

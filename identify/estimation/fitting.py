@@ -132,7 +132,7 @@ def _variants(
         return term.effect.refine(settled[term.key], summary)
     found = term.effect.grid(summary)
     if not found:
-        reason = term.effect.obstacle(summary) or "there is nothing to search"
+        reason = term.effect.prevented(summary) or "there is nothing to search"
         raise InputError(f"{term.effect.name}@{summary.name}: this record cannot show it: {reason}")
     return found
 

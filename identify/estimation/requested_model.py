@@ -123,13 +123,11 @@ def requested_model(record: Record, model: str, add: Sequence[str] = ()) -> Mode
     wanted = parse_model(model, record.joint_names, known, gain)
     for text in add:
         terms = parse_addition(text, record.joint_names, known, gain)
-        able = [
-            t for t in terms if t.effect.from_residual or not t.effect.obstacle(record.summaries[t.joint])
-        ]
+        able = [t for t in terms if not t.effect.prevented(record.summaries[t.joint])]
         if not able:
             name, _, joint = text.partition("@")
             summary = record.summaries[record.joint_names.index(joint) if joint else 0]
-            reason = known[name].obstacle(summary) or "no joint of this robot has it"
+            reason = known[name].prevented(summary) or "no joint of this robot has it"
             raise InputError(f"--add {text}: this record cannot show it: {reason}")
         wanted = wanted.with_terms(able)
     return wanted

@@ -23,10 +23,20 @@ class EffectParameter(Part):
     unit: str = Field(description="of a revolute joint", examples=["N m s/rad"])
 
 
+class EffectPicture(Part):
+    """What the residual is drawn over so that the effect shows."""
+
+    samples: str = Field(description="array of the joint's samples", examples=["velocity"])
+    label: str = Field(description="of the axis, without its unit", examples=["speed"])
+    dimension: str = Field(description="from which the unit follows", examples=["speed"])
+    error_turned: bool = Field(description="whether the error is multiplied by sign(q̇)", examples=[False])
+
+
 class CatalogueEffect(Part):
     """One effect of the catalogue."""
 
     effect: str = Field(description="name in the catalogue", examples=["viscous"])
+    title: str = Field(description="name in an operator's words", examples=["viscous friction"])
     group: str = Field(description="what sort of effect it is", examples=["friction"])
     equation: str = Field(description="the torque it adds", examples=["F_v·dq"])
     explanation: str = Field(
@@ -38,6 +48,7 @@ class CatalogueEffect(Part):
     parameters: tuple[EffectParameter, ...] = Field(description="what is estimated of it")
     needs: tuple[str, ...] = Field(description="what the data must hold for it to show", examples=[[]])
     source: str = Field(description="equation, book or paper", examples=["eq. (8)"])
+    picture: EffectPicture = Field(description="what its picture shows the residual over")
     indistinguishable_from: tuple[str, ...] = Field(
         description="effects that it is easily taken for", examples=[["viscous-cubic"]]
     )

@@ -7,7 +7,7 @@ import pytest
 
 from api.assumed_masses import GRAVITY_SHARE, torque_limits
 from api.plan_model import Identified, RegressorModel
-from daq.excitation import standard_plan
+from daq.excitation import ExcitationPlan, Move, standard_plan
 from daq.excitation.plan_model import PlannedMotion
 from daq.rig import Rig
 from identify.recording.errors import InputError
@@ -92,3 +92,55 @@ def test_the_products_of_equation_30_give_their_mean(rig):
 def test_an_effect_that_needs_a_record_cannot_be_planned_for(rig):
     with pytest.raises(InputError, match="torque-ripple"):
         RegressorModel(rig, "usual", rig.payloads, ["torque-ripple"])
+
+
+def hidden_for(rig, plan, payloads, values=TABLE_1, carried=()) -> dict[str, str]:
+    """Reason by effect, of what sessions of a plan with these payloads do not show."""
+    model = RegressorModel(rig, "usual", rig.payloads, identified=Identified(values, "Table I"))
+    motions = [PlannedMotion.of(plan, payload, 0.02) for payload in payloads]
+    return {
+        effect: hidden.reason for hidden in model.judge(motions, carried).hidden for effect in hidden.effects
+    }
+
+
+def to_and_fro(way: float, speed: float, start: float = 0.0) -> ExcitationPlan:
+    """Six moves at a steady speed, rad/s, between two positions that are `way` apart."""
+    ramp = 0.6
+    phases = tuple(
+        Move(to=(start + (way if k % 2 == 0 else 0.0),), duration=way / speed + ramp, ramp=ramp)
+        for k in range(6)
+    )
+    return ExcitationPlan(joints=("j3",), start=(start,), phases=phases)
+
+
+def test_a_full_plan_with_payloads_shows_every_effect_but_those_of_temperature(rig):
+    assert set(hidden_for(rig, standard_plan(rig, 61.0), rig.payloads)) == {"friction-temperature"}
+
+
+def test_without_payload_change_load_friction_is_hidden_unless_another_payload_was_measured_before(rig):
+    plan = standard_plan(rig, 61.0)
+    hidden = hidden_for(rig, plan, rig.payloads[:1])
+    assert hidden["load-friction"] == hidden["load-stribeck"] == "no payload change"
+    assert hidden["payload-mass"] == "no session with a payload"
+    assert "stribeck" not in hidden
+    assert set(hidden_for(rig, plan, rig.payloads[:1], carried=[7.0])) == {"friction-temperature"}
+
+
+def test_without_slow_motion_stribeck_is_hidden_and_without_fast_motion_drag(rig):
+    fast = hidden_for(rig, to_and_fro(1.5, 1.1), rig.payloads)
+    assert "no slow motion" in fast["stribeck"]
+    assert "viscous-quadratic" not in fast
+    slow = hidden_for(rig, to_and_fro(1.5, 0.05), rig.payloads)
+    assert "no fast motion" in slow["viscous-quadratic"]
+
+
+def test_a_load_of_one_sign_leaves_two_quadrants_empty(rig):
+    always_up = TABLE_1 | {"ZZ1R": 0.1}
+    reason = hidden_for(rig, to_and_fro(1.0, 0.8, start=-0.5), rig.payloads, always_up)
+    assert "quadrants 3, 4" in reason["load-friction-asymmetric"]
+
+
+def test_a_short_way_and_a_short_session_hide_what_acts_over_position_and_over_minutes(rig):
+    hidden = hidden_for(rig, to_and_fro(0.4, 0.5), rig.payloads)
+    assert "of the position range" in hidden["joint-spring"]
+    assert "s only" in hidden["friction-warmup"]

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from daq.excitation import ExcitationPlan, Move, standard_plan, violations
-from daq.excitation.identifiability import coverage, hidden_effects
 from daq.excitation.information import INDEPENDENT_RATE, information
 from daq.excitation.optimal_excitation import Request, information_of, optimal_plan, score
-from daq.excitation.plan_model import PlannedMotion, PlannedParameter
+from daq.excitation.plan_model import PlanJudgement, PlannedMotion, PlannedParameter
 from daq.excitation.plan_report import make_plan
 from daq.rig import Rig
 from identify.recording.errors import InputError
@@ -40,6 +39,9 @@ class Pendulum:
         q, ddq = motion.q, motion.ddq
         arm = self.values[0] * ddq + self.values[1] * 9.81 * np.cos(q)
         return arm + motion.payload.mass * 1.277 * (1.277 * ddq + 9.81 * np.cos(q))
+
+    def judge(self, motions):
+        return PlanJudgement((), ())
 
     def torque(self, motion):
         return self.load(motion) + self.values[2] * motion.dq + self.values[3] * np.sign(motion.dq)
@@ -135,51 +137,3 @@ def test_an_assumed_load_forbids_nothing_but_is_remarked_upon(rig):
     too_heavy = Pendulum(values=(31.0, 120.0, 48.0, 20.0), is_identified=False)
     report = make_plan(request_of(rig, model=too_heavy))
     assert any("predicted current" in remark and "measured on a bench" in remark for remark in report.remarks)
-
-
-def hidden_for(rig, plan, payloads, model=None) -> dict[str, str]:
-    motions = [PlannedMotion.of(plan, payload, 0.02) for payload in payloads]
-    covered = coverage(model or Pendulum(), motions, rig)
-    return {
-        effect: hidden.reason
-        for hidden in hidden_effects(covered, plan.duration, True)
-        for effect in hidden.effects
-    }
-
-
-def test_a_full_plan_with_payloads_shows_every_effect(rig):
-    assert hidden_for(rig, standard_plan(rig, 61.0), rig.payloads) == {}
-
-
-def test_without_payload_change_load_friction_cannot_be_told(rig):
-    hidden = hidden_for(rig, standard_plan(rig, 61.0), rig.payloads[:1])
-    assert hidden["load-friction"] == "no payload change"
-    assert hidden["payload-mass"] == "no payload"
-    assert "stribeck" not in hidden
-
-
-def test_without_slow_motion_stribeck_cannot_be_told_and_without_fast_motion_drag_cannot(rig):
-    def to_and_fro(speed: float) -> ExcitationPlan:
-        way, ramp = 1.5, 0.6
-        phases = []
-        for k in range(6):
-            phases.append(Move(to=(way if k % 2 == 0 else 0.0,), duration=way / speed + ramp, ramp=ramp))
-        return ExcitationPlan(joints=("j3",), start=(0.0,), phases=tuple(phases))
-
-    fast = hidden_for(rig, to_and_fro(1.1), rig.payloads)
-    assert "no slow motion" in fast["stribeck"]
-    assert "viscous-quadratic" not in fast
-    slow = hidden_for(rig, to_and_fro(0.05), rig.payloads)
-    assert "no fast motion" in slow["viscous-quadratic"]
-    assert "stribeck" not in slow
-
-
-def test_a_load_of_one_sign_leaves_two_quadrants_empty(rig):
-    always_up = Pendulum(values=(0.1, 21.0, 48.0, 20.0))
-    plan = ExcitationPlan(
-        joints=("j3",),
-        start=(-0.5,),
-        phases=(Move(to=(0.5,), duration=3.0, ramp=0.5), Move(to=(-0.5,), duration=3.0, ramp=0.5)),
-    )
-    reason = hidden_for(rig, plan, rig.payloads, always_up)["load-friction-asymmetric"]
-    assert "quadrants 3, 4" in reason
