@@ -1,67 +1,106 @@
-"""The catalogue of effects: the built-in ones, and those that installed packages add by entry point."""
+"""The catalogue of effects: those of this package's files, and those that installed packages add by entry point.
 
+An effect is in the catalogue because its class stands in a file of this package; it is listed nowhere else.
+"""
+
+import pkgutil
 from dataclasses import asdict
 from functools import cache
-from importlib.metadata import entry_points
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from inspect import isabstract
+from pathlib import Path
 
-from identify.effects import (
-    actuation,
-    dry_friction,
-    hysteresis,
-    payload_errors,
-    position,
-    transmission,
-    viscous,
-)
 from identify.effects.effect import Effect
+from identify.effects.parameter import EffectParameter
 from identify.recording.errors import InputError
 
 ENTRY_POINT_GROUP = "coulomb.effects"
 
-BUILT_IN: tuple[type[Effect], ...] = (
-    viscous.Viscous,
-    dry_friction.Coulomb,
-    dry_friction.Offset,
-    viscous.ViscousAsymmetric,
-    viscous.ViscousQuadratic,
-    viscous.ViscousCubic,
-    viscous.ViscousPower,
-    viscous.Stribeck,
-    dry_friction.LoadFriction,
-    dry_friction.LoadFrictionAsymmetric,
-    dry_friction.LoadStribeck,
-    dry_friction.FrictionPosition,
-    dry_friction.FrictionTemperature,
-    dry_friction.FrictionWarmup,
-    hysteresis.Presliding,
-    hysteresis.Backlash,
-    position.TorqueRipple,
-    position.CurrentRipple,
-    position.JointSpring,
-    actuation.GainSaturation,
-    actuation.DriveGain,
-    actuation.Delay,
-    transmission.Elasticity,
-    transmission.MotorInertia,
-    transmission.CoupledFriction,
-    payload_errors.PayloadMass,
-    payload_errors.PayloadCentre,
-    payload_errors.GravityTilt,
+ORDER = (
+    *(
+        "viscous",
+        "coulomb",
+        "offset",
+        "viscous-asymmetric",
+        "viscous-quadratic",
+        "viscous-cubic",
+        "viscous-power",
+    ),
+    *("stribeck", "load-friction", "load-friction-asymmetric", "load-stribeck"),
+    *("friction-position", "friction-temperature", "friction-warmup", "presliding", "backlash"),
+    *(
+        "torque-ripple",
+        "current-ripple",
+        "joint-spring",
+        "gain-saturation",
+        "drive-gain",
+        "delay",
+        "elasticity",
+    ),
+    *("motor-inertia", "coupled-friction", "payload-mass", "payload-com", "gravity-tilt"),
 )
+"""Names that other people's data rely on, in the order in which they are listed; a new one comes behind them."""
+
+STATED = ("name", "title", "group", "equation", "explanation", "regressors", "parameters", "source")
+"""What every effect of the catalogue says of itself."""
+
+
+@cache
+def built_in() -> tuple[Effect, ...]:
+    """The effects of this package's own files: those of `ORDER`, then new ones by name."""
+    for module in pkgutil.iter_modules([str(Path(__file__).parent)]):
+        import_module(f"{__package__}.{module.name}")
+    kinds: list[type[Effect]] = [Effect]
+    for kind in kinds:  # grows while it is walked: subclasses of subclasses
+        kinds += kind.__subclasses__()
+    listed = {
+        kind.name: kind()
+        for kind in kinds
+        if kind.__module__.startswith(f"{__package__}.") and kind.catalogued and not isabstract(kind)
+    }
+    places = {name: place for place, name in enumerate(ORDER)}
+    return tuple(
+        sorted(listed.values(), key=lambda effect: (places.get(effect.name, len(places)), effect.name))
+    )
 
 
 @cache
 def effects() -> dict[str, Effect]:
-    """All effects by name, in the order of the catalogue; installed packages' own come last."""
-    found = {kind.name: kind() for kind in BUILT_IN}
+    """All effects by name, in the order of the catalogue; installed packages' own come last.
+
+    :raises InputError: an installed package offers what is no effect, or one whose name is taken.
+    """
+    by_name = {effect.name: effect for effect in built_in()}
     for entry in entry_points(group=ENTRY_POINT_GROUP):
-        own = entry.load()()
-        if own.name in found:
+        offered = _offered(entry)
+        if offered.name in by_name:
             raise InputError(
-                f"entry point {entry.name}: an effect named '{own.name}' is already in the catalogue"
+                f"entry point {entry.name}: an effect named '{offered.name}' is already in the catalogue"
             )
-        found[own.name] = own
-    return found
+        by_name[offered.name] = offered
+    return by_name
+
+
+def _offered(entry: EntryPoint) -> Effect:
+    """The effect of an installed package.
+
+    :raises InputError: it cannot be loaded, is no effect, or does not say all of itself.
+    """
+    package = f" of package {entry.dist.name}" if entry.dist else ""
+    where = f"entry point {entry.name} = {entry.value}{package}"
+    try:
+        effect = entry.load()()
+    except Exception as error:  # whatever a package's own code raises must name the package
+        raise InputError(f"{where}: cannot be loaded ({type(error).__name__}: {error})") from error
+    if not isinstance(effect, Effect):
+        raise InputError(f"{where}: is no identify.effects.effect.Effect")
+    for stated in STATED:
+        if not getattr(effect, stated, None):
+            raise InputError(f"{where}: says no '{stated}'")
+    if not all(isinstance(each, EffectParameter) for each in effect.parameters):
+        raise InputError(f"{where}: 'parameters' are to be identify.effects.parameter.EffectParameter")
+    return effect
 
 
 def catalogue() -> list[dict[str, object]]:

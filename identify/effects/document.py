@@ -1,6 +1,10 @@
 """The catalogue as a document for reading, `docs/effects.md`."""
 
-from identify.effects.catalogue import BUILT_IN
+from math import inf
+
+from identify.effects.catalogue import built_in
+from identify.effects.effect import Effect
+from identify.effects.parameter import EffectParameter
 
 HEADING = """# The catalogue of effects
 
@@ -19,24 +23,24 @@ explanation: The arm leans on a rubber bumper. Check the end stops.
 ```
 
 with the signals q, dq, ddq, load, torque, t, temp and the functions sign, abs, exp, log, sqrt, sin, cos, tan, tanh, atan, min,
-max; or a subclass of `identify.effects.effect.Effect` that an installed package offers under the entry point `coulomb.effects`.
+max; or a subclass of `identify.effects.effect.Effect` that an installed package offers under the entry point `coulomb.effects`
+(`how-to/add-an-effect.md`). A parameter's range is that of the value as fitted; of a ratio that is its deviation from 1.
 """
 
 
 def effects_document() -> str:
     """The document as Markdown, ending with a newline."""
     parts = [HEADING]
-    groups: dict[str, list[type]] = {}
-    for kind in BUILT_IN:
-        groups.setdefault(kind.group, []).append(kind)
-    for group, kinds in groups.items():
+    groups: dict[str, list[Effect]] = {}
+    for effect in built_in():
+        groups.setdefault(effect.group, []).append(effect)
+    for group, effects in groups.items():
         parts.append(f"## {group[0].upper()}{group[1:]}\n")
-        for kind in kinds:
-            effect = kind()
+        for effect in effects:
             columns = "; ".join(f"`{text}`" for text in effect.regressors)
-            parameters = ", ".join(f"{each.name} ({each.unit})" for each in effect.parameters)
+            parameters = ", ".join(_in_words(each) for each in effect.parameters)
             lines = [
-                f"### `{effect.name}`\n",
+                f"### `{effect.name}`: {effect.title}\n",
                 f"{effect.explanation}\n",
                 f"- Equation: `{effect.equation}`",
                 f"- Columns: {columns}",
@@ -47,3 +51,15 @@ def effects_document() -> str:
             ]
             parts.append("\n".join(lines))
     return "\n".join(parts).rstrip() + "\n"
+
+
+def _in_words(parameter: EffectParameter) -> str:
+    """Name, unit and range of a parameter."""
+    bounds = ""
+    if parameter.lower > -inf and parameter.upper < inf:
+        bounds = f", {parameter.lower:g} to {parameter.upper:g}"
+    elif parameter.lower > -inf:
+        bounds = f", ≥ {parameter.lower:g}"
+    elif parameter.upper < inf:
+        bounds = f", ≤ {parameter.upper:g}"
+    return f"{parameter.name} ({parameter.unit}{bounds})"

@@ -33,6 +33,8 @@ class Effect(ABC):
     `grid`; one that not every record can show states `conditions`.
     """
 
+    catalogued: bool = True
+    """whether it is offered to everybody; what serves one computation or one user is not"""
     name: str
     title: str = ""
     """in an operator's words, as a part of a sentence: "friction that grows with the load"; the name if not said"""

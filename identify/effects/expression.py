@@ -99,6 +99,7 @@ Node = Callable[[Mapping[str, Array]], Array]
 class OwnEffect(Effect):
     """An effect made of expressions."""
 
+    catalogued = False
     group = "own"
 
     def __init__(self, settings: OwnEffectFile) -> None:

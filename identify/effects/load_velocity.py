@@ -33,6 +33,7 @@ class LoadVelocity(Effect):
     `stribeck` and `load-stribeck`. Its products a_m·J, b_m·MX … have one value for each quadrant pair.
     """
 
+    catalogued = False
     name = "load-velocity"
     group = "load"
     equation = "P⁺(a_m + b_m E)τ_out + P⁻(a_g − b_g E)τ_out + P⁺(c_m + d_m E)sign(q̇) + P⁻(c_g + d_g E)sign(q̇)"

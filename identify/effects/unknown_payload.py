@@ -19,6 +19,7 @@ class UnknownPayload(Effect):
     Its constants say which payload has which slot of ten columns (`payload_2: 0.0`).
     """
 
+    catalogued = False
     name = "unknown-payload"
     group = "payload"
     equation = "τ = D(q, q̇, q̈) [XX XY XZ YY YZ ZZ MX MY MZ M]ᵀ of a body on the last link"
