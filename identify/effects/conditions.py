@@ -171,7 +171,9 @@ def _known_load_or_sessions(summary: JointSummary) -> Obstacle | None:
 
 
 def _shared_motor(summary: JointSummary) -> Obstacle | None:
-    return None if summary.coupled_motors else Obstacle("no motor of this joint moves another one too", None)
+    if summary.coupled_motors:
+        return None
+    return Obstacle("the motor acts on this joint alone: its inertia and friction are the joint's own", None)
 
 
 SLOW_MOTION = Condition("slow motion", _slow)

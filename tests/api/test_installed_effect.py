@@ -95,7 +95,7 @@ def test_it_stands_last_in_the_catalogue_with_all_that_it_says(installed):
 def test_the_diagnosis_names_it_and_the_page_shows_it_with_title_and_picture(
     installed, service, finished, zipped, tmp_path
 ):
-    measured = record({"one-sided-bumper": 1.0}, seed=3, duration=20.0, rate=100.0)
+    measured = record({"one-sided-bumper": 1.0}, seed=3, duration=20.0, rate=250.0)
     client = service.client(Role.OPERATOR)
     archive = zipped(write_experiment(tmp_path / "measured", measured))
     answer = client.post("/experiments/import", files={"file": ("bumper.zip", archive)}).json()
