@@ -3,8 +3,11 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from identify.recording import InputError, Robot
 from identify.recording.experiment_file import check_settings
+from identify.recording.foreign import ForeignTable
 
 Ask = Callable[[str, str], str]
 """(option, what it is) -> the answer; raises InputError where nobody can answer"""
@@ -88,6 +91,24 @@ def urdf_robot(
         return found.robot
     values = gain_values(scalars, gains, len(found.robot.joints))
     return read_urdf(urdf, tip=tip, gravity=down, drive_gains=values).robot
+
+
+def columns_of_joints(table: ForeignTable, joints: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Columns of the positions and efforts of joints, by their names in the robot.
+
+    :raises InputError: the recording has no positions or no efforts of one of them.
+    """
+    found: tuple[list[str], list[str]] = ([], [])
+    for joint in joints:
+        for names, what in zip(found, ("position", "effort"), strict=True):
+            name = f"{joint}.{what}"
+            if not table.has(name) or np.isnan(table.column(name, "a joint").numbers).all():  # type: ignore[arg-type]
+                raise InputError(
+                    f"{table.path}: holds no {what} of joint '{joint}'; it has the joints {', '.join(table.joints)}:"
+                    " name columns by --position and --command"
+                )
+            names.append(name)
+    return found
 
 
 def gain_values(scalars: dict[str, float], gains: list[str], n: int) -> list[float]:

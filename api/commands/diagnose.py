@@ -2,7 +2,7 @@
 
 import typer
 
-from api.command_arguments import Additions, AsJson, Experiment, ModelName
+from api.command_arguments import Additions, AsJson, Experiment, ModelName, RecordRobot, RecordTip
 
 
 def register(application: typer.Typer) -> None:
@@ -12,24 +12,35 @@ def register(application: typer.Typer) -> None:
 
 
 def diagnose_command(
-    experiment: Experiment, model: ModelName = "usual", add: Additions = None, as_json: AsJson = False
+    experiment: Experiment,
+    model: ModelName = "usual",
+    add: Additions = None,
+    robot: RecordRobot = None,
+    tip: RecordTip = None,
+    as_json: AsJson = False,
 ) -> None:
     """Say where a model fails and which physical effect is missing."""
     from api.diagnosis_text import diagnosis_text
-    from api.stored_experiments import resolve
+    from api.record_experiment import opened_experiment
     from identify.diagnosis.diagnosis import diagnose
-    from identify.recording import load_experiment
 
-    document = diagnose(load_experiment(resolve(experiment)), model, add or []).document()
+    with opened_experiment(experiment, robot, tip) as loaded:
+        document = diagnose(loaded, model, add or []).document()
     print(document.json_text() if as_json else diagnosis_text(document))
 
 
-def improve_command(experiment: Experiment, model: ModelName = "usual", as_json: AsJson = False) -> None:
+def improve_command(
+    experiment: Experiment,
+    model: ModelName = "usual",
+    robot: RecordRobot = None,
+    tip: RecordTip = None,
+    as_json: AsJson = False,
+) -> None:
     """Diagnose a model and add what is missing, step by step, until nothing more is justified."""
     from api.diagnosis_text import improvement_text
-    from api.stored_experiments import resolve
+    from api.record_experiment import opened_experiment
     from identify.diagnosis.improvement import improve
-    from identify.recording import load_experiment
 
-    document = improve(load_experiment(resolve(experiment)), model).document()
+    with opened_experiment(experiment, robot, tip) as loaded:
+        document = improve(loaded, model).document()
     print(document.json_text() if as_json else improvement_text(document))

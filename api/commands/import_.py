@@ -143,7 +143,14 @@ def import_(
     if rig is not None:
         _import_can_logs(files, rig, out, append, name, payload, role, begin, end, as_json)
         return
-    from api.foreign_robot import each_joint, parse_number, parse_three, typed_robot, urdf_robot
+    from api.foreign_robot import (
+        columns_of_joints,
+        each_joint,
+        parse_number,
+        parse_three,
+        typed_robot,
+        urdf_robot,
+    )
     from identify.recording import Payload
     from identify.recording.experiment_file import EXPERIMENT_FILE, check_settings, read_experiment_file
     from identify.recording.foreign import ColumnMap, CsvOptions, measure
@@ -154,6 +161,14 @@ def import_(
     folder = out or Path(_asked("--out", "folder of the experiment to make"))
     known = read_experiment_file(folder / EXPERIMENT_FILE) if append else None
     recorded = read_columns(folder) if append else None
+    if recorded is None and tables[0].time is not None and not time and rate is None:
+        time = [tables[0].time]
+    made: Robot | None = None
+    if known is None and robot is not None:
+        made = urdf_robot(robot, tip, gravity, gain, tables[0].scalars)
+    if recorded is None and tables[0].joints and not position and not command:
+        wanted = [each.name for each in made.joints] if made else list(tables[0].joints)
+        position, command = columns_of_joints(tables[0], wanted)
     if recorded is None:
         positions = position or _asked("--position", "position columns, base to tip").split()
         commands = command or _asked("--command", "columns of the commands").split()
@@ -176,16 +191,12 @@ def import_(
         extra=tuple(keep or ()),
     )
     n = len(columns.position)
-    made: Robot | None = None
-    scalars = tables[0].scalars
-    if known is None and robot is not None:
-        made = urdf_robot(robot, tip, gravity, gain, scalars)
-    elif known is None:
+    if known is None and made is None:
         types = each_joint(
             kind or _asked("--type", "revolute or prismatic, for each joint").split(), n, "--type"
         )
         gains = gain or _asked("--gain", "joint torque for one unit of command, for each joint").split()
-        made = typed_robot(scalars, types, gains, joint, dh, gravity, _asked)
+        made = typed_robot(tables[0].scalars, types, gains, joint, dh, gravity, _asked)
     chain = made or (known.robot if known else None)
     prismatic = [not each.revolute for each in chain.joints] if chain else []
     body = {"name": payload, "mass": payload_mass, "com": list(parse_three(payload_com, "--payload-com"))}

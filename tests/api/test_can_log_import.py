@@ -16,6 +16,7 @@ from daq.rig import Rig
 from daq.session_events import SessionState
 from daq.session_workflow import PayloadSession
 from identify.recording import InputError, load_experiment
+from tests.api.recordings_of_ros import joint_state, write_bag
 
 RIG = "rx130l-joint3-simulated"
 application = typer.Typer()
@@ -93,6 +94,31 @@ def test_a_log_gives_the_parameters_of_the_recording(tmp_path, recorded, own, en
     assert done.exit_code == 0, (done.exception, done.output)
     (said,) = json.loads(done.stdout)["sessions"]
     assert "as given" in said["decided"][-1]
+    found = parameters(load_experiment(tmp_path / "made"))
+    assert found.keys() == own.keys()
+    for name, value in own.items():
+        assert found[name] == pytest.approx(value, rel=1e-9), name
+
+
+@pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
+def test_a_bag_of_the_same_session_gives_the_parameters_of_the_recording(tmp_path, recorded, own, storage):
+    experiment = load_experiment(recorded[0])
+    session = experiment.read(experiment.sessions[0])
+    (joint,) = experiment.robot.joints
+    rows = zip(session.time, session.position, session.command, strict=True)
+    states = ((time, joint_state(time, ["j3"], position, command)) for time, position, command in rows)
+    bag = write_bag(tmp_path / "bag", storage, {"/joint_states": states})
+    payload = experiment.sessions[0].payload
+    options = ["--type", "revolute", "--joint", "j3", "--gain", repr(joint.drive_gain), "--gravity"]
+    options += [
+        ",".join(map(repr, experiment.robot.gravity)),
+        "--dh",
+        f"{joint.alpha},{joint.d},{joint.theta},{joint.r}",
+    ]
+    options += ["--payload", payload.name, "--payload-mass", repr(payload.mass)]
+    options += ["--payload-com", ",".join(map(repr, payload.com))]
+    done = run(bag, "--out", tmp_path / "made", *options)
+    assert done.exit_code == 0, (done.exception, done.output)
     found = parameters(load_experiment(tmp_path / "made"))
     assert found.keys() == own.keys()
     for name, value in own.items():

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from identify.recording.errors import InputError
 from identify.recording.foreign.csv_dialect import CsvOptions
+from identify.recording.foreign.rosbag import is_rosbag, read_rosbag
 from identify.recording.foreign.table import ForeignTable
 
 HDF5 = b"\x89HDF"
@@ -13,17 +14,25 @@ HDF5 = b"\x89HDF"
 
 
 def read_foreign(path: Path, options: CsvOptions | None = None) -> ForeignTable:
-    """Read a table in text of any dialect (plain or gzip), or a MAT file of any version.
+    """Read a table in text of any dialect (plain or gzip), a MAT file of any version, Parquet, or a recording of ROS.
 
     :raises InputError: the file cannot be read or holds no column of numbers; names what would help.
     """
     if not path.exists():
         raise InputError(f"{path}: there is no such file")
-    if path.is_dir():
-        raise InputError(f"{path}: is a folder; give a file")
     try:
-        with path.open("rb") as stream:
-            start = stream.read(520)
+        start = b""
+        if path.is_file():
+            with path.open("rb") as stream:
+                start = stream.read(520)
+        if is_rosbag(path, start):
+            return read_rosbag(path)
+        if path.is_dir():
+            raise InputError(f"{path}: is a folder; give a file")
+        if start.startswith(b"PAR1"):
+            from identify.recording.foreign.parquet import read_parquet
+
+            return read_parquet(path)
         if HDF5 in (start[:4], start[512:516]):
             from identify.recording.foreign.matlab import read_hdf5
 

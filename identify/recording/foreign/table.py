@@ -72,6 +72,8 @@ class ForeignTable:
     """(N,) line of each sample in a text file."""
     time: str | None = None
     """The column that can only be the time, where the kind of file has one."""
+    joints: tuple[str, ...] = ()
+    """Joints that have columns JOINT.position and JOINT.effort, where the kind of file knows of joints."""
 
     def names(self) -> str:
         """The columns in one line."""
