@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from identify.recording.errors import InputError
 from identify.recording.foreign.cells import is_empty, is_number, is_typed
 from identify.recording.foreign.text_file import TextFile
+from identify.recording.foreign.twincat import is_scope_header, scope_names
 from identify.recording.units import unit_of
 
 SEPARATORS = (";", "\t", ",", "|", " ")
@@ -73,6 +74,8 @@ class Dialect:
     """A row of units, "" where a column has none; empty if there is no such row."""
     passed: list[str] = field(default_factory=list)
     """What was passed over, in words."""
+    scope: bool = False
+    """Whether it is an export of TwinCAT Scope."""
 
     def rows(self, lines: Iterable[str]) -> Iterator[list[str]]:
         """Lines as cells without blanks around them."""
@@ -206,6 +209,15 @@ def _with_header(text: TextFile, head: list[str], reading: _Reading, options: Cs
             else f"{text.path}: no row of samples is found in the first {len(head)} lines; give --header-line"
         )
     passed: list[str] = []
+    above = [
+        row for number, row in enumerate(cells[: first - 1], start=1) if not is_comment(head[number - 1])
+    ]
+    if options.header_line is None and is_scope_header(above):
+        names, units = scope_names(above, reading.width)
+        passed.append("an export of TwinCAT Scope: times in ms before each group of channels")
+        return Dialect(
+            reading.separator, reading.quote, 0, first, names, reading.width, units, passed, scope=True
+        )
     if options.header_line is not None:
         if options.header_line == 0:
             names, header, units = _numbered(reading.width), 0, []

@@ -27,6 +27,7 @@ from identify.recording.foreign.csv_dialect import CsvOptions, Dialect, choose_d
 from identify.recording.foreign.instants import is_instant
 from identify.recording.foreign.table import ForeignColumn, ForeignTable
 from identify.recording.foreign.text_file import TextFile, open_text
+from identify.recording.foreign.twincat import one_clock
 from identify.recording.units import Unit, split_name, unit_of
 
 ROWS = 1 << 15
@@ -43,7 +44,8 @@ def read_csv(path: Path, options: CsvOptions) -> ForeignTable:
     dialect = choose_dialect(text, options)
     reader = _Reader(text, dialect)
     try:
-        return reader.table(options)
+        table = reader.table(options)
+        return one_clock(table) if dialect.scope else table
     except csv.Error as error:
         raise InputError(f"{path}: cannot be split into cells ({error}); is a quote left open?") from None
     except (EOFError, zlib.error, gzip.BadGzipFile) as error:
@@ -138,7 +140,7 @@ class _Reader:
             row[: self.width] == self.names
             or 2 * typed < len(row)
             or not row
-            or (at_end and len(row) < self.width)
+            or (at_end and len(row) < self.width and not self.dialect.scope)
         ):
             self.not_rows.append(self.line)
             return None
