@@ -7,9 +7,9 @@ import h5py
 import numpy as np
 import pytest
 import typer
-from identify.estimation.identification import identify
 from typer.testing import CliRunner
 
+import identify
 from api.commands import import_
 from daq.excitation.standard_plan import standard_plan
 from daq.rig import Rig
@@ -43,7 +43,7 @@ def recorded(tmp_path_factory):
     with h5py.File(folder / "session-00.h5") as file:
         first, last = (file["sync_time"][[0, -1]] * 1e-9).tolist()
     log = folder / "session-00.log"
-    begin = next(iter(can.CanutilsLogReader(log))).timestamp
+    begin = next(each.timestamp for each in can.CanutilsLogReader(log) if each.arbitration_id == 0x80)
     return folder, log, first - begin, last - begin
 
 
@@ -55,7 +55,9 @@ def own(recorded):
 
 def parameters(experiment):
     """Values of all parameters of the usual model, by name."""
-    return {each["name"]: each["value"] for each in plain(identify(experiment, "usual"))["parameters"]}
+    return {
+        each["name"]: each["value"] for each in plain(identify.identify(experiment, "usual"))["parameters"]
+    }
 
 
 def plain(result):
