@@ -79,8 +79,8 @@ class RegressorModel:
         self.name = name
         self.is_identified = identified is not None
         self.source = identified.source if identified else SOURCE
-        own = {payload.name for payload in payloads}
-        self._payloads = [*payloads, *(payload for payload in rig.payloads if payload.name not in own)]
+        asked_for = {payload.name for payload in payloads}
+        self._payloads = [*payloads, *(payload for payload in rig.payloads if payload.name not in asked_for)]
         self._rig = rig
         self._regressor: tuple[Array, list[Array]] | None = None
         self._body = RigidBody(

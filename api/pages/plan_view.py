@@ -15,6 +15,7 @@ from api.planned_motion import Determination, Repetition, determination, predict
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.excitation.plan_limits import violations
 from daq.excitation.plan_model import PlannedMotion
+from daq.excitation.plan_report import COVERAGE_PERIOD
 from daq.rig import KnownPayload, Rig
 
 PREVIEW_POINTS = 6000
@@ -129,8 +130,7 @@ def findings(
     identified: Identified | None,
 ) -> list[Finding]:
     """What the plan can and cannot identify; of the effects, each is asked itself, as the planner does."""
-    time = np.linspace(0.0, plan.duration, PREVIEW_POINTS)
-    motion = PlannedMotion(payload, time, *plan.setpoints(time), float(time[1]))
+    motion = PlannedMotion.of(plan, payload, COVERAGE_PERIOD)
     model = RegressorModel(rig, "usual", [payload], (), identified)
     listed = [
         _parameters(determination(rig, motion.q, motion.dq, motion.ddq)),
@@ -141,10 +141,10 @@ def findings(
     for hidden in model.judge([motion], masses_measured).hidden:
         unseen.setdefault((hidden.reason, hidden.remedy, hidden.effects), []).append(hidden.joint)
     for (reason, remedy, names), joints in unseen.items():
-        where = "" if len(joints) == len(rig.axes) else f"{listing(joints)}: "
-        words = listing(titles.get(name, name) for name in names)
+        because = reason if len(joints) == len(rig.axes) else f"{listing(joints)}: {reason}"
+        effects = listing(titles.get(name, name) for name in names)
         listed.append(
-            Finding("warn", f"{reason[0].upper()}{reason[1:]}", f"{where}hides {words}. To see it, {remedy}.")
+            Finding("warn", "Hidden", f"{because[0].upper()}{because[1:]} hides {effects}: {remedy}.")
         )
     if not unseen:
         listed.append(Finding("good", "Effects", "Every effect of the catalogue shows in this motion."))

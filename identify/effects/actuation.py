@@ -65,14 +65,14 @@ class DriveGain(Effect):
     uses_torque = True
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
-        found: list[dict[str, float]] = []
+        choices: list[dict[str, float]] = []
         if summary.loaded_sessions or summary.has_external_force:
-            found.append({})
+            choices.append({})
         if len(summary.sessions) > 1:
-            found.append(
+            choices.append(
                 {f"session_{session}": float(slot) for slot, session in enumerate(summary.sessions[1:])}
             )
-        return found
+        return choices
 
     def parameters_of(self, summary: JointSummary, constants: Constants) -> tuple[EffectParameter, ...]:
         if not constants:

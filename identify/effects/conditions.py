@@ -91,7 +91,7 @@ def _either_way(summary: JointSummary) -> Obstacle | None:
     coverage = summary.coverage
     if coverage is None or min(coverage.forwards, coverage.backwards) >= EITHER_WAY:
         return None
-    return Obstacle("one direction is hardly driven", "drive the joint both ways alike", prevents=False)
+    return Obstacle("a direction that is hardly driven", "drive the joint both ways alike", prevents=False)
 
 
 def _load_change(summary: JointSummary) -> Obstacle | None:
@@ -99,9 +99,7 @@ def _load_change(summary: JointSummary) -> Obstacle | None:
         return None
     remedy = "run sessions with and without a payload"
     if summary.axis_along_gravity:
-        return Obstacle(
-            "no load varies: no payload change, and no gravity on the joint", remedy, prevents=False
-        )
+        return Obstacle("no payload change and no gravity on the joint", remedy, prevents=False)
     return Obstacle("no payload change", remedy, prevents=False)
 
 
@@ -121,7 +119,7 @@ def _quadrants(summary: JointSummary) -> Obstacle | None:
     if not empty:
         return None
     return Obstacle(
-        f"quadrant{'s' if len(empty) > 1 else ''} {', '.join(empty)} of speed and load hardly visited",
+        f"hardly any motion in quadrant{'s' if len(empty) > 1 else ''} {', '.join(empty)} of speed and load",
         "widen the position limits so that gravity loads the joint both ways, or mount a payload",
         prevents=False,
     )
@@ -140,7 +138,7 @@ def _warm_up(summary: JointSummary) -> Obstacle | None:
     if summary.coverage is None or max(summary.session_durations) >= 0.95 * WARM_UP:
         return None
     return Obstacle(
-        f"a session lasts {max(summary.session_durations):.0f} s only",
+        f"a session of {max(summary.session_durations):.0f} s only",
         f"plan at least {WARM_UP:.0f} s",
         prevents=False,
     )
@@ -165,7 +163,7 @@ def _known_load_or_sessions(summary: JointSummary) -> Obstacle | None:
     if summary.loaded_sessions or summary.has_external_force or len(summary.sessions) > 1:
         return None
     return Obstacle(
-        "no known load: without a weighed payload or a measured external force the gain cannot be told",
+        "no known load, neither a weighed payload nor a measured external force",
         "plan a session with a weighed payload",
     )
 

@@ -289,11 +289,11 @@ class FrictionWarmup(Effect):
         longest = max(summary.session_durations)
         total = sum(summary.session_durations)
         per_session = geometric_grid("time_constant", 0.1 * longest, 2.0 * longest, 4)
-        found = [{**value, "across_sessions": 0.0} for value in per_session]
+        choices = [{**value, "across_sessions": 0.0} for value in per_session]
         if len(summary.session_durations) > 1:
             across = geometric_grid("time_constant", 0.15 * total, 1.5 * total, 3)
-            found += [{**value, "across_sessions": 1.0} for value in across]
-        return found
+            choices += [{**value, "across_sessions": 1.0} for value in across]
+        return choices
 
     def refine(self, constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
         return finer("time_constant", constants, 2.0)

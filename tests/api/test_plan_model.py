@@ -6,9 +6,13 @@ import numpy as np
 import pytest
 
 from api.assumed_masses import GRAVITY_SHARE, torque_limits
+from api.pages.catalogue_words import effect_titles
+from api.pages.plan_view import findings
 from api.plan_model import Identified, RegressorModel
 from daq.excitation import ExcitationPlan, Move, standard_plan
+from daq.excitation.optimal_excitation import Request
 from daq.excitation.plan_model import PlannedMotion
+from daq.excitation.plan_report import judge
 from daq.rig import Rig
 from identify.recording.errors import InputError
 
@@ -144,3 +148,19 @@ def test_a_short_way_and_a_short_session_hide_what_acts_over_position_and_over_m
     hidden = hidden_for(rig, to_and_fro(0.4, 0.5), rig.payloads)
     assert "of the position range" in hidden["joint-spring"]
     assert "s only" in hidden["friction-warmup"]
+
+
+def test_page_and_plan_report_say_the_same_of_the_same_plan_of_90_seconds(rig):
+    plan, payload = standard_plan(rig, 90.0), rig.payloads[0]
+    known = Identified(TABLE_1, "Table I")
+    model = RegressorModel(rig, "usual", [payload], identified=known)
+    report = judge(
+        Request(rig=rig, model=model, payloads=(payload,), seconds=90.0, noise=np.array([2.0])), plan
+    )
+    shown = [finding.words for finding in findings(plan, rig, payload, [], known) if finding.kind == "warn"]
+    assert len(shown) == len(report.hidden) > 0
+    titles = effect_titles()
+    for hidden, words in zip(report.hidden, shown, strict=True):
+        assert words.lower().startswith(hidden.reason.lower())
+        assert all(titles[effect] in words for effect in hidden.effects)
+        assert hidden.remedy in words
