@@ -190,6 +190,7 @@ class RigDrives:
             )
             return [*found, (False, words)]
         found.append((True, f"state {state.words}"))
+        found += [(True, words) for words in drive.oddities()]
         if profile.rated is not None:
             scale = drive.command_scale()
             believed = axis.rated_torque if profile.rated.unit == "N m" else axis.rated_current

@@ -43,7 +43,7 @@ class SetpointStream:
     def __init__(self, streams: Sequence[DriveStream], send: Callable[[int, bytes], None]) -> None:
         n = len(streams)
         self._send = send
-        self._receivers = [(stream.receive.can_id, stream.receive.packer.pack) for stream in streams]
+        self._receivers = [(stream.receive.can_id, stream.packed) for stream in streams]
         self._controlwords = [0] * n
         self._held: list[int] | None = None
         self._trajectory: Trajectory | None = None

@@ -17,13 +17,18 @@ from drivers.process_data import (
     SYNCHRONOUS,
     DriveStream,
     MappedEntry,
+    StandingPdo,
     distribute,
+    is_missing,
+    read_pdo,
     switch_off_pdo,
+    was_refused,
     write_pdo,
 )
 from drivers.profile import GENERIC, DriveProfile
 from drivers.sdo import SdoAccess
 from drivers.standard_stream import RPDO_1_BASE, TARGETS, TPDO_BASE, transmitted_entries
+from drivers.standing_stream import stream_as_it_stands
 from drivers.state_machine import DEFAULT_TIMEOUTS, StateMachine, Timeouts
 
 _PRODUCER_HEARTBEAT = 0x1017
@@ -74,6 +79,8 @@ class Drive(StateMachine):
         self.profile = profile
         self.passed_over = tuple(read.passed_over)
         """What of the drive's EDS could not be read, in words."""
+        self.set_up_remarks: list[str] = []
+        """What was done otherwise than usual while it was set up, in words."""
 
     # ---- who it is and how it is ----
 
@@ -143,16 +150,41 @@ class Drive(StateMachine):
 
     def produce_heartbeat(self, period: float) -> None:
         """Let the drive send a heartbeat every `period` s (0 ends it)."""
-        self.sdo.write_verified(
-            _PRODUCER_HEARTBEAT, 0, "uint16", round(period * 1e3), "setting the heartbeat"
-        )
+        self._hold(_PRODUCER_HEARTBEAT, 0, "uint16", round(period * 1e3), "setting the heartbeat")
 
     def watch_master(self, master: int, timeout: float) -> None:
-        """Let the drive stop by itself when the heartbeat of node `master` fails for `timeout` s (0 ends
-        it).
+        """Let the drive stop by itself when the heartbeat of node `master` fails for `timeout` s (0 ends it).
+
+        A drive without a heartbeat consumer (0x1016) cannot; that is said by `oddities`, and we go on watching its own.
+
+        Raises DriveError when the drive refuses.
         """
+        if not self._has(_CONSUMER_HEARTBEAT):
+            return
         entry = (master & 0x7F) << 16 | round(timeout * 1e3) if timeout else 0
-        self.sdo.write_verified(_CONSUMER_HEARTBEAT, 1, "uint32", entry, "setting the heartbeat consumer")
+        self._hold(_CONSUMER_HEARTBEAT, 1, "uint32", entry, "setting the heartbeat consumer")
+
+    def oddities(self) -> list[str]:
+        """What the drive lacks of what we use, and what is done instead, in words; read now, nothing is written.
+
+        Raises DriveError when the drive does not answer.
+        """
+        found: list[str] = []
+        if not self._has(_CONSUMER_HEARTBEAT):
+            found.append(
+                "has no heartbeat consumer (0x1016): we watch its heartbeat, but it does not notice when ours ends; set its"
+                " own time-out for missing setpoints or SYNC"
+            )
+        counts = {
+            kind: sum(self._has(first + number, 1) for number in range(len(TPDO_BASE)))
+            for kind, first in (("TPDOs", 0x1800), ("RPDOs", 0x1400))
+        }
+        few = [f"{count} {kind}" for kind, count in counts.items() if count < len(TPDO_BASE)]
+        if few:
+            found.append(f"has {' and '.join(few)}; the others are left alone")
+        if not self._has(0x60C2, 1):
+            found.append("has no interpolation time (0x60C2): it is told the cycle by 0x1006 alone")
+        return found
 
     def set_nmt_state(self, name: str) -> None:
         """OPERATIONAL, PRE-OPERATIONAL or STOPPED, confirmed by the drive's next heartbeat.
@@ -213,21 +245,51 @@ class Drive(StateMachine):
         """Map position, current reference and statusword to synchronous TPDOs, controlword and target to
         RPDO 1.
 
-        To be called in PRE-OPERATIONAL. All other PDOs are switched off. What is returned was read back.
+        To be called in PRE-OPERATIONAL. All other PDOs are switched off, and only what differs is written. What is returned
+        was read back. Where the drive refuses, its PDOs are used as they stand if they carry what is needed.
 
-        Raises DriveError when the drive refuses a mapping or says something else afterwards.
+        Raises DriveError when the drive refuses a mapping and has none that serves, or says something else afterwards.
         """
         profile = self.profile
         wanted = transmitted_entries(profile, temperature)
+        standing = [
+            pdo
+            for kind, count in (("TPDO", profile.transmit_pdos), ("RPDO", len(TPDO_BASE)))
+            for number in range(1, min(count, len(TPDO_BASE)) + 1)
+            if (pdo := read_pdo(self.sdo, kind, number)) is not None
+        ]
         groups = distribute(wanted)
-        pdos = min(profile.transmit_pdos, len(TPDO_BASE))
-        if len(groups) > pdos:
+        pdos = [pdo.number for pdo in standing if pdo.kind == "TPDO"]
+        if len(groups) > len(pdos):
             raise DriveError(
-                self.node, "mapping TPDOs", expected=f"{len(groups)} TPDOs", received=f"it has {pdos}"
+                self.node, "mapping TPDOs", expected=f"{len(groups)} TPDOs", received=f"it has {len(pdos)}"
             )
-        for number in range(1, pdos + 1):
-            switch_off_pdo(self.sdo, "TPDO", number)
-            switch_off_pdo(self.sdo, "RPDO", number)
+        try:
+            return self._mapped(standing, groups, mode, transmission_type)
+        except DriveError as refusal:
+            if not was_refused(refusal):
+                raise
+            try:
+                stream = stream_as_it_stands(self.sdo, standing, wanted, mode)
+            except DriveError as lacking:
+                raise DriveError(
+                    self.node,
+                    refusal.doing,
+                    index=refusal.index,
+                    subindex=refusal.subindex,
+                    received=f"{refusal.received}; {lacking.doing}: {lacking.expected}; {lacking.received}",
+                ) from refusal
+            self.set_up_remarks.append("its PDO mapping cannot be changed; it is used as it stands")
+            return stream
+
+    def _mapped(
+        self, standing: list[StandingPdo], groups: list[list[MappedEntry]], mode: Mode, transmission_type: int
+    ) -> DriveStream:
+        """Our own mapping; the PDOs that it does not need are off."""
+        needed = {("TPDO", number) for number in range(1, len(groups) + 1)} | {("RPDO", 1)}
+        for pdo in standing:
+            if (pdo.kind, pdo.number) not in needed and pdo.valid:
+                switch_off_pdo(self.sdo, pdo.kind, pdo.number)
         transmit = tuple(
             write_pdo(self.sdo, "TPDO", number, base + self.node, transmission_type, group)
             for number, (base, group) in enumerate(zip(TPDO_BASE, groups, strict=False), 1)
@@ -254,11 +316,55 @@ class Drive(StateMachine):
             raise ValueError(
                 f"a period of {period:g} s cannot be written as 1 to 255 units of a power of ten"
             )
-        self.sdo.write_verified(0x60C2, 2, "int8", exponent, "setting the cycle")
-        self.sdo.write_verified(0x60C2, 1, "uint8", round(value), "setting the cycle")
+        interpolation = self._set_interpolation_time(round(value), exponent)
+        communication = self._has(0x1006)
+        if communication:
+            self._hold(0x1006, 0, "uint32", microseconds, "setting the cycle")
+        if not interpolation and not communication:
+            raise DriveError(
+                self.node,
+                "setting the cycle",
+                index=0x60C2,
+                expected="0x60C2 or 0x1006",
+                received="the drive has neither, so that it cannot be told the time between two setpoints",
+            )
+
+    def _set_interpolation_time(self, value: int, exponent: int) -> bool:
+        """Whether 0x60C2 now holds value · 10^exponent s; False where the drive has no such object."""
+        what = "setting the cycle"
         try:
-            self.sdo.write_verified(0x1006, 0, "uint32", microseconds, "setting the cycle")
+            stands = self.sdo.read(0x60C2, 1, "uint8", what) * 10.0 ** self.sdo.read(0x60C2, 2, "int8", what)
         except DriveError as refusal:
-            # Optional in CiA 301; drives that lack it run on 0x60C2 alone.
-            if "does not exist" not in str(refusal):
-                raise
+            if is_missing(refusal):
+                return False
+            raise
+        wanted = value * 10.0**exponent
+        if abs(stands / wanted - 1) < 1e-9:
+            return True
+        try:
+            self.sdo.write_verified(0x60C2, 2, "int8", exponent, what)
+            self.sdo.write_verified(0x60C2, 1, "uint8", value, what)
+        except DriveError as refusal:
+            words = f"{refusal.received}; it stands at {stands:g} s: give the rig that cycle"
+            raise DriveError(
+                self.node, what, index=0x60C2, subindex=1, expected=f"{wanted:g} s", received=words
+            ) from refusal
+        return True
+
+    def _has(self, index: int, subindex: int = 0) -> bool:
+        """Whether the drive has an object. Raises DriveError when it does not answer."""
+        try:
+            self.sdo.read_bytes(index, subindex)
+        except DriveError as refusal:
+            if is_missing(refusal):
+                return False
+            raise
+        return True
+
+    def _hold(self, index: int, subindex: int, kind: str, value: int, what: str) -> None:
+        """Write an object unless it holds the value already, so that one that cannot be written is no obstacle then.
+
+        Raises DriveError when the drive refuses or something else is read back.
+        """
+        if self.sdo.read(index, subindex, kind, what) != value:
+            self.sdo.write_verified(index, subindex, kind, value, what)

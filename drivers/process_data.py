@@ -6,7 +6,9 @@ drive says, not what we wished.
 """
 
 import struct
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 from drivers.errors import DriveError
 from drivers.sdo import SdoAccess
@@ -79,11 +81,13 @@ class DriveStream:
 
     transmit : its TPDOs, each answered at every SYNC
     receive  : its RPDO with controlword and target, effective at the next SYNC
+    constants : values of the RPDO's further entries, in their order; a mapping that cannot be changed may have some
     """
 
     node: int
     transmit: tuple[ProcessData, ...]
     receive: ProcessData
+    constants: tuple[int, ...] = ()
 
     def find(self, name: str) -> tuple[ProcessData, MappedEntry]:
         """The TPDO and entry that carry a value.
@@ -103,7 +107,24 @@ class DriveStream:
 
     def setpoint(self, controlword: int, target: int) -> bytes:
         """Data of the RPDO for `receive.can_id`; target in the raw unit of the mode's target object."""
-        return self.receive.packer.pack(controlword, target)
+        return self.packed(controlword, target)
+
+    @cached_property
+    def packed(self) -> Callable[[int, int], bytes]:
+        """`setpoint` as a function that is quick to call in every cycle."""
+        pack = self.receive.packer.pack
+        names = [entry.name for entry in self.receive.entries]
+        if names == ["controlword", "target"]:
+            return pack
+        rest = iter(self.constants)
+        values = [0 if name in ("controlword", "target") else next(rest) for name in names]
+        word, target_at = names.index("controlword"), names.index("target")
+
+        def packed(controlword: int, target: int) -> bytes:
+            values[word], values[target_at] = controlword, target
+            return pack(*values)
+
+        return packed
 
 
 def lay_out(entries: list[MappedEntry]) -> tuple[MappedEntry, ...]:
@@ -134,29 +155,101 @@ def distribute(entries: list[MappedEntry]) -> list[list[MappedEntry]]:
     return pdos
 
 
+@dataclass(frozen=True)
+class StandingPdo:
+    """A PDO as a drive has it now."""
+
+    kind: str
+    """TPDO or RPDO"""
+    number: int
+    cob_id: int
+    """with its bits 30 and 31"""
+    transmission_type: int
+    mapping: tuple[int, ...]
+    """entries as objects 0x1600 and 0x1A00 hold them"""
+
+    @property
+    def valid(self) -> bool:
+        """Whether it is switched on."""
+        return not self.cob_id & _PDO_OFF
+
+    @property
+    def can_id(self) -> int:
+        """The id of its frames."""
+        return self.cob_id & 0x7FF
+
+
+def read_pdo(sdo: SdoAccess, kind: str, number: int) -> StandingPdo | None:
+    """A PDO as it stands; None where the drive has none of that number.
+
+    Raises DriveError when the drive does not answer.
+    """
+    communication, mapping = _objects(kind, number)
+    what = f"reading {kind} {number}"
+    try:
+        cob_id = sdo.read(communication, 1, "uint32", what)
+        transmission_type = sdo.read(communication, 2, "uint8", what)
+        count = sdo.read(mapping, 0, "uint8", what)
+    except DriveError as refusal:
+        if is_missing(refusal):
+            return None
+        raise
+    entries = tuple(sdo.read(mapping, position, "uint32", what) for position in range(1, min(count, 64) + 1))
+    return StandingPdo(kind, number, cob_id, transmission_type, entries)
+
+
+def is_missing(refusal: DriveError) -> bool:
+    """Whether a drive refused because it has no such object (abort codes 0x06020000 and 0x06090011 of CiA 301)."""
+    return "does not exist" in refusal.received
+
+
+def was_refused(refusal: DriveError) -> bool:
+    """Whether a drive answered that it does not do what was asked (and did not keep silent, or said something else)."""
+    return refusal.received.startswith("the drive refused")
+
+
+def _objects(kind: str, number: int) -> tuple[int, int]:
+    communication, mapping = (0x1800, 0x1A00) if kind == "TPDO" else (0x1400, 0x1600)
+    return communication + number - 1, mapping + number - 1
+
+
 def write_pdo(
     sdo: SdoAccess, kind: str, number: int, can_id: int, transmission_type: int, entries: list[MappedEntry]
 ) -> ProcessData:
-    """Write the mapping and communication parameters of a PDO and read all of them back.
+    """Set up a PDO, writing only what differs, and read back what was written.
 
     kind   : "TPDO" or "RPDO"
     number : 1 for the first PDO
 
     Raises DriveError when the drive refuses or says something else afterwards.
     """
-    communication, mapping = (0x1800, 0x1A00) if kind == "TPDO" else (0x1400, 0x1600)
-    communication += number - 1
-    mapping += number - 1
+    communication, mapping = _objects(kind, number)
     what = f"mapping {kind} {number}"
     placed = lay_out(entries)
-    flags = sdo.read(communication, 1, "uint32", what) & _NO_RTR
-    sdo.write(communication, 1, "uint32", _PDO_OFF | flags | can_id, what)
-    sdo.write(mapping, 0, "uint8", 0, what)
-    sdo.write(communication, 2, "uint8", transmission_type, what)
-    for position, entry in enumerate(placed, 1):
-        sdo.write(mapping, position, "uint32", entry.mapping, f"{what}, entry {entry.name}")
-    sdo.write(mapping, 0, "uint8", len(placed), what)
-    sdo.write(communication, 1, "uint32", flags | can_id, what)
+    wanted = tuple(entry.mapping for entry in placed)
+    standing = read_pdo(sdo, kind, number)
+    if standing is None:
+        expected, received = f"a {kind} {number}", "the drive has none"
+        raise DriveError(
+            sdo.node, what, index=communication, subindex=1, expected=expected, received=received
+        )
+    flags = standing.cob_id & _NO_RTR
+    remapped = standing.mapping != wanted
+    if (
+        not (standing.valid and standing.can_id == can_id and standing.transmission_type == transmission_type)
+        or remapped
+    ):
+        if standing.valid or standing.can_id != can_id:
+            sdo.write(communication, 1, "uint32", _PDO_OFF | flags | can_id, what)
+        if remapped:
+            sdo.write(mapping, 0, "uint8", 0, what)
+        if standing.transmission_type != transmission_type:
+            sdo.write(communication, 2, "uint8", transmission_type, what)
+        if remapped:
+            for position, entry in enumerate(placed, 1):
+                sdo.write(mapping, position, "uint32", entry.mapping, f"{what}, entry {entry.name}")
+            sdo.write(mapping, 0, "uint8", len(placed), what)
+        sdo.write(communication, 1, "uint32", flags | can_id, what)
     _confirm(sdo, mapping, 0, "uint8", len(placed), what)
     for position, entry in enumerate(placed, 1):
         _confirm(sdo, mapping, position, "uint32", entry.mapping, f"{what}, entry {entry.name}")
@@ -175,10 +268,18 @@ def write_pdo(
 
 
 def switch_off_pdo(sdo: SdoAccess, kind: str, number: int) -> None:
-    """Make a PDO invalid (bit 31 of its COB-ID) and check that it is."""
-    communication = (0x1800 if kind == "TPDO" else 0x1400) + number - 1
+    """Make a PDO invalid (bit 31 of its COB-ID) and check that it is; one that the drive does not have is left alone.
+
+    Raises DriveError when the drive refuses.
+    """
+    communication, _mapping = _objects(kind, number)
     what = f"switching {kind} {number} off"
-    cob_id = sdo.read(communication, 1, "uint32", what)
+    try:
+        cob_id = sdo.read(communication, 1, "uint32", what)
+    except DriveError as refusal:
+        if is_missing(refusal):
+            return
+        raise
     if not cob_id & _PDO_OFF:
         sdo.write(communication, 1, "uint32", cob_id | _PDO_OFF, what)
         if not sdo.read(communication, 1, "uint32", what) & _PDO_OFF:

@@ -32,6 +32,8 @@ _NO_SUBINDEX = 0x06090011
 _CANNOT_BE_MAPPED = 0x06040041
 _PDO_TOO_LONG = 0x06040042
 _NOT_IN_THIS_STATE = 0x08000022
+_READ_ONLY = 0x06010002
+_NO_OBJECT = 0x06020000
 
 
 class _Pdo:
@@ -310,6 +312,10 @@ class SimulatedNode(canopen.LocalNode):
             self._written(index, subindex)
 
     def _find_object(self, index: int, subindex: int) -> ODVariable:
+        odd = self.axis.oddities
+        beyond = any(first + odd.receive_pdos <= index < first + PDOS for first in (0x1400, 0x1600))
+        if beyond or (odd.no_heartbeat_consumer and index == 0x1016):
+            raise SdoAbortedError(_NO_OBJECT)
         entry = self.object_dictionary.get(index)  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
         if isinstance(entry, ODArray) and subindex not in entry.subindices:  # pyright: ignore[reportUnknownMemberType]
             raise SdoAbortedError(_NO_SUBINDEX)  # canopen would make one up
@@ -319,6 +325,10 @@ class SimulatedNode(canopen.LocalNode):
         """Raise SdoAbortedError for values that the drive does not take."""
         if index == 0x6060 and data and struct.unpack("<b", data[:1])[0] not in (0, *SUPPORTED_MODES):
             raise SdoAbortedError(_VALUE_RANGE)
+        odd = self.axis.oddities
+        is_pdo = any(first <= index < first + PDOS for first in (0x1400, 0x1600, 0x1800, 0x1A00))
+        if (odd.fixed_pdos and is_pdo) or (odd.fixed_interpolation is not None and index == 0x60C2):
+            raise SdoAbortedError(_READ_ONLY)
         is_mapping = 0x1600 <= index < 0x1600 + PDOS or 0x1A00 <= index < 0x1A00 + PDOS
         if not is_mapping:
             return
@@ -403,18 +413,42 @@ class SimulatedNode(canopen.LocalNode):
             (0x608F, 1, axis.counts_per_turn),
             (0x608F, 2, 1),
         ):
-            variable = self._find_object(index, subindex)
-            super().set_data(index, subindex, variable.encode_raw(value))
+            self._store(index, subindex, value)
+        if axis.oddities.fixed_interpolation is not None:
+            self._store(0x60C2, 1, axis.oddities.fixed_interpolation)
+            self._store(0x60C2, 2, -3)
+            self._interpolation = [axis.oddities.fixed_interpolation, -3]
 
     def _load_pdos(self) -> None:
         """Compile mappings and communication parameters as they stand in the object dictionary."""
         self._rpdo_of_id = {}
+        if self.axis.oddities.fixed_pdos:
+            self._store_fixed_pdos()
         for number in range(PDOS):
             self._load_pdo(self._tpdos[number], 0x1800 + number, 0x1A00 + number)
+            if number >= self.axis.oddities.receive_pdos:
+                continue
             self._load_pdo(self._rpdos[number], 0x1400 + number, 0x1600 + number)
             if self._rpdos[number].valid:
                 self._rpdo_of_id[self._rpdos[number].can_id] = self._rpdos[number]
         self.on_pdos_changed()
+
+    def _store_fixed_pdos(self) -> None:
+        """The mapping of a drive whose PDOs can only be read."""
+        for communication, mapping, base, entries in (
+            (0x1800, 0x1A00, 0x180, (0x60410010, 0x60640020)),
+            (0x1801, 0x1A01, 0x280, (0x60740010, 0x60770010)),
+            (0x1400, 0x1600, 0x200, (0x60400010, 0x60600008, 0x607A0020)),
+        ):
+            self._store(communication, 1, base + self.node)
+            self._store(communication, 2, 1)
+            self._store(mapping, 0, len(entries))
+            for position, entry in enumerate(entries, 1):
+                self._store(mapping, position, entry)
+
+    def _store(self, index: int, subindex: int, value: int) -> None:
+        variable = self._find_object(index, subindex)
+        super().set_data(index, subindex, variable.encode_raw(value))
 
     def on_pdos_changed(self) -> None:
         """Told when CAN ids of RPDOs may have changed; the rig replaces it."""

@@ -43,7 +43,8 @@ def recorded(tmp_path_factory):
     with h5py.File(folder / "session-00.h5") as file:
         first, last = (file["sync_time"][[0, -1]] * 1e-9).tolist()
     log = folder / "session-00.log"
-    begin = next(each.timestamp for each in can.CanutilsLogReader(log) if each.arbitration_id == 0x80)
+    with can.CanutilsLogReader(log) as reader:
+        begin = next(each.timestamp for each in reader if each.arbitration_id == 0x80)
     return folder, log, first - begin, last - begin
 
 
@@ -71,8 +72,8 @@ def rewritten(log, target):
     if target.suffix == ".log":
         target.write_bytes(log.read_bytes())
         return
-    with can.Logger(target) as logger:
-        for message in can.CanutilsLogReader(log):
+    with can.Logger(target) as logger, can.CanutilsLogReader(log) as reader:
+        for message in reader:
             message.channel = 1
             logger.on_message_received(message)
 
