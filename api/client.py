@@ -312,6 +312,10 @@ class Client:
             f"/rigs/{rig}/homing", {"joint": joint, "method": method, "reset_faults": reset_faults}
         )
 
+    def reset_drives(self, rig: str) -> Json:
+        """Reset the faults of a rig's drives and take the power of those that have some; no zero is changed."""
+        return self._post(f"/rigs/{rig}/reset")
+
     def homing(self, rig: str) -> Json | None:
         """The homing under way on a rig, or the last one."""
         return self._get(f"/rigs/{rig}/homing")

@@ -11,9 +11,9 @@ from collections.abc import Generator
 from dataclasses import dataclass
 
 from daq.rig import Rig
-from daq.rig_drives import MASTER_NODE, RigDrives
+from daq.rig_drives import MASTER_NODE, POWERED, RigDrives
 from drivers.cia402 import State
-from drivers.errors import DriverError
+from drivers.errors import DriveError, DriverError
 from identify.recording.errors import InputError
 
 
@@ -40,12 +40,20 @@ def joints_to_home(rig: Rig, named: tuple[str, ...] = ()) -> list[int]:
     for name in named:
         if name not in joints:
             raise InputError(f"joint {name}: rig {rig.name} has {', '.join(joints)}")
+        axis = rig.axes[joints.index(name)]
+        if axis.homing != "drive":
+            raise InputError(
+                f"joint {name}: has an absolute encoder (`homing: absolute-encoder` in rig {rig.name}), whose zero homing would "
+                f"falsify. To reset a fault: `coulomb reset {rig.name}`. If it is to be homed all the same, the rig file "
+                "must say `homing: drive`"
+            )
     if named:
         return [joints.index(name) for name in named]
     found = [index for index, axis in enumerate(rig.axes) if axis.homing == "drive"]
     if not found:
         raise InputError(
-            f"rig {rig.name}: no axis has `homing: drive`; name a joint to home it all the same, or set it in the rig file"
+            f"rig {rig.name}: no axis has `homing: drive`, all have absolute encoders, which need no homing; to reset a fault: "
+            f"`coulomb reset {rig.name}`"
         )
     return found
 
@@ -55,7 +63,7 @@ def require_lasting_drives(rig: Rig) -> None:
     if rig.bus.interface == "virtual":
         raise InputError(
             f"rig {rig.name}: its simulated drives live only as long as a session; put them on a real bus with "
-            "`coulomb fake-drive` to home them"
+            "`coulomb fake-drive` to home or reset them"
         )
 
 
@@ -70,7 +78,7 @@ class Homing:
     def __init__(self, rig: Rig, stop: threading.Event | None = None) -> None:
         self.rig = rig
         self._stopped = stop or threading.Event()
-        self._drives = RigDrives(rig)
+        self._drives = RigDrives(rig, "homing")
 
     def __enter__(self) -> "Homing":
         return self
@@ -100,6 +108,13 @@ class Homing:
         interruption by the operator too, the axis is stopped first.
         """
         axis, drive = self.rig.axes[index], self._drives.drives[index]
+        if self._drives.state_before_writing(drive) in POWERED:
+            raise DriveError(
+                drive.node,
+                "homing",
+                received=f"it has power already; nothing was written to it. `coulomb reset {self.rig.name}` takes its power, if "
+                "nobody else commands it",
+            )
         drive.produce_heartbeat(self.rig.supervision.heartbeat_period)
         with self._heartbeats(index):
             drive.set_nmt_state("OPERATIONAL")

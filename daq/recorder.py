@@ -101,7 +101,7 @@ class Recorder:
             if len(rows):
                 moved = True
                 recorded = self._of_the_session(rows)
-                self._verdict.before(rows)
+                self._verdict.see(rows)
                 self._verdict.take(recorded)
                 if len(recorded):
                     self._waiting.append(recorded)

@@ -85,14 +85,21 @@ class RecordingVerdict:
         self._first_unanswered = [False for _ in rig.axes]
         self._begun = False
 
-    def before(self, rows: NDArray[Any]) -> None:
-        """Rows that are not recorded: the very first SYNC is answered by every drive that answers in time."""
+    def see(self, rows: NDArray[Any]) -> None:
+        """All rows (M,) of the ring, recorded or not: where answers fell behind may lie before the plan's begin.
+
+        The very first SYNC is answered by every drive that answers in time.
+        """
         if not self._begun and len(rows) and int(rows["cycle"][0]) == 0:
             came = (rows["valid"] & POSITION_CAME) != 0
             for axis in range(len(self._joints)):
                 later = came[1:_AROUND, axis]
                 self._first_unanswered[axis] = not came[0, axis] and len(later) > 2 and bool(later.all())
         self._begun = self._begun or len(rows) > 0
+        for axis, joint in enumerate(self._joints):
+            valid = rows["valid"][:, axis]
+            came = (valid & POSITION_CAME) != 0
+            self._look_for_gaps(joint, np.where(came, rows["position"][:, axis], np.nan), valid)
 
     def take(self, rows: NDArray[Any]) -> None:
         """The next recorded rows (M,) of `daq.samples.sample_dtype`."""
@@ -116,7 +123,6 @@ class RecordingVerdict:
             judged = moves[:, axis] & planned & came
             joint.command.take(rows["command"][judged, axis].astype(np.int64))
             joint.position.take(rows["position"][judged, axis].astype(np.int64))
-            self._look_for_gaps(joint, np.where(came, rows["position"][:, axis], np.nan), valid[:, axis])
 
     def _look_for_gaps(self, joint: _Joint, position: NDArray[Any], valid: NDArray[Any]) -> None:
         old = len(joint.recent)

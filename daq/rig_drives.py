@@ -159,7 +159,7 @@ class RigDrives:
         return [CheckItem("bus", False, words)]
 
     def _look(self, axis: Axis, drive: Drive, profile: DriveProfile) -> list[tuple[bool, str]]:
-        state = self._state_before_writing(drive)
+        state = self.state_before_writing(drive)
         if state in POWERED:
             words = (
                 f"has power (it is in {state.words}): somebody else commands it, or a session left it so; nothing was written "
@@ -208,7 +208,7 @@ class RigDrives:
             found.append(self._homed(drive))
         return found
 
-    def _state_before_writing(self, drive: Drive) -> State:
+    def state_before_writing(self, drive: Drive) -> State:
         """What the drive says of itself. Only one in NMT STOPPED, where it cannot answer, is made able to first."""
         try:
             return drive.state()

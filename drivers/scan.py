@@ -4,6 +4,7 @@ import time
 from dataclasses import dataclass
 
 from drivers.bus import BusSettings
+from drivers.bus_claim import BusClaim
 from drivers.canopen_network import CanopenNetwork, nmt_state_in_words
 from drivers.cia402 import STATUSWORD, state_of
 
@@ -74,10 +75,10 @@ def scan(settings: BusSettings, *, wait: float = 0.3, nodes: range = range(1, 12
     wait  : s to wait for answers after the last question
     nodes : the node ids to ask
 
-    Raises BusError when the bus cannot be opened.
+    Raises BusInUse while a session, homing or another scan has the bus, BusError when it cannot be opened.
     """
     listener = _Listener()
-    with CanopenNetwork(settings) as network:
+    with BusClaim(settings, "a scan"), CanopenNetwork(settings) as network:
         for node in nodes:
             network.subscribe(_SDO_ANSWER + node, listener.on_answer)
             network.subscribe(0x700 + node, listener.on_heartbeat)

@@ -11,6 +11,7 @@ import typer
 if TYPE_CHECKING:
     from daq.excitation.excitation_plan import ExcitationPlan
     from daq.rig import Rig
+    from daq.session_events import SessionEvent
     from daq.session_workflow import PayloadSession, Recorded
 
 
@@ -64,6 +65,7 @@ def run(
         known,
         operator or getpass.getuser(),
         role="validation" if validation else "identification",
+        on_event=lambda event: _sound(console, event),
         after_session=lambda recorded: results.append(identify_so_far(recorded)),
     )
     with session:
@@ -127,6 +129,12 @@ def _weighed(
     return typer.prompt(
         f"Mount payload {session.payload.name!r} ({expected:g} kg). Mass as weighed, kg", type=float, err=True
     )
+
+
+def _sound(console: Any, event: "SessionEvent") -> None:
+    """What a person must do now, in red, whatever else is on the screen."""
+    if event.kind == "alarm" and event.words:
+        console.print(f"[bold white on red] {event.words} [/]", highlight=False)
 
 
 def _explain(console: Any, rig: "Rig", plan: "ExcitationPlan", payload: str) -> None:

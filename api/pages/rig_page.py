@@ -72,6 +72,14 @@ def home(
     return rig_state(request, user, rig)
 
 
+@router.post("/rig/reset")
+def reset(request: Request, user: access.Operator, rig: Annotated[str, Form(max_length=64)]) -> Response:
+    """Reset the faults of the drives."""
+    service = access.service_of(request)
+    service.drive_resets.reset(_known(service, rig), user, access.client_address(request))
+    return rig_state(request, user, rig)
+
+
 @router.post("/rig/release")
 def release(request: Request, user: access.Operator, rig: Annotated[str, Form(max_length=64)]) -> Response:
     """Give the rig back."""
@@ -108,6 +116,8 @@ def rig_context(service: Service, rig_id: str, own_name: str) -> dict[str, Any]:
             if axis.homing == "drive" and settings.bus.interface != "virtual"
         ],
         "homing": service.homings.run(rig_id),
+        "drives_last": settings.bus.interface != "virtual",
+        "resets": service.drive_resets.last(rig_id),
     }
 
 

@@ -6,6 +6,7 @@ from api.service.accounts import Accounts
 from api.service.audit import AuditLog
 from api.service.bus_claims import BusClaims
 from api.service.database import Database, open_database
+from api.service.drive_resets import DriveResets
 from api.service.experiment_store import ExperimentStore
 from api.service.homings import Homings
 from api.service.jobs import JobRunner
@@ -44,6 +45,7 @@ class Service:
     separating: SeparatingPlanner
     sessions: PayloadSessions
     homings: Homings
+    drive_resets: DriveResets
     rig_stop: RigStop
     samples: SessionCache
     live: LiveFeed
@@ -84,6 +86,7 @@ def create_service(settings: ServiceSettings) -> Service:
         separating=SeparatingPlanner(experiments, models, rigs, plans),
         sessions=sessions,
         homings=homings,
+        drive_resets=DriveResets(rigs, operators, claims, audit),
         rig_stop=RigStop(sessions, homings),
         samples=SessionCache(),
         live=LiveFeed(operators, sessions, settings.live_rate),

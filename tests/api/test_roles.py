@@ -76,6 +76,7 @@ TABLE: dict[tuple[str, str], Role | None] = {
     ("POST", "/rigs/{rig}/hand-over"): OPERATOR,
     ("POST", "/rigs/{rig}/homing"): OPERATOR,
     ("GET", "/rigs/{rig}/homing"): VIEWER,
+    ("POST", "/rigs/{rig}/reset"): OPERATOR,
     ("POST", "/rigs/{rig}/stop"): VIEWER,
     ("WEBSOCKET", "/rigs/{rig}/live"): VIEWER,
     ("GET", "/plans"): VIEWER,

@@ -263,10 +263,14 @@ def test_a_recording_whose_process_died_is_recovered_with_what_it_had(operator, 
     assert operator.post("/experiments/arm/sessions/session-01/recover").status_code == 409
 
 
-def test_a_rig_whose_drives_live_only_in_a_session_and_an_unknown_joint_are_not_homed(operator):
+def test_an_absolute_encoder_drives_that_live_only_in_a_session_and_an_unknown_joint_are_not_homed(operator):
     short_lived = operator.post(f"/rigs/{RIG}/homing", json={"joint": "j3"})
     assert short_lived.status_code == 422
-    assert "live only as long as a session" in short_lived.json()["detail"]
+    assert "has an absolute encoder" in short_lived.json()["detail"]
+    assert "`coulomb reset" in short_lived.json()["detail"]
+    reset = operator.post(f"/rigs/{RIG}/reset")
+    assert reset.status_code == 422
+    assert "live only as long as a session" in reset.json()["detail"]
     unknown = operator.post(f"/rigs/{RIG}/homing", json={"joint": "j9"})
     assert unknown.status_code == 422
     assert "joint j9" in unknown.json()["detail"]

@@ -109,7 +109,7 @@ def test_a_fault_is_reset_with_its_reason_and_only_where_there_is_one(homed_by_d
 
 def test_joints_are_named_or_those_that_their_drive_homes(rig, homed_by_drive):
     assert joints_to_home(homed_by_drive) == [0]
-    assert joints_to_home(rig, ("j3",)) == [0]
+    assert joints_to_home(homed_by_drive, ("j3",)) == [0]
     with pytest.raises(InputError, match="no axis has `homing: drive`"):
         joints_to_home(rig)
     with pytest.raises(InputError, match="joint j9: rig rx130l-joint3-simulated has j3"):

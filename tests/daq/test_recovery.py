@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 import threading
@@ -9,10 +10,13 @@ import time
 from pathlib import Path
 
 import h5py
+import numpy as np
 import pytest
 
 from daq.excitation.standard_plan import standard_plan
 from daq.recovery import recover_experiment
+from daq.ring_buffer import RingReader
+from daq.samples import Phase
 from daq.session_events import SessionState
 from identify.identification import identify
 from identify.recording import InputError, load_experiment
@@ -120,3 +124,84 @@ def test_too_little_motion_is_kept_and_not_listed_whoever_asks(rig, armed_sessio
     assert not state.admitted
     assert "s of motion are too little, 10.0 s are needed" in state.lacks
     assert files(session.experiment) == []
+
+
+def test_rows_that_a_killed_recorder_left_in_the_ring_are_saved(rig, armed_session, long_plan):
+    session = armed_session(rig, plan=long_plan)
+    with RingReader(f"{session._ring}-rows") as ring:
+        driven(session, 4000)
+        session._recorder.kill()
+        assert session.wait(30) is SessionState.FAULTED
+        rows = ring.latest(ring.capacity)
+    measured = rows["cycle"][(rows["phase"] == Phase.PLAN) | (rows["phase"] == Phase.STOPPING)]
+    with h5py.File(session.file) as file:
+        assert file.attrs["status"] == "faulted"
+        assert (np.diff(file["cycle"][:]) == 1).all()
+        assert file["cycle"][-1] == measured[-1]
+    assert session.reason.count("the recorder process died") == 1
+
+
+def test_a_recording_that_is_deleted_in_motion_is_noticed_and_written_anew(rig, armed_session, long_plan):
+    session = armed_session(rig, plan=long_plan)
+    driven(session, 2000)
+    session.file.unlink()
+    assert session.wait(60) is SessionState.FAULTED
+    assert "was moved or deleted while it was being recorded" in session.reason
+    with h5py.File(session.file) as file:
+        assert len(file["cycle"]) >= 2000
+        assert file.attrs["stop_cause"] == "recorder"
+
+
+def test_a_folder_that_is_deleted_in_motion_is_noticed_and_what_was_measured_is_there(
+    rig, armed_session, long_plan
+):
+    session = armed_session(rig, plan=long_plan)
+    driven(session, 2000)
+    shutil.rmtree(session.experiment)
+    assert session.wait(60) is SessionState.FAULTED
+    assert "its folder was moved or deleted" in session.reason
+    (state,) = recover_experiment(session.experiment, "")
+    assert state.rows >= 2000
+    assert (session.experiment / "experiment.yaml").exists()
+
+
+@pytest.mark.parametrize("harm", ["broken", "deleted"])
+def test_an_experiment_file_that_is_harmed_in_motion_orphans_no_session(rig, armed_session, short_plan, harm):
+    session = armed_session(rig, plan=short_plan)
+    session.start()
+    yaml = session.experiment / "experiment.yaml"
+    text = yaml.read_text(encoding="utf-8")
+    yaml.unlink()
+    if harm == "broken":
+        yaml.write_text("format: [", encoding="utf-8")
+    assert session.wait(60) is SessionState.FAULTED
+    assert "all of the plan" in session.reason
+    assert f"`coulomb recover {session.experiment}` lists them" in session.reason
+    if harm == "broken":
+        with pytest.raises(InputError, match=r"experiment.yaml"):
+            recover_experiment(session.experiment, "")
+        yaml.write_text(text, encoding="utf-8")
+    (state,) = recover_experiment(session.experiment, "")
+    assert state.admitted
+    assert files(session.experiment) == ["session-00.h5"]
+
+
+def test_one_bad_file_keeps_no_other_from_being_recovered(rig, armed_session, long_plan):
+    session = armed_session(rig, plan=long_plan)
+    driven(session)
+    session._acquisition.kill()
+    assert session.wait(30) is SessionState.FAULTED
+    incomplete = session.experiment / "incomplete"
+    (incomplete / "session-05.h5").write_bytes(b"no HDF5 at all")
+    with h5py.File(incomplete / "session-06.h5", "w") as odd:
+        odd.attrs["payload"] = np.array([1, 2, 3])
+        odd.attrs["status"] = np.void(b"\x00\x01")
+        odd["cycle"] = np.arange(3)
+    states = {state.path.name: state for state in recover_experiment(session.experiment, "")}
+    assert states["session-00.h5"].admitted
+    for name in ("session-05.h5", "session-06.h5"):
+        assert states[name].status == "unreadable"
+        assert "move it elsewhere, or delete it" in states[name].lacks
+    done = recover(session.experiment)
+    assert done.returncode == 0, done.stderr
+    assert "session-05.h5: unreadable" in done.stderr

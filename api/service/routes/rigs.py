@@ -75,6 +75,19 @@ class HomingView(BaseModel):
     within_limits: bool | None = Field(examples=[True])
 
 
+class ResetJointView(BaseModel):
+    """One drive after a reset."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    joint: str = Field(examples=["j3"])
+    node: int = Field(examples=[3])
+    ok: bool = Field(description="no power and no fault", examples=[True])
+    words: str = Field(
+        examples=["fault reset; it was 0x4310 motor or transmission too hot; now in SWITCH ON DISABLED"]
+    )
+
+
 class Stopped(BaseModel):
     """What the stop found."""
 
@@ -183,6 +196,16 @@ def get_homing(request: Request, _user: access.Viewer, rig: RigId) -> HomingView
     """The homing under way on this rig, or the last one; null if there was none since the service started."""
     run = service_of(request).homings.run(_known(request, rig))
     return None if run is None else HomingView.model_validate(run)
+
+
+@router.post("/rigs/{rig}/reset", responses=problems(409, 503))
+def reset(request: Request, user: access.Operator, rig: RigId) -> list[ResetJointView]:
+    """Reset the faults of the rig's drives, and take the power of those that have some. No axis is moved, no zero changed.
+
+    An axis without a brake sinks when its power goes.
+    """
+    found = service_of(request).drive_resets.reset(_known(request, rig), user, client_address(request))
+    return [ResetJointView.model_validate(joint) for joint in found]
 
 
 @router.post("/rigs/{rig}/stop")
