@@ -1,13 +1,14 @@
 # make demo   set up, then the whole loop on the simulated drive
 # make test   set up with everything the tests want, then all tests
-# Both need python3, git and make, and nothing else done before.
+# make docs   the reference of modules, classes and functions, from their docstrings
+# All need python3, git and make, and nothing else done before.
 
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 
-.PHONY: demo test lint setup setup-test lock blind benchmark clean
+.PHONY: demo test lint docs setup setup-test lock blind benchmark clean
 
 demo: setup
 	$(BIN)/coulomb demo
@@ -25,6 +26,10 @@ lint: setup-test
 	$(BIN)/lint-imports --no-cache
 	$(BIN)/pyright --pythonpath $(BIN)/python
 	$(BIN)/python .ci/counts
+
+docs: setup-test
+	$(BIN)/python docs/make_reference.py build/reference
+	@echo "open build/reference/index.html"
 
 setup: $(VENV)/installed
 setup-test: $(VENV)/installed-test
