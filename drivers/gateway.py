@@ -70,6 +70,7 @@ class GatewayMember(InProcessBus):
         self._gateway: _Gateway | None = gateway
 
     def shutdown(self) -> None:
+        """Leave the channel; the adapter is closed with the last member. Harmless when repeated."""
         super().shutdown()
         gateway, self._gateway = self._gateway, None
         if gateway is None:

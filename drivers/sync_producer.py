@@ -46,10 +46,12 @@ class RealTime:
         self._next = 0
 
     def start(self, period: float) -> None:
+        """Begin to count deadlines from now; period in s."""
         self._period = round(period * 1e9)
         self._next = time.monotonic_ns() + self._period
 
     def wait(self, cycle: int) -> float:
+        """Sleep until the next deadline; how late it was met, in s."""
         remaining = self._next - time.monotonic_ns()
         if remaining > 0:
             time.sleep(remaining * 1e-9)
@@ -82,9 +84,11 @@ class AsAnswered:
         self._period = 0
 
     def start(self, period: float) -> None:
+        """Take the period, in s, by which simulated time goes on at each SYNC."""
         self._period = round(period * 1e9)
 
     def wait(self, cycle: int) -> float:
+        """Wait for the answers to SYNC `cycle` − 1, then move the simulated clock; always 0."""
         if cycle and self.answered is not None and not self.answered(cycle - 1, self.timeout):
             self.missed += 1
         if self.advance is not None:

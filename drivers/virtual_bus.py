@@ -193,6 +193,7 @@ class InProcessBus(VirtualBus):
         return self._matches_filters(can.Message(arbitration_id=can_id, is_extended_id=extended))
 
     def set_filters(self, filters: Any = None) -> None:
+        """As python-can's: a list of {can_id, can_mask, extended}; None lets everything through."""
         super().set_filters(filters)
         if hasattr(self, "_inbox"):
             self._inbox.passes.clear()
@@ -243,10 +244,15 @@ class InProcessBus(VirtualBus):
                 listener.put(_message_of(frame, self._name, own=False))
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        """Deliver a message to all other members before returning, unless another thread is delivering; then that one does.
+
+        Raises can.CanOperationError while the bus is made to fail.
+        """
         self._check_if_open()
         self.forward(frame_of(msg, self._bus.clock()), self._inbox)
 
     def shutdown(self) -> None:
+        """Leave the channel; the last member of a channel ends it. Harmless when repeated."""
         super().shutdown()
         with _channels_lock:
             if not self.channel and _channels.get(self._name) is self._bus:

@@ -58,6 +58,10 @@ def chosen_model(stored: StoredExperiment, number: str | None) -> ShownModel | N
 def files_of_session(
     stored: StoredExperiment, shown: ShownModel, other: ShownModel | None, session: str
 ) -> list[str]:
+    """Files of the sessions that were chosen and that both models were fitted with.
+
+    Raises the problem 404 where the session is not among them.
+    """
     files = stored.fitted_files(shown)
     if other is not None:
         files = [file for file in files if file in stored.fitted_files(other)]

@@ -33,6 +33,7 @@ class JointUnits:
         return cls("rad", "rad/s", "rad/s²", "N m")
 
     def of_dimension(self, dimension: str) -> str:
+        """Unit of `time`, `temperature`, `inertia`, or of one of the fields here."""
         given = {"time": "s", "temperature": "°C", "inertia": "kg" if self.load == "N" else "kg m²"}
         return given.get(dimension) or getattr(self, dimension)
 

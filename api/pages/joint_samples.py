@@ -38,6 +38,7 @@ class JointSamples:
 
     @cached_property
     def speed(self) -> np.ndarray:
+        """(M,) |q̇|, rad/s or m/s"""
         return np.abs(self.velocity)
 
     @cached_property

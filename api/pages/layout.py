@@ -36,8 +36,10 @@ def step_links(experiment: str | None) -> dict[str, str]:
 
 
 def experiment_link(experiment: str, step: str) -> str:
+    """Address of an experiment's page: `model`, `missing`, `results` or one below it."""
     return f"{PREFIX}/experiments/{experiment}/{step}"
 
 
 def session_link(experiment: str, session: str) -> str:
+    """Address of the page of one session of an experiment."""
     return experiment_link(experiment, f"sessions/{session}")

@@ -28,4 +28,5 @@ def step_chart(stored: StoredExperiment, joint: str, floor: float | None) -> Mar
 
 
 def step_link(stored: StoredExperiment, step: str, joint: str, **further: str) -> str:
+    """Address to which a page posts a step of the model (`add`, `remove`, `undo` …), with further parts of the query."""
     return f"{experiment_link(stored.id, 'steps')}/{step}?{urlencode({'joint': joint, **further})}"

@@ -57,6 +57,7 @@ def percent(fraction: float | None, digits: int = 3) -> str:
 
 
 def percent_number(fraction: float | None, digits: int = 3) -> str:
+    """The number of `percent` without its sign; a dash where there is none."""
     if fraction is None or not math.isfinite(fraction):
         return MISSING
     value = 100.0 * fraction

@@ -86,6 +86,7 @@ def static_digest() -> str:
 
 
 def static_address(name: str) -> str:
+    """Address of a static file; it changes when any of them does, so that browsers may keep it."""
     return f"{PREFIX}/static/{static_digest()}/{name}"
 
 

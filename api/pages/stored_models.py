@@ -52,10 +52,12 @@ class StoredExperiment:
 
     @property
     def name(self) -> str:
+        """Name by which the experiment is shown."""
         return self.declared.name
 
     @property
     def joint_names(self) -> list[str]:
+        """(n,) from base to tip"""
         return [joint.name for joint in self.declared.robot.joints]
 
     @property

@@ -21,26 +21,40 @@ class JointDescription(Protocol):
     """What is read of a joint; `identify.recording`'s joint has it."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Name of the joint."""
+
     @property
-    def type(self) -> Literal["revolute", "prismatic"]: ...
+    def type(self) -> Literal["revolute", "prismatic"]:
+        """Whether it turns about or slides along its z axis."""
+
     @property
-    def alpha(self) -> float: ...
+    def alpha(self) -> float:
+        """rad, about x of the frame before"""
+
     @property
-    def d(self) -> float: ...
+    def d(self) -> float:
+        """m, along x of the frame before"""
+
     @property
-    def theta(self) -> float: ...
+    def theta(self) -> float:
+        """rad, about z; a revolute joint's position is added"""
+
     @property
-    def r(self) -> float: ...
+    def r(self) -> float:
+        """m, along z; a prismatic joint's position is added"""
 
 
 class RobotDescription(Protocol):
     """What is read of a robot; `identify.recording.Robot` has it."""
 
     @property
-    def gravity(self) -> Sequence[float]: ...
+    def gravity(self) -> Sequence[float]:
+        """(3,) m/s², in the base frame"""
+
     @property
-    def joints(self) -> Sequence[JointDescription]: ...
+    def joints(self) -> Sequence[JointDescription]:
+        """(n,) from base to tip"""
 
 
 @dataclass(frozen=True)

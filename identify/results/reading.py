@@ -8,7 +8,7 @@ refused. Whoever changes a form raises `FORMAT`, adds a step to `STEPS`, and kee
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import TypeVar
+from typing import TypeVar, cast
 
 from pydantic import ValidationError
 
@@ -47,16 +47,17 @@ def document_of(kind: type[Kind], values: object, source: str) -> Kind:
     """
     if not isinstance(values, dict):
         raise InputError(f"{source}: not a document; expected an object with named fields")
-    form = values.get("format", 1)
+    fields = cast(Json, values)
+    form = fields.get("format", 1)
     if not isinstance(form, int) or not 1 <= form <= FORMAT:
         raise InputError(
             f"{source}: format: {form!r} is unknown; this version reads formats 1 to {FORMAT}: "
             "the document was damaged, or a newer version wrote it"
         )
     for step in range(form, FORMAT):
-        values = {**STEPS[step](kind, values), "format": step + 1}
+        fields = {**STEPS[step](kind, fields), "format": step + 1}
     try:
-        return kind.model_validate(values)
+        return kind.model_validate(fields)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         place = ".".join(str(part) for part in first["loc"])

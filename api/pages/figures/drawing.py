@@ -27,6 +27,7 @@ class Scale:
         return self.start + (value - self.low) / (self.high - self.low) * (self.end - self.start)
 
     def array(self, values: ArrayLike) -> np.ndarray:
+        """Pixels of many values at once, in their shape."""
         return self.start + (np.asarray(values, float) - self.low) / (self.high - self.low) * (
             self.end - self.start
         )
@@ -78,10 +79,12 @@ def element(name: str, content: str = "", **attributes: object) -> str:
 
 
 def text(x: float, y: float, words: str, class_: str = "", **attributes: object) -> str:
+    """One line of text at (x, y) in pixels; its characters are escaped."""
     return element("text", str(escape(words)), x=float(x), y=float(y), class_=class_ or None, **attributes)
 
 
 def line(x1: float, y1: float, x2: float, y2: float, class_: str) -> str:
+    """A straight line between two points in pixels."""
     return element("line", x1=float(x1), y1=float(y1), x2=float(x2), y2=float(y2), class_=class_)
 
 
@@ -99,6 +102,7 @@ def path_data(x: ArrayLike, y: ArrayLike) -> str:
 
 
 def curve(x: ArrayLike, y: ArrayLike, class_: str) -> str:
+    """A polyline through (N,) points in pixels, broken where one is not finite; empty where none is left."""
     data = path_data(x, y)
     return element("path", d=data, class_=class_) if data else ""
 

@@ -73,6 +73,7 @@ def draw_plan_signal(
 
 
 def tick_label(value: float) -> str:
+    """A value with two significant digits, as ticks are written."""
     return tick_text(value, [0.0, 10.0 ** (np.floor(np.log10(abs(value))) - 1)] if value else [])
 
 

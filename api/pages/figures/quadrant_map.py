@@ -130,6 +130,7 @@ def _cells(cells: QuadrantMap, scale: float, x: Scale, y: Scale) -> list[str]:
 
 
 def level_class(level: int) -> str:
+    """Style class of a cell: `p1` … above zero, `m1` … below, `z0` at zero."""
     return f"p{level}" if level > 0 else f"m{-level}" if level < 0 else "z0"
 
 
