@@ -29,9 +29,14 @@ def main(folder: Path) -> None:
     pdoc.render.configure(
         template_directory=ROOT / "docs" / "reference_theme", footer_text="made by `make docs`", search=True
     )
-    # A package with `__all__` shows pdoc no more than that: its parts are named one by one.
-    parts = [f"identify.{part.name}" for part in pkgutil.iter_modules(identify.__path__)]
-    pdoc.pdoc(*ROOMS, *parts, output_directory=folder)
+    # A package with `__all__` shows pdoc no more than that: all modules are named one by one.
+    modules = [
+        module.name
+        for room in ROOMS
+        for module in pkgutil.walk_packages([str(ROOT / room)], f"{room}.")
+        if "._" not in module.name
+    ]
+    pdoc.pdoc(*ROOMS, *modules, output_directory=folder)
 
 
 if __name__ == "__main__":

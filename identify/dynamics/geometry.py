@@ -23,26 +23,32 @@ class JointDescription(Protocol):
     @property
     def name(self) -> str:
         """Name of the joint."""
+        ...
 
     @property
     def type(self) -> Literal["revolute", "prismatic"]:
         """Whether it turns about or slides along its z axis."""
+        ...
 
     @property
     def alpha(self) -> float:
         """rad, about x of the frame before"""
+        ...
 
     @property
     def d(self) -> float:
         """m, along x of the frame before"""
+        ...
 
     @property
     def theta(self) -> float:
         """rad, about z; a revolute joint's position is added"""
+        ...
 
     @property
     def r(self) -> float:
         """m, along z; a prismatic joint's position is added"""
+        ...
 
 
 class RobotDescription(Protocol):
@@ -51,10 +57,12 @@ class RobotDescription(Protocol):
     @property
     def gravity(self) -> Sequence[float]:
         """(3,) m/s², in the base frame"""
+        ...
 
     @property
     def joints(self) -> Sequence[JointDescription]:
         """(n,) from base to tip"""
+        ...
 
 
 @dataclass(frozen=True)

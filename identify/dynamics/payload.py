@@ -19,14 +19,17 @@ class PayloadDescription(Protocol):
     @property
     def mass(self) -> float:
         """kg"""
+        ...
 
     @property
     def com(self) -> Sequence[float]:
         """(3,) m, centre of mass in the last link's frame"""
+        ...
 
     @property
     def inertia(self) -> Sequence[float]:
         """(6,) kg m², XX XY XZ YY YZ ZZ about the centre of mass"""
+        ...
 
 
 def payload_parameters(payload: PayloadDescription) -> NDArray[np.float64]:

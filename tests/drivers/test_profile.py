@@ -32,7 +32,7 @@ def test_node_ids_are_in_the_cob_ids_of_the_object_dictionary(name):
 
 
 def test_a_profile_that_is_not_there_is_told_with_those_that_are():
-    with pytest.raises(ProfileError, match="'epos9' is not known; there are elmo-simpliq, generic-cia402"):
+    with pytest.raises(ProfileError, match=r"'epos9' is not known; there are .*generic-cia402, .*simulated"):
         load_profile("epos9")
 
 
