@@ -1,4 +1,4 @@
-"""Homing: a drive that forgot where it is looks for its home (mode 6), one joint after the other.
+"""Homing: a drive that has lost its reference finds it again (mode 6), one joint after the other.
 
 The drive itself moves the axis, as its own homing method and speeds say; no plan and no limit of the rig file watches it,
 for before homing a position means nothing. What watches: the operator, the drive's own faults, and our heartbeat, without

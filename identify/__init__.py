@@ -4,7 +4,7 @@ import identify
 experiment = identify.load_experiment("experiments/rx130l")
 result = identify.identify(experiment, model="usual")
 diagnosis = identify.diagnose(experiment, model="usual")
-story = identify.improve(experiment, model="usual")
+improvement = identify.improve(experiment, model="usual")
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ LARGEST_IN_MEMORY = 16 << 20
 """Bytes of one group of columns kept in memory; beyond, it moves to a temporary file that the system
 removes by itself.
 
-16 MiB hold the positions of six joints for nearly six minutes at 1 kHz. An hour-long record is mapped from
+16 MiB hold the positions of six joints for nearly six minutes at 1 kHz. An hour-long session is mapped from
 files: it costs address space and disk, not memory.
 """
 

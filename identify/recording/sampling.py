@@ -1,6 +1,6 @@
 """Uniform time: segments without a hole, and resampling where the recorded time is not uniform.
 
-Works through the record in blocks, so that it may be longer than memory.
+Works through the session in blocks, so that it may be longer than memory.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ LARGEST_BRIDGED_SAMPLES = 5
 LARGEST_BRIDGED_TIME = 0.010
 """s; at most so many missing samples in a row, and at most so long, are bridged by local interpolation.
 Both lie well below the memory of the position filter (several hundredths of a second); a longer hole splits
-the record."""
+the session."""
 SMALLEST_HOLE = 2.5
 """Periods: a step in time up to this is jitter or a single missing sample, whatever the sampling rate."""
 SLOWEST_SAMPLING = 0.5
@@ -48,7 +48,7 @@ def largest_bridged_step(period: float) -> float:
 
 @dataclass(frozen=True)
 class _Piece:
-    """A piece of the record without a hole, and how its clock ran."""
+    """A piece of the session without a hole, and how its clock ran."""
 
     rows: slice
     start: float
@@ -71,7 +71,7 @@ class _Piece:
 def uniform_session(entry: SessionEntry, raw: RawSamples) -> Session:
     """Make a session of uniform time within each segment out of the samples of a file.
 
-    :raises InputError: no piece of the record is long enough to be used.
+    :raises InputError: no piece of the session is long enough to be used.
     """
     time = raw.time
     if len(time) < SHORTEST_SEGMENT:
@@ -125,7 +125,7 @@ def uniform_session(entry: SessionEntry, raw: RawSamples) -> Session:
 
 
 def _median_step(time: Array) -> float:
-    """The typical step in time, s; of a long record, the median of steps evenly spread over it."""
+    """The typical step in time, s; of a long session, the median of steps evenly spread over it."""
     rows = np.linspace(0, len(time) - 2, min(len(time) - 1, STEPS_LOOKED_AT)).astype(int)
     return float(np.median(time[rows + 1] - time[rows]))
 

@@ -33,7 +33,7 @@ def differentiate(
     """Filtered position, velocity and acceleration of a piece of uniform samples.
 
     position : (N, n); cutoff : Hz, one for each joint; returns three arrays (N, n).
-    The rows within `memory` of an end that is not the record's own are wrong and are the caller's to drop.
+    The rows within `memory` of an end that is not the session's own are wrong and are the caller's to drop.
     """
     piece = _Filtered(position, sampling_period, cutoff)
     return piece.course(0) + piece.line, piece.course(1) + piece.slope, piece.course(2)

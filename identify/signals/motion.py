@@ -2,7 +2,7 @@
 
 A session is cut into blocks of decimated samples. A block carries, beside its own rows, those that the
 filters still need (their memory), so that blocks can be processed one by one, in any order and place, with
-the result of the whole record.
+the result of the whole session.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class MotionBlock:
     """Index of the segment in the session."""
     rows: slice
     """Rows of the session that the block holds, the overlap included; every `rows.step`-th of a fast
-    record."""
+    session."""
     time: Array
     """(N,) s"""
     position: Array
@@ -95,7 +95,7 @@ class _Grid:
     """How the rows of a session become rows of blocks and decimated samples."""
 
     stride: int
-    """Samples of the record for one row."""
+    """Samples of the session for one row."""
     period: float
     """s, of the rows."""
     factor: int
@@ -151,7 +151,7 @@ def motion_blocks(
 
 
 def left_out(session: Session, settings: SignalSettings) -> tuple[str, ...]:
-    """What of a session the filters leave out, in words; empty if only the edges of the record."""
+    """What of a session the filters leave out, in words; empty if only the edges of the session."""
     grid = _Grid.of(session, settings)
     short = [segment for segment in session.segments if not grid.decimated(segment)]
     if not short:

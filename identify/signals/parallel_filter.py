@@ -64,7 +64,7 @@ def decimate(
 
 
 def _add_products(result: Array, band: Array, rows: Array) -> None:
-    """Add what every stretch of rows, (stretches of the record, rows of a stretch, k), gives to every
+    """Add what every stretch of rows, (stretches of the session, rows of a stretch, k), gives to every
     group."""
     groups, group, k = result.shape
     stretches = band.shape[0] // group

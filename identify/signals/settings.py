@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from identify.signals import parallel_filter
 
 SLOWEST_ROWS = 1000.0
-"""Hz; the rows of a block come at least at this rate, or that of the record."""
+"""Hz; the rows of a block come at least at this rate, or that of the session."""
 ROWS_TIMES_POSITION = 10.0
 ROWS_TIMES_DECIMATION = 20.0
 """And at least so many times faster than the cut-offs."""
@@ -35,7 +35,7 @@ class SignalSettings:
     """Every number with its reason."""
 
     def stride(self, sampling_period: float) -> int:
-        """Samples of the record for one row of a block: more than one only for records faster than a
+        """Samples of the session for one row of a block: more than one only for sessions faster than a
         kilohertz.
 
         Regressor columns need not be computed five times a millisecond when the positions are low-passed at
@@ -51,12 +51,12 @@ class SignalSettings:
         return max(1, int(1 / (sampling_period * slowest) + 1e-9))
 
     def decimation_factor(self, sampling_period: float) -> int:
-        """Samples of the record for one decimated sample."""
+        """Samples of the session for one decimated sample."""
         stride = self.stride(sampling_period)
         return stride * parallel_filter.decimation_factor(self.decimation_cutoff, stride * sampling_period)
 
     def edge(self) -> float:
-        """Seconds trimmed at both ends of a segment, where the filters saw what lies beyond the record.
+        """Seconds trimmed at both ends of a segment, where the filters saw what lies beyond the session.
 
         The step response of the zero-phase filter comes within 0.6 % of its end after 1.5 periods of its
         cut-off and within 2 % after one. The accelerations must be right to the former; the parallel

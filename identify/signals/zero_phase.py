@@ -6,7 +6,7 @@ filter of order N made by the bilinear transform it is
     G(w) = 1 / (1 + (tan(w T / 2) / tan(w_c T / 2))^(2 N))
 
 exactly zero-phase, one half at the cut-off. Its impulse response decays exponentially, so it has, to any
-wanted precision, a finite memory; that is what lets a record be filtered block by block with the same
+wanted precision, a finite memory; that is what lets a session be filtered block by block with the same
 result as in one piece.
 """
 
@@ -88,7 +88,7 @@ def extended(values: Array, before: int, after: int) -> Array:
     """Rows reflected oddly about the first and the last one (as filtfilt does): value and slope go on
     without a step.
 
-    values : (N, k); a reflection longer than the record goes on with the last reflected row.
+    values : (N, k); a reflection longer than the session goes on with the last reflected row.
     """
     rows = len(values)
     left = values[np.minimum(np.arange(before, 0, -1), rows - 1)]
