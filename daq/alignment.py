@@ -176,7 +176,7 @@ class SyncAlignment:
         came = source >= 0
         data = self._pending["data"][source]
         data[~came] = 0
-        own = counts[:rows] - first_is_late[:rows]
+        on_time = counts[:rows] - first_is_late[:rows]
         result = AlignedRows(
             cycle=np.arange(self._next_cycle, self._next_cycle + rows),
             sync_time=self._pending["stamp"][sync[:rows]],
@@ -184,11 +184,11 @@ class SyncAlignment:
             data=data,
             came=came,
             late=late[:rows],
-            surplus=own > 1,
+            surplus=on_time > 1,
         )
         self.counters.lost += np.count_nonzero(~came, axis=0)
         self.counters.late += np.count_nonzero(result.late, axis=0)
-        self.counters.surplus += np.maximum(own - 1, 0).sum(axis=0)
+        self.counters.surplus += np.maximum(on_time - 1, 0).sum(axis=0)
         self.counters.lost_sync += int(np.count_nonzero(~result.sync_seen))
         self._next_cycle += rows
         self._came_before = counts[rows - 1]

@@ -49,13 +49,13 @@ def joints_to_home(rig: Rig, named: tuple[str, ...] = ()) -> list[int]:
             )
     if named:
         return [joints.index(name) for name in named]
-    found = [index for index, axis in enumerate(rig.axes) if axis.homing == "drive"]
-    if not found:
+    by_drive = [index for index, axis in enumerate(rig.axes) if axis.homing == "drive"]
+    if not by_drive:
         raise InputError(
             f"rig {rig.name}: no axis has `homing: drive`, all have absolute encoders, which need no homing; to reset a fault: "
             f"`coulomb reset {rig.name}`"
         )
-    return found
+    return by_drive
 
 
 def require_lasting_drives(rig: Rig) -> None:

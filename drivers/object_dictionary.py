@@ -37,8 +37,8 @@ def read_object_dictionary(name_or_path: str | Path, node: int) -> ReadDictionar
     resource = files("config") / "drives" / str(name_or_path)
     if path.name != str(name_or_path) or not resource.is_file():
         raise ObjectDictionaryError(f"object dictionary {str(name_or_path)!r}: there is no such file")
-    with as_file(resource) as found:
-        return _read(found, node)
+    with as_file(resource) as file:
+        return _read(file, node)
 
 
 def dictionary_to_drive_by(name_or_path: str | Path, node: int) -> ReadDictionary:

@@ -160,8 +160,8 @@ def is_path(drive: str) -> bool:
 def profile_names() -> list[str]:
     """Names of the profiles that come with the software."""
     folder = files("config") / "drives"
-    found = [entry.name[:-5] for entry in folder.iterdir() if entry.name.endswith(".yaml")]
-    return sorted({GENERIC.name, *found})
+    named = [entry.name[:-5] for entry in folder.iterdir() if entry.name.endswith(".yaml")]
+    return sorted({GENERIC.name, *named})
 
 
 def _parse(path: Path) -> DriveProfile:

@@ -21,13 +21,13 @@ def compare(
     named = list(models) or ["usual", *([] if add else ["load-velocity"])]
     if len(set(named)) < len(named):
         raise InputError(f"--model {named[0]}: named twice; compare different models")
-    found = {}
+    results = {}
     if add and len(named) == 1:
-        found[named[0]] = identify(experiment, named[0])
+        results[named[0]] = identify(experiment, named[0])
     for name in named:
         added = list(add) if name == named[-1] else []
-        found[" + ".join([name, *added])] = identify(experiment, name, added)
-    return found
+        results[" + ".join([name, *added])] = identify(experiment, name, added)
+    return results
 
 
 def comparison_document(found: dict[str, Identification], figures: Sequence[str] = ()) -> ComparisonDocument:

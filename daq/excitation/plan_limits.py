@@ -55,7 +55,7 @@ def violations(
         times = sampling_times(plan)
     position, velocity, acceleration, jerk = plan.evaluate(times)
     current = None if torque is None else np.asarray(np.linalg.solve(rig.drive_gain, torque.T).T, dtype=float)
-    found: list[Violation] = []
+    broken: list[Violation] = []
     for j, axis in enumerate(rig.axes):
         limits = axis.limits
         prismatic = rig.robot.joints[j].type == "prismatic"
@@ -75,12 +75,12 @@ def violations(
             worst = int(np.argmax(beyond))
             if beyond[worst] > slack:
                 limit = highest if values[worst] > highest else lowest
-                found.append(
+                broken.append(
                     Violation(
                         axis.joint, quantity, float(times[worst]), float(values[worst]), limit, its_unit
                     )
                 )
-    return sorted(found, key=lambda violation: violation.time)
+    return sorted(broken, key=lambda violation: violation.time)
 
 
 def sampling_times(plan: ExcitationPlan) -> Array:
@@ -95,7 +95,7 @@ def require_within_limits(
 
     Raises InputError that names joint, time and value of the first violation and how many more there are.
     """
-    found = violations(plan, rig, torque, times)
-    if found:
-        more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
-        raise InputError(f"plan {plan.name or '(unnamed)'}: {found[0]}{more}")
+    broken = violations(plan, rig, torque, times)
+    if broken:
+        more = f" (and {len(broken) - 1} more)" if len(broken) > 1 else ""
+        raise InputError(f"plan {plan.name or '(unnamed)'}: {broken[0]}{more}")

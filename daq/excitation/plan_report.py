@@ -167,8 +167,8 @@ def current_violations(request: Request, plan: ExcitationPlan) -> tuple[KnownPay
     for payload in request.payloads:
         times = sampling_times(plan)[::10]
         torque = request.model.torque(PlannedMotion(payload, times, *plan.setpoints(times), float(times[1])))
-        found: list[Violation] = violations(plan, request.rig, torque, times)
-        if any(violation.quantity == "predicted current" for violation in found):
+        broken: list[Violation] = violations(plan, request.rig, torque, times)
+        if any(violation.quantity == "predicted current" for violation in broken):
             return payload, times, torque
     return None
 

@@ -287,23 +287,23 @@ class SimulatedNode(canopen.LocalNode):
 
     def get_data(self, index: int, subindex: int, check_readable: bool = False) -> bytes:
         """Bytes of an object; those of the process image come from there."""
-        found = SLOT_OF_OBJECT.get((index, subindex))
-        if found is None:
+        slot_and_format = SLOT_OF_OBJECT.get((index, subindex))
+        if slot_and_format is None:
             return super().get_data(index, subindex, check_readable)
         variable = self._find_object(index, subindex)
         if check_readable and not variable.readable:
             raise SdoAbortedError(0x06010001)
         self.drive.update_statusword()
-        return struct.pack("<" + found[1], self.drive.image[found[0]])
+        return struct.pack("<" + slot_and_format[1], self.drive.image[slot_and_format[0]])
 
     def set_data(self, index: int, subindex: int, data: bytes, check_writable: bool = False) -> None:
         """Write an object and act on it, once it is stored."""
         if check_writable:
             self._refuse(index, subindex, bytes(data))
         super().set_data(index, subindex, data, check_writable)
-        found = SLOT_OF_OBJECT.get((index, subindex))
-        if found is not None:
-            self.drive.image[found[0]] = struct.unpack("<" + found[1], data)[0]
+        slot_and_format = SLOT_OF_OBJECT.get((index, subindex))
+        if slot_and_format is not None:
+            self.drive.image[slot_and_format[0]] = struct.unpack("<" + slot_and_format[1], data)[0]
             if index == 0x6060:
                 self.drive.take_mode()
             elif index == 0x6040:
@@ -343,10 +343,10 @@ class SimulatedNode(canopen.LocalNode):
                 raise SdoAbortedError(_PDO_TOO_LONG)
 
     def _slot_of_mapping(self, entry: int) -> tuple[int, str]:
-        found = SLOT_OF_OBJECT.get((entry >> 16, entry >> 8 & 0xFF))
-        if found is None or bits_of(found[1]) != entry & 0xFF:
+        slot_and_format = SLOT_OF_OBJECT.get((entry >> 16, entry >> 8 & 0xFF))
+        if slot_and_format is None or bits_of(slot_and_format[1]) != entry & 0xFF:
             raise SdoAbortedError(_CANNOT_BE_MAPPED)
-        return found
+        return slot_and_format
 
     def _number(self, index: int, subindex: int) -> int:
         return int.from_bytes(super().get_data(index, subindex), "little")

@@ -161,8 +161,8 @@ def independent_columns(regressor: NDArray[np.float64]) -> tuple[NDArray[np.intp
             independent.append(index)
     matrix = np.zeros((len(independent), scaled.shape[1]))
     if independent:
-        found = np.linalg.lstsq(scaled[:, independent], scaled, rcond=None)[0]
-        matrix = np.asarray(found, dtype=np.float64)
+        combinations = np.linalg.lstsq(scaled[:, independent], scaled, rcond=None)[0]
+        matrix = np.asarray(combinations, dtype=np.float64)
         matrix[np.abs(matrix) < DEPENDENCE_TOLERANCE] = 0.0
         matrix *= np.where(np.isfinite(scale), scale, 0.0) / scale[independent][:, np.newaxis]
         matrix[:, independent] = np.eye(len(independent))

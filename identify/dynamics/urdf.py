@@ -221,8 +221,8 @@ def _link_frames(chain: list[ChainJoint]) -> tuple[list[Array], Array]:
         frames.append(_frame(x, z, origin))
         z, foot = direction, foot_on_next
     last = origin_of_joint[-1]
-    own = min((last[:3, 0], last[:3, 1]), key=lambda axis: abs(axis @ z))
-    frames.append(_frame(own - (own @ z) * z, z, foot + ((last[:3, 3] - foot) @ z) * z))
+    across = min((last[:3, 0], last[:3, 1]), key=lambda axis: abs(axis @ z))
+    frames.append(_frame(across - (across @ z) * z, z, foot + ((last[:3, 3] - foot) @ z) * z))
     return frames[1:], frames[0]
 
 

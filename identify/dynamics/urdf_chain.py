@@ -117,8 +117,8 @@ class _Tree:
             self.from_link.setdefault(self._end(joint, "parent"), []).append(joint)
         bases = [name for name in self.links if name not in self.to_link]
         if len(bases) != 1:
-            found = ", ".join(f"'{name}'" for name in bases) or "none"
-            raise InputError(f"{path}: exactly one link must have no joint before it, found {found}")
+            named = ", ".join(f"'{name}'" for name in bases) or "none"
+            raise InputError(f"{path}: exactly one link must have no joint before it, found {named}")
         self.base = bases[0]
 
     def wrong(self, joint: ElementTree.Element, words: str) -> InputError:

@@ -126,7 +126,7 @@ def contexts(record: Record, entry: SessionEntry, fitted: FittedTorque | None) -
     """The blocks of a session with everything that columns are made of."""
     memory = BlockMemory()
     segment = -1
-    session = [own.file for own in record.experiment.sessions].index(entry.file)
+    session = [declared.file for declared in record.experiment.sessions].index(entry.file)
     start, before = record.facts(entry).start, record.started(entry)
     for prepared in record.blocks(entry):
         if prepared.block.segment != segment:

@@ -103,9 +103,9 @@ def block_rows(context: JointContext, slots: Sequence[Slot]) -> tuple[list[Array
             slots_of_joints[joint].append(index)
             width = columns.shape[1]
         widths.append(width)
-    found = []
-    for joint, own in enumerate(parts):
-        effects = [prepared.block.decimate(np.hstack(own))] if own else []
+    rows = []
+    for joint, columns_of_effects in enumerate(parts):
+        effects = [prepared.block.decimate(np.hstack(columns_of_effects))] if columns_of_effects else []
         measured = prepared.measured_rows[:, [joint, record.joints + joint]]
-        found.append(np.hstack([prepared.inertial_rows[joint], *effects, measured]))
-    return found, ColumnTable.of(record, widths, slots_of_joints)
+        rows.append(np.hstack([prepared.inertial_rows[joint], *effects, measured]))
+    return rows, ColumnTable.of(record, widths, slots_of_joints)

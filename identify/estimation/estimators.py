@@ -38,5 +38,5 @@ def with_estimator(fitted: FittedModel, estimator: str) -> FittedModel:
     if estimator == "weighted":
         return replace(fitted, estimator=estimator)
     other = huber if estimator == "robust" else instrumental
-    found = other(record, fitted.entries, fitted.slots, fitted.load_from, observation, fitted.fit)
-    return replace(fitted, fit=found.fit, estimator=estimator, estimate=found)
+    estimate = other(record, fitted.entries, fitted.slots, fitted.load_from, observation, fitted.fit)
+    return replace(fitted, fit=estimate.fit, estimator=estimator, estimate=estimate)

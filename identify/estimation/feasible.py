@@ -88,9 +88,9 @@ def nearest_feasible(base: BaseParameters, estimate: Array, information: Array) 
     problem.solve(solver=cvxpy.CLARABEL)
     if standard.value is None:
         raise InputError(f"--feasible: no physically consistent parameters were found ({problem.status})")
-    found = np.asarray(standard.value, float)
-    own = base.from_standard(found)
-    return Feasible(found, own, float(np.linalg.norm(root @ (own - estimate))))
+    parameters = np.asarray(standard.value, float)
+    projected = base.from_standard(parameters)
+    return Feasible(parameters, projected, float(np.linalg.norm(root @ (projected - estimate))))
 
 
 def _pseudo_inertia_units(index: int) -> Array:
@@ -106,17 +106,17 @@ def feasible_parameters(result: Identified) -> FeasibleParameters:
     """
     fitted, record = result.fitted, result.fitted.record
     fit, observation, base = fitted.fit, fitted.observation, record.body.base
-    own = fit.fitted[fit.fitted < observation.base]
-    if not len(own):
+    inertial = fit.fitted[fit.fitted < observation.base]
+    if not len(inertial):
         raise InputError(
             "--feasible: the linear load-velocity form has no base parameters of its own; use rigid, usual or effects"
         )
     others = fit.fitted[fit.fitted >= observation.base]
     rows = np.vstack([joint_rows(observation, joint) * weight for joint, weight in enumerate(fit.weights)])
-    W, V = rows[:, own], rows[:, others]
+    W, V = rows[:, inertial], rows[:, others]
     left = W - V @ np.linalg.lstsq(V, W, rcond=None)[0] if len(others) else W
     information = np.zeros((observation.base, observation.base))
-    information[np.ix_(own, own)] = left.T @ left
+    information[np.ix_(inertial, inertial)] = left.T @ left
     nearest = nearest_feasible(base, fit.chi[: observation.base], information)
     residual = rows[:, -2] - rows[:, : observation.base] @ nearest.base
     if len(others):

@@ -26,12 +26,12 @@ def informed_summaries(
     """The joints' summaries with the range of the fitted torque, the own inertia, and the lines over position."""
     record = fitted.record
     postures = np.vstack([record.samples[entry.file].q[::POSTURES] for entry in fitted.entries])
-    found = []
+    informed = []
     for summary, parts in zip(record.summaries, predictions, strict=True):
         torque = np.concatenate([part.predicted for part in parts])
         inertia = record.body.own_inertia(summary.joint, fitted.torque.chi, postures)
         lines = position_lines(parts, summary, record.settings.decimation_cutoff)
-        found.append(
+        informed.append(
             replace(
                 summary,
                 load_range=(float(torque.min()), float(torque.max())),
@@ -42,4 +42,4 @@ def informed_summaries(
                 lines_searched=lines.searched,
             )
         )
-    return found
+    return informed

@@ -109,7 +109,7 @@ class _Products:
         """Take in a session; returns how many blocks of time it has."""
         edges = block_edges(record, entry)
         size = len(self.start.fitted)
-        found: dict[int, tuple[Array, Array, Array, Array, Array]] = {}
+        sums_of_blocks: dict[int, tuple[Array, Array, Array, Array, Array]] = {}
         for time, moving, joints, joint_columns in pairs:
             place = np.clip(np.searchsorted(edges, time, side="right") - 1, 0, len(edges) - 2)
             for number in np.unique(place).tolist():
@@ -120,12 +120,12 @@ class _Products:
                     np.zeros((size, size)),
                     np.zeros((size, size)),
                 )
-                sums = found.setdefault(number, zero)
+                sums = sums_of_blocks.setdefault(number, zero)
                 for joint, pair in enumerate(joints):
                     chosen = (place == number) & moving[:, joint]
                     self._add(sums, pair, chosen, joint_columns[joint], float(self.start.weights[joint]))
-        self.parts += [found[number] for number in sorted(found)]
-        return len(found)
+        self.parts += [sums_of_blocks[number] for number in sorted(sums_of_blocks)]
+        return len(sums_of_blocks)
 
     def _add(
         self,
@@ -135,17 +135,17 @@ class _Products:
         columns: NDArray[np.intp],
         weight: float,
     ) -> None:
-        own = np.flatnonzero(self.place[columns] >= 0)
-        target = self.place[columns[own]]
+        estimated = np.flatnonzero(self.place[columns] >= 0)
+        target = self.place[columns[estimated]]
         grid = np.ix_(target, target)
         unit = weight / self.scale[target]
         for Z, W, Y in zip(pair.instruments, pair.columns, pair.measured, strict=True):
-            Zc, Wc = Z[chosen][:, own] * unit, W[chosen][:, own] * unit
+            Zc, Wc = Z[chosen][:, estimated] * unit, W[chosen][:, estimated] * unit
             sums[0][grid] += Zc.T @ Wc
             sums[1][target] += Zc.T @ (weight * Y[chosen])
             sums[3][grid] += Zc.T @ Zc
             sums[4][grid] += Wc.T @ Wc
-        both = pair.both[chosen][:, own] * unit
+        both = pair.both[chosen][:, estimated] * unit
         sums[2][grid] += both.T @ both
 
     @property
@@ -177,13 +177,15 @@ def _odd(session: Session) -> Array:
 
 def half_of_samples(session: Session, parity: int) -> Array:
     """(N, n) positions of every other sample; those between by cubic interpolation, within each segment."""
-    found = np.array(session.position, copy=True)
+    positions = np.array(session.position, copy=True)
     for segment in session.segments:
-        own = found[segment]
-        inner = np.arange(3, len(own) - 3)
+        piece = positions[segment]
+        inner = np.arange(3, len(piece) - 3)
         inner = inner[inner % 2 != parity]
-        own[inner] = (9 * (own[inner - 1] + own[inner + 1]) - (own[inner - 3] + own[inner + 3])) / 16
-    return found
+        piece[inner] = (
+            9 * (piece[inner - 1] + piece[inner + 1]) - (piece[inner - 3] + piece[inner + 3])
+        ) / 16
+    return positions
 
 
 def _reference_pairs(
@@ -191,11 +193,12 @@ def _reference_pairs(
 ) -> Pairs:
     measured = decimated_rows(record, entry, slots, fitted)
     planned = decimated_rows(record.with_positions(_reference), entry, slots, fitted)
-    for own, other in zip(measured, planned, strict=True):
+    for recorded, other in zip(measured, planned, strict=True):
         joints = [
-            _Pair([Z[:, :-2]], [W[:, :-2]], [W[:, -2]]) for W, Z in zip(own.rows, other.rows, strict=True)
+            _Pair([Z[:, :-2]], [W[:, :-2]], [W[:, -2]])
+            for W, Z in zip(recorded.rows, other.rows, strict=True)
         ]
-        yield own.time, own.moving, joints, own.table.joint_columns
+        yield recorded.time, recorded.moving, joints, recorded.table.joint_columns
 
 
 def _split_pairs(

@@ -52,15 +52,15 @@ def column_names(fitted: FittedModel) -> list[tuple[str, str, str, str | None]]:
     """Name, joint, unit and grouping of every column."""
     record = fitted.record
     base = record.body.base
-    found: list[tuple[str, str, str, str | None]] = [
+    described: list[tuple[str, str, str, str | None]] = [
         (name, joint, unit, grouping)
         for name, joint, unit, grouping in zip(
             base.names, base.joints, base.units, base.groupings, strict=True
         )
     ]
     for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True):
-        found += slot_names(record, slot.term, slot.values, len(columns))
-    return found
+        described += slot_names(record, slot.term, slot.values, len(columns))
+    return described
 
 
 def slot_names(

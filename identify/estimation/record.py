@@ -395,9 +395,9 @@ def _odd(length: float) -> int:
 
 def _commanded(command: Array) -> NDArray[np.bool_]:
     """(n,) whether a column is ever other than zero; looks no further than needed."""
-    found = np.zeros(command.shape[1], bool)
+    commanded = np.zeros(command.shape[1], bool)
     for first in range(0, len(command), SAMPLES):
-        found |= np.any(command[first : first + SAMPLES], axis=0)
-        if found.all():
+        commanded |= np.any(command[first : first + SAMPLES], axis=0)
+        if commanded.all():
             break
-    return found
+    return commanded

@@ -107,10 +107,10 @@ def known_effects(experiment: Experiment) -> dict[str, Effect]:
         from identify.effects.expression import load_own_effect
 
         for path in experiment.effects:
-            own = load_own_effect(path)
-            if own.name in known:
-                raise InputError(f"{path}: name: an effect named '{own.name}' is already in the catalogue")
-            known[own.name] = own
+            effect = load_own_effect(path)
+            if effect.name in known:
+                raise InputError(f"{path}: name: an effect named '{effect.name}' is already in the catalogue")
+            known[effect.name] = effect
     return known
 
 
@@ -202,8 +202,8 @@ def _gear_errors(observation: Observation, gears: int) -> Array:
         W = rows[:, np.flatnonzero(np.isin(observation.joint_columns[joint], wanted))]
         size = np.maximum(np.linalg.norm(W, axis=0), 1e-300)
         tau = rows[:, -1]
-        found = np.linalg.lstsq(W / size, tau, rcond=None)[0]
-        errors.append(float(np.linalg.norm(tau - (W / size) @ found)))
+        coefficients = np.linalg.lstsq(W / size, tau, rcond=None)[0]
+        errors.append(float(np.linalg.norm(tau - (W / size) @ coefficients)))
     return np.array(errors)
 
 

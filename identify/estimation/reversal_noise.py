@@ -36,13 +36,13 @@ class ReversalNoise:
         heading = np.sign(block.direction[:, joint])
         moving = np.flatnonzero(heading)
         turns = moving[1:][heading[moving[1:]] != heading[moving[:-1]]]
-        found = _deviation(block, joint, turns)
+        deviation = _deviation(block, joint, turns)
         late = np.hypot(
             block.sampling_period / np.sqrt(12), self.speed[joint] / np.maximum(abs(ddq[turns]), 1e-9)
         )
-        late = np.minimum(np.hypot(late, found), LATEST)
+        late = np.minimum(np.hypot(late, deviation), LATEST)
         # the direction passes from one side to the other within root three deviations
-        around = 1 + np.ceil(np.sqrt(3.0) * found / block.sampling_period).astype(int)
+        around = 1 + np.ceil(np.sqrt(3.0) * deviation / block.sampling_period).astype(int)
         step = np.abs(dry[np.minimum(turns + around, len(dry) - 1)] - dry[np.maximum(turns - around, 0)])
         error = np.zeros((len(ddq), 1))
         error[turns, 0] = step * late / block.sampling_period
@@ -52,11 +52,11 @@ class ReversalNoise:
 
 def _deviation(block: MotionBlock, joint: int, turns: NDArray[np.intp]) -> Array:
     """s, of the instants that were found beside the recorded positions; 0 at the other turns."""
-    own = block.reversals[joint]
-    found = np.zeros(len(block.dq))
-    rows = np.clip(np.ceil(own.instant).astype(int), 0, len(found) - 1)
-    found[rows] = own.deviation * block.sampling_period
-    return running_maximum(found, 3)[turns]
+    reversals = block.reversals[joint]
+    deviation = np.zeros(len(block.dq))
+    rows = np.clip(np.ceil(reversals.instant).astype(int), 0, len(deviation) - 1)
+    deviation[rows] = reversals.deviation * block.sampling_period
+    return running_maximum(deviation, 3)[turns]
 
 
 def dry_friction(context: JointContext, fitted: FittedTorque | None) -> Array:

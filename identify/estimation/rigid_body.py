@@ -53,7 +53,7 @@ class RigidBody:
 
     def payload_index(self, payload: Payload) -> int:
         """Position of a payload among those of the experiment."""
-        return [own.name for own in self.payloads].index(payload.name)
+        return [declared.name for declared in self.payloads].index(payload.name)
 
     def inertial_columns(self, q: Array, dq: Array, ddq: Array) -> list[Array]:
         """For each joint the columns of the base parameters that act on it, eq. (10)."""
@@ -70,19 +70,19 @@ class RigidBody:
     def load(self, columns: Sequence[Array], chi: Array, known: Array) -> Array:
         """(N, n): tau_out of eq. (6) for base parameters chi, the known part included."""
         load = np.array(known, copy=True)
-        for joint, own in enumerate(columns):
-            load[:, joint] += own @ chi[self.base.acts[joint]]
+        for joint, inertial in enumerate(columns):
+            load[:, joint] += inertial @ chi[self.base.acts[joint]]
         return load
 
     def load_slope(self, joint: int, chi: Array, payload: Payload, q: Array, dq: Array, ddq: Array) -> Array:
         """(N,): derivative of the load of a joint over its own position."""
-        found = []
+        loads = []
         for step in (POSITION_STEP, -POSITION_STEP):
             moved = q.copy()
             moved[:, joint] += step
             load = self.base.joint_columns(joint, moved, dq, ddq) @ chi[self.base.acts[joint]]
-            found.append(load + self.known_load(payload, moved, dq, ddq, None)[:, joint])
-        return (found[0] - found[1]) / (2 * POSITION_STEP)
+            loads.append(load + self.known_load(payload, moved, dq, ddq, None)[:, joint])
+        return (loads[0] - loads[1]) / (2 * POSITION_STEP)
 
     def own_inertia(self, joint: int, chi: Array, q: Array) -> float:
         """Smallest torque per acceleration of a joint over some postures q (N, n), without payload."""
@@ -104,7 +104,9 @@ class RigidBody:
         """`axis_along_gravity` of every joint."""
         still = np.zeros((7, self.joints))
         q = np.linspace(-2.0, 2.0, 7)[:, None] + np.arange(self.joints)
-        return [not np.any(np.abs(own) > 1e-9) for own in self.base.columns_of_joints(q, still, still)]
+        return [
+            not np.any(np.abs(inertial) > 1e-9) for inertial in self.base.columns_of_joints(q, still, still)
+        ]
 
     def gravity_gradient(self, joint: int, chi: Array, payload: Payload, q: Array) -> Array:
         """(N, 2): torque per m/s² of gravity along two directions across the declared one.
@@ -118,15 +120,15 @@ class RigidBody:
             return np.column_stack([np.cos(q[:, joint]), np.sin(q[:, joint])])
         still = np.zeros(q.shape)
         further = self.base.independent // PARAMETERS_PER_JOINT >= joint
-        found = []
+        torques = []
         for direction in across(self.base.geometry.gravity):
             tilted = replace(self.base.geometry, gravity=direction)
             base = replace(self.base, geometry=tilted, acts=np.tile(further, (self.joints, 1)))
             torque = base.joint_columns(joint, q, still, still) @ chi[further]
             if payload.mass > 0:
                 torque = torque + payload_torque(tilted, payload, q, still, still)[:, joint]
-            found.append(torque)
-        return np.column_stack(found)
+            torques.append(torque)
+        return np.column_stack(torques)
 
     def payload_columns(self, joint: int, q: Array, dq: Array, ddq: Array) -> Array:
         """(N, 10): torque of a joint per unit of each link parameter of a body on the last link."""
@@ -134,7 +136,7 @@ class RigidBody:
 
     def payload_gradient(self, joint: int, payload: Payload, q: Array, dq: Array, ddq: Array) -> Array:
         """(N, 3): derivative of a payload's torque over its centre of mass, N m per m."""
-        found = []
+        slopes = []
         for axis in range(3):
             ends = []
             for step in (CENTRE_STEP, -CENTRE_STEP):
@@ -142,8 +144,8 @@ class RigidBody:
                 com[axis] += step
                 moved = payload.model_copy(update={"com": tuple(com)})
                 ends.append(payload_torque(self.base.geometry, moved, q, dq, ddq)[:, joint])
-            found.append((ends[0] - ends[1]) / (2 * CENTRE_STEP))
-        return np.column_stack(found)
+            slopes.append((ends[0] - ends[1]) / (2 * CENTRE_STEP))
+        return np.column_stack(slopes)
 
 
 def across(gravity: Array) -> tuple[Array, Array]:

@@ -92,7 +92,7 @@ class _Rows:
                 held.append(block)
                 self._bytes += sum(part.nbytes for part in block.rows)
                 if self._bytes > LARGEST_HELD:
-                    self._bytes -= sum(part.nbytes for own in held for part in own.rows)
+                    self._bytes -= sum(part.nbytes for rows in held for part in rows.rows)
                     held = None
             yield block
         if held is not None:
@@ -100,12 +100,12 @@ class _Rows:
 
     def residuals(self, chi: Array) -> list[Array]:
         """For every joint the residuals of its moving samples."""
-        found: list[list[Array]] = [[] for _ in range(self.record.joints)]
+        parts_of_joints: list[list[Array]] = [[] for _ in range(self.record.joints)]
         for entry in self.entries:
             for block in self.of(entry):
-                for joint, own in enumerate(_residuals(block, chi)):
-                    found[joint].append(own[block.moving[:, joint]])
-        return [np.concatenate(parts) for parts in found]
+                for joint, residual in enumerate(_residuals(block, chi)):
+                    parts_of_joints[joint].append(residual[block.moving[:, joint]])
+        return [np.concatenate(parts) for parts in parts_of_joints]
 
     def reduced(self, weight, chi: Array, scale: Array) -> Observation:
         """The observation with each row in units of its joint's scale, times a weight of its residual."""
@@ -113,8 +113,8 @@ class _Rows:
         def weighted(entry: SessionEntry) -> Iterator[DecimatedRows]:
             for block in self.of(entry):
                 factors = [
-                    weight(own / scale[joint]) / scale[joint]
-                    for joint, own in enumerate(_residuals(block, chi))
+                    weight(residual / scale[joint]) / scale[joint]
+                    for joint, residual in enumerate(_residuals(block, chi))
                 ]
                 rows = [part * factor[:, None] for part, factor in zip(block.rows, factors, strict=True)]
                 yield replace(block, rows=rows)
@@ -132,13 +132,13 @@ def _residuals(block: DecimatedRows, chi: Array) -> list[Array]:
 
 def _scales(rows: _Rows, observation: Observation, chi: Array) -> Array:
     """(n,) deviation of each joint's residual by its median, not below rounding of its torque."""
-    found = []
+    scales = []
     for joint, residual in enumerate(rows.residuals(chi)):
         merged = observation.merged(joint)
         size = float(np.linalg.norm(merged.r[:, -1])) / max(1.0, np.sqrt(merged.rows))
         deviation = float(np.median(np.abs(residual))) / MEDIAN_OF_NORMAL if len(residual) else 0.0
-        found.append(max(deviation, 1e-6 * size) or 1.0)
-    return np.array(found)
+        scales.append(max(deviation, 1e-6 * size) or 1.0)
+    return np.array(scales)
 
 
 def _classical(
@@ -146,7 +146,9 @@ def _classical(
 ) -> tuple[Array, float]:
     """(width,) deviations with residuals taken as white (Huber 1981, eq. 7.6.5), and the part of outlying samples."""
     parts = fit.fitted
-    standardised = np.concatenate([own / s for own, s in zip(rows.residuals(chi), scale, strict=True)])
+    standardised = np.concatenate(
+        [residual / s for residual, s in zip(rows.residuals(chi), scale, strict=True)]
+    )
     count = len(standardised)
     std = np.full(len(chi), np.nan)
     inside = float(np.mean(np.abs(standardised) <= THRESHOLD)) if count else 0.0
@@ -169,6 +171,6 @@ def _robust(
     slopes, _ = block_products(linear, plain, scale)
     _, scores = block_products(weighted, plain, scale)
     sessions = np.array([block.session for block in observation.blocks])
-    found = np.full(len(chi), np.nan)
-    found[fit.fitted] = deviation_from_blocks(slopes, scores, slopes, sessions) / scale
-    return found
+    deviation = np.full(len(chi), np.nan)
+    deviation[fit.fitted] = deviation_from_blocks(slopes, scores, slopes, sessions) / scale
+    return deviation

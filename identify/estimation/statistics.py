@@ -26,14 +26,14 @@ NORMAL = 1.96
 
 def classical_deviation(fit: LeastSquares) -> Array:
     """(width,) standard deviations of eq. (13)-(15): residuals taken as white; NaN for columns not fitted."""
-    found = np.full(len(fit.chi), np.nan)
+    deviation = np.full(len(fit.chi), np.nan)
     freedom = int(fit.rows.sum()) - len(fit.fitted)
     if freedom <= 0 or not len(fit.fitted):
-        return found
+        return deviation
     variance = float(np.sum((fit.weights * fit.residual) ** 2)) / freedom
     inverse = np.linalg.solve(fit.r, np.eye(len(fit.fitted)))
-    found[fit.fitted] = np.sqrt(variance * np.sum(inverse**2, axis=1))
-    return found
+    deviation[fit.fitted] = np.sqrt(variance * np.sum(inverse**2, axis=1))
+    return deviation
 
 
 def robust_deviation(observation: Observation, fit: LeastSquares) -> Array:
@@ -44,14 +44,14 @@ def robust_deviation(observation: Observation, fit: LeastSquares) -> Array:
     the residuals (`long_run_deviation`). Value ± 1.96 deviations is an interval of 95 %: the deviation is
     widened for what is not known of itself.
     """
-    found = np.full(len(fit.chi), np.nan)
+    deviation = np.full(len(fit.chi), np.nan)
     if not len(fit.fitted):
-        return found
+        return deviation
     scale = np.linalg.norm(fit.r, axis=0)
     grams, scores = block_products(observation, fit, scale)
     sessions = np.array([block.session for block in observation.blocks])
-    found[fit.fitted] = deviation_from_blocks(grams, scores, grams, sessions) / scale
-    return found
+    deviation[fit.fitted] = deviation_from_blocks(grams, scores, grams, sessions) / scale
+    return deviation
 
 
 def deviation_from_blocks(slopes: Array, scores: Array, squares: Array, sessions: NDArray[np.intp]) -> Array:
@@ -143,9 +143,9 @@ def joined(sessions: NDArray[np.intp], size: int) -> NDArray[np.intp]:
     groups = np.zeros(len(sessions), np.intp)
     start = 0
     for session in np.unique(sessions):
-        own = np.flatnonzero(sessions == session)
-        count = max(1, len(own) // size)
-        groups[own] = start + np.minimum(np.arange(len(own)) // size, count - 1)
+        members = np.flatnonzero(sessions == session)
+        count = max(1, len(members) // size)
+        groups[members] = start + np.minimum(np.arange(len(members)) // size, count - 1)
         start += count
     return groups
 

@@ -93,8 +93,8 @@ class _Form:
             if not isinstance(slot.term.effect, LoadVelocity):
                 self._add_others(linear, slot, columns)
                 continue
-            own = np.flatnonzero(base.acts[joint])
-            known = columns[len(own)]
+            inertial = np.flatnonzero(base.acts[joint])
+            known = columns[len(inertial)]
             place = np.flatnonzero(observation.joint_columns[joint] == known)
             norm = float(np.linalg.norm(observation.merged(joint).r[:, place]))
             tied = norm <= KNOWN_LOAD * size[joint]
@@ -110,7 +110,7 @@ class _Form:
                 places.append(len(self.names))
                 self.names.append((symbol + suffix, name, "1" if symbol[0] in "ab" else unit, None))
                 self.start.append(0.0)
-            self.gears.append((columns, own.astype(np.intp), np.array(places, np.intp), tied))
+            self.gears.append((columns, inertial.astype(np.intp), np.array(places, np.intp), tied))
 
     def _add_others(self, linear: FittedModel, slot, columns: NDArray[np.intp]) -> None:
         from identify.estimation.parameters import slot_names
@@ -126,11 +126,11 @@ class _Form:
         """Parameters to start from: the arm of the load that the power sign came from, a gear without loss."""
         theta = np.array(self.start)
         theta[: self.base] = load.chi
-        for columns, own, places, tied in self.gears:
+        for columns, inertial, places, tied in self.gears:
             theta[places[0]] = 0.0 if tied else 1.0
             if not tied:
                 theta[places[2]] = 1.0
-            theta[places[4:]] = linear.fit.chi[columns[4 * (len(own) + 1) :]]
+            theta[places[4:]] = linear.fit.chi[columns[4 * (len(inertial) + 1) :]]
         return theta
 
     def coefficients(self, theta: Array) -> tuple[Array, Array]:
@@ -139,20 +139,20 @@ class _Form:
         slope = np.zeros((self.width, len(theta)))
         for column, place in self.others:
             chi[column], slope[column, place] = theta[place], 1.0
-        for columns, own, places, tied in self.gears:
-            arm = theta[own]
+        for columns, inertial, places, tied in self.gears:
+            arm = theta[inertial]
             for group in range(4):
-                block = columns[group * (len(own) + 1) : (group + 1) * (len(own) + 1)]
+                block = columns[group * (len(inertial) + 1) : (group + 1) * (len(inertial) + 1)]
                 place, sign, start = places[group], 1.0, 0.0
                 if group in (0, 2) and tied:
                     sign, start = (1.0 if group == 0 else -1.0), 1.0
                 factor = start + sign * theta[place]
                 chi[block[:-1]] = factor * arm
                 chi[block[-1]] = factor - (1.0 if group in (0, 2) else 0.0)
-                slope[block[:-1], own] = factor
+                slope[block[:-1], inertial] = factor
                 slope[block[:-1], place] = sign * arm
                 slope[block[-1], place] = sign
-            dry = columns[4 * (len(own) + 1) :]
+            dry = columns[4 * (len(inertial) + 1) :]
             chi[dry] = theta[places[4:]]
             slope[dry, places[4:]] = 1.0
         return chi, slope
@@ -221,11 +221,11 @@ def held_out(linear: FittedModel, structured: StructuredFit) -> tuple[float, flo
 
 def folds(observation: Observation, count: int = 4) -> list[set[int]]:
     """Blocks of each fold: every session cut into `count` consecutive parts."""
-    found: list[set[int]] = [set() for _ in range(count)]
+    blocks_of_folds: list[set[int]] = [set() for _ in range(count)]
     for session in range(len(observation.entries)):
         for fold, part in enumerate(np.array_split(observation.blocks_of(session), count)):
-            found[fold].update(int(block) for block in part)
-    return found
+            blocks_of_folds[fold].update(int(block) for block in part)
+    return blocks_of_folds
 
 
 def _rows(observation: Observation, weights: Array, blocks: Sequence[int] | None = None) -> Array:

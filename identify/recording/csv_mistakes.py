@@ -116,9 +116,9 @@ def check_header(path: Path, n: int) -> list[str]:
                 f"{path} line 1: column '{name}', but the experiment declares {n} joint{'s' if n > 1 else ''}"
             )
     for kind in ("ext", "temp"):
-        found = [f"{kind}{joint}" in header for joint in range(1, n + 1)]
-        if any(found) and not all(found):
-            absent = f"{kind}{found.index(False) + 1}"
+        present = [f"{kind}{joint}" in header for joint in range(1, n + 1)]
+        if any(present) and not all(present):
+            absent = f"{kind}{present.index(False) + 1}"
             raise InputError(
                 f"{path} line 1: column '{absent}' missing; give {kind}1 ... {kind}{n}, or none of them"
             )

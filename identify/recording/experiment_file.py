@@ -249,19 +249,19 @@ def _field_name(place: tuple[str | int, ...]) -> str:
 
 def _fields_at(model: type[BaseModel], place: tuple[str | int, ...]) -> list[str]:
     """Names of the fields of the (nested) model at a place of the document."""
-    found: Any = model
+    kind: Any = model
     for part in place:
         if isinstance(part, int):
             continue
-        found = found.model_fields[part].annotation
-        while not (isinstance(found, type) and issubclass(found, BaseModel)):
+        kind = kind.model_fields[part].annotation
+        while not (isinstance(kind, type) and issubclass(kind, BaseModel)):
             inner = [
-                argument for argument in get_args(found) if argument is not type(None) and argument is not ...
+                argument for argument in get_args(kind) if argument is not type(None) and argument is not ...
             ]
             if not inner:
                 return []
-            found = inner[0]
-    return list(found.model_fields)
+            kind = inner[0]
+    return list(kind.model_fields)
 
 
 def _meant(key: str, fields: list[str]) -> str:

@@ -143,10 +143,10 @@ def _several(rows: slice) -> bool:
 def _holes(time: Array, step: float) -> list[int]:
     """The last row before each hole."""
     longest = largest_bridged_step(step)
-    found: list[int] = []
+    holes: list[int] = []
     for rows in _blocks(0, len(time)):
-        found.extend((rows.start + np.flatnonzero(np.diff(time[rows]) > longest)).tolist())
-    return found
+        holes.extend((rows.start + np.flatnonzero(np.diff(time[rows]) > longest)).tolist())
+    return holes
 
 
 def _hole_remarks(time: Array, holes: list[int], split: list[slice], kept: list[slice]) -> list[str]:
@@ -264,10 +264,10 @@ def _around(time: Array, piece: _Piece, new: Array) -> tuple[slice, Array]:
     """Rows of a piece that new instants are interpolated from, and their times (on the ticks of a regular
     clock)."""
     margin = 2 * piece.period
-    own = time[piece.rows]
-    first = max(int(np.searchsorted(own, new[0] - margin)) - 4, 0)
-    last = min(int(np.searchsorted(own, new[-1] + margin)) + 4, len(own))
-    old = np.array(own[first:last])
+    recorded = time[piece.rows]
+    first = max(int(np.searchsorted(recorded, new[0] - margin)) - 4, 0)
+    last = min(int(np.searchsorted(recorded, new[-1] + margin)) + 4, len(recorded))
+    old = np.array(recorded[first:last])
     if piece.regular:
         old = piece.start + piece.period * np.round((old - piece.start) / piece.period)
     return slice(piece.rows.start + first, piece.rows.start + last), old

@@ -122,8 +122,8 @@ def _read(path: Path, n: int, header: list[str], texts: set[str]) -> RawSamples:
 
 def _failing_columns(message: str, header: list[str]) -> set[str]:
     """The column that the reader could not turn into numbers; all of them if it does not say."""
-    found = re.search(r"CSV column #(\d+)", message)
-    return {header[int(found[1])]} if found else set(header)
+    numbered = re.search(r"CSV column #(\d+)", message)
+    return {header[int(numbered[1])]} if numbered else set(header)
 
 
 def _mistake(path: Path, header: list[str], known: set[str]) -> InputError:

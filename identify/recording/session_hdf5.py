@@ -147,11 +147,11 @@ def _read(file: h5py.File, path: Path, n: int) -> RawSamples:
     position, command = SampleColumns(n), SampleColumns(n)
     for rows in _blocks(layout.rows):
         wide = slice(max(rows.start - MARGIN, 0), min(rows.stop + MARGIN, layout.rows))
-        own = slice(rows.start - wide.start, rows.stop - wide.start)
+        inner = slice(rows.start - wide.start, rows.stop - wide.start)
         alive = ~dead[rows]
         ticks = layout.cycle[wide].astype(float)
-        counts = _bridged(ticks, layout.position[wide].astype(float), came[wide], cubic=True)[own]
-        raw = _bridged(ticks, layout.command[wide].astype(float), came[wide], cubic=False)[own]
+        counts = _bridged(ticks, layout.position[wide].astype(float), came[wide], cubic=True)[inner]
+        raw = _bridged(ticks, layout.command[wide].astype(float), came[wide], cubic=False)[inner]
         position.append((counts @ layout.matrix.T + layout.offset)[alive])
         command.append((raw * layout.scale)[alive])
     temperature = _temperature(layout, dead, remarks)
@@ -160,11 +160,11 @@ def _read(file: h5py.File, path: Path, n: int) -> RawSamples:
 
 def _layout(file: h5py.File, path: Path, n: int) -> _Layout:
     """Check what the file holds."""
-    found = file.attrs.get("format")
-    if found is None:
+    form = file.attrs.get("format")
+    if form is None:
         raise InputError(f"{path}: attribute 'format' is missing; this is not a recording of a session")
-    if _number(found) != FORMAT:
-        raise InputError(f"{path}: attribute 'format' is {found}; this version reads format {FORMAT}")
+    if _number(form) != FORMAT:
+        raise InputError(f"{path}: attribute 'format' is {form}; this version reads format {FORMAT}")
     sets = {name: _data_set(file, name, path) for name in (CYCLE, SYNC_TIME, POSITION, COMMAND, VALID)}
     for name in (POSITION, COMMAND, VALID):
         shape = sets[name].shape

@@ -100,20 +100,20 @@ def _value(node: yaml.Node, place: tuple[str | int, ...], lines: Lines, path: Pa
     if len(lines) > MOST_VALUES:
         raise InputError(f"{path}: holds more than {MOST_VALUES} values, so it is not a file of settings")
     if isinstance(node, yaml.MappingNode):
-        found: dict[str, Any] = {}
+        mapping: dict[str, Any] = {}
         for key_node, value_node in node.value:
             key_line = key_node.start_mark.line + 1
             if not isinstance(key_node, yaml.ScalarNode):
                 raise InputError(f"{path} line {key_line}: a key must be a plain word")
             key = key_node.value
-            if key in found:
+            if key in mapping:
                 raise InputError(
                     f"{path} line {key_line}: '{key}' stands twice (first in line {lines[(*place, key)]});"
                     " keep one"
                 )
             lines[(*place, key)] = key_line
-            found[key] = _value(value_node, (*place, key), lines, path)
-        return found
+            mapping[key] = _value(value_node, (*place, key), lines, path)
+        return mapping
     if isinstance(node, yaml.SequenceNode):
         return [_value(item, (*place, index), lines, path) for index, item in enumerate(node.value)]
     return _scalar(node, line, path)

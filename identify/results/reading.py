@@ -68,7 +68,8 @@ def _from_format_1(kind: type[Document], values: Json) -> Json:
     """Fields without a value were left out of some documents; where nothing was left to separate, `next` was stored
     with four of its fields."""
     if kind is NextExperimentDocument:
-        return {"experiment": None, "separation_so_far": None, "posture": []} | values
+        left_out: Json = {"experiment": None, "separation_so_far": None, "posture": []}
+        return left_out | values
     return values
 
 

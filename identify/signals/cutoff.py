@@ -61,8 +61,8 @@ def choose_from_sessions(experiment: Experiment, sessions: Sequence[Session]) ->
     slowest = max(session.sampling_period for session in sessions)
     highest = HIGHEST_CUTOFF / slowest
     _check_user(experiment, 0.5 / slowest)
-    found = [[motion_spectrum(session, joint) for session in sessions] for joint in range(len(names))]
-    moving = [(name, each) for name, each in zip(names, found, strict=True) if any(each)]
+    spectra = [[motion_spectrum(session, joint) for session in sessions] for joint in range(len(names))]
+    moving = [(name, each) for name, each in zip(names, spectra, strict=True) if any(each)]
     if not moving:
         raise InputError(
             f"{sessions[0].entry.path}: no joint moves, so there is nothing to identify; record a motion"
@@ -84,7 +84,7 @@ def choose_from_sessions(experiment: Experiment, sessions: Sequence[Session]) ->
             f"holds {POWER_HELD:.0%} of the power of the {what} of {widest}, the joint that reaches highest",
         )
     ]
-    noisiest = _noisiest(experiment, sessions, found) if set_by_user.decimation_cutoff is None else None
+    noisiest = _noisiest(experiment, sessions, spectra) if set_by_user.decimation_cutoff is None else None
     decimation = _decimation(set_by_user.decimation_cutoff, motion, noisiest, sessions, highest, choices)
     reach = decimation / DECIMATION_TIMES_MOTION
     if set_by_user.decimation_cutoff is not None:
@@ -95,7 +95,7 @@ def choose_from_sessions(experiment: Experiment, sessions: Sequence[Session]) ->
         value = _set_for(set_by_user.position_cutoff, joint)
         reason = "set in the experiment"
         if value is None:
-            value, reason = _position(wanted, decimation, motion, found[joint], highest)
+            value, reason = _position(wanted, decimation, motion, spectra[joint], highest)
         choices.append(Choice(f"position_cutoff of {name}", value, "Hz", reason))
         position.append(value)
     return SignalSettings(tuple(position), decimation, tuple(choices))

@@ -66,12 +66,12 @@ def encoder_noise(
     for session, spectrum in zip(sessions, spectra, strict=True):
         if spectrum is None:
             continue
-        own = _SessionPower(session, drive_gain, joint)
-        own.add_inertia(spectrum, products, cross)
+        power = _SessionPower(session, drive_gain, joint)
+        power.add_inertia(spectrum, products, cross)
         lowest = min(spectrum.noise_from, 0.5 * HIGHEST_CUTOFF / session.sampling_period)
-        position_density.append(own.floor(own.position_density, lowest))
-        torque_density.append(own.floor(own.torque_density, lowest))
-        torque_power.append(own.torque_power)
+        position_density.append(power.floor(power.position_density, lowest))
+        torque_density.append(power.floor(power.torque_density, lowest))
+        torque_power.append(power.torque_power)
     if not position_density:
         return None
     scale = np.sqrt(np.maximum(np.diag(products), 1e-300))
@@ -105,9 +105,11 @@ class _SessionPower:
         self.frequency = frequencies(length, period)[1:]
         self._highest = HIGHEST_CUTOFF / period
         second_difference = (2 * np.sin(np.pi * self.frequency * period) / period) ** 4
-        acceleration = np.mean([np.abs(own) ** 2 for own in self._acceleration], axis=0)
+        acceleration = np.mean([np.abs(spectrum) ** 2 for spectrum in self._acceleration], axis=0)
         self.position_density = 2 * period * acceleration / second_difference
-        self.torque_density = 2 * period * np.mean([np.abs(own) ** 2 for own in self._torque], axis=0)
+        self.torque_density = (
+            2 * period * np.mean([np.abs(spectrum) ** 2 for spectrum in self._torque], axis=0)
+        )
 
     def _spectrum(self, values: Array) -> NDArray[np.complex128]:
         window = np.hanning(len(values))

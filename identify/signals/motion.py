@@ -131,7 +131,7 @@ def motion_blocks(
     """
     grid = _Grid.of(session, settings)
     kept = [(index, segment, grid.decimated(segment)) for index, segment in enumerate(session.segments)]
-    if not any(len(own) for _, _, own in kept):
+    if not any(len(decimated) for _, _, decimated in kept):
         longest = max(segment.stop - segment.start for segment in session.segments) * session.sampling_period
         least = (2 * grid.edge + FEWEST_DECIMATED) * grid.factor * grid.period
         raise InputError(
@@ -142,9 +142,9 @@ def motion_blocks(
     largest = largest_block or max(LARGEST_BLOCK // session.n, 4 * grid.around)
     per_block = max(1, largest // grid.factor)
     rounding = _rounding(session)
-    for index, segment, own in kept:
-        for begin in range(own.start, own.stop, per_block):
-            piece = own[begin - own.start :][:per_block]
+    for index, segment, decimated in kept:
+        for begin in range(decimated.start, decimated.stop, per_block):
+            piece = decimated[begin - decimated.start :][:per_block]
             yield _block(session, settings, grid, rounding, index, segment, piece)
             for array in (session.time, session.position, session.command):
                 release(array)

@@ -58,8 +58,8 @@ def decimate(
     result = np.zeros((groups, group, k))
     width = max(1, min(k, LARGEST_MULTIPLICATION // band.size))
     for left in range(0, k, width):
-        own = slice(left, min(left + width, k))
-        _add_products(result[:, :, own], band, rows[:, :, own])
+        chunk = slice(left, min(left + width, k))
+        _add_products(result[:, :, chunk], band, rows[:, :, chunk])
     return result.reshape(groups * group, k)[:count]
 
 

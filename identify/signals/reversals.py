@@ -96,14 +96,14 @@ def direction_of_motion(velocity: Array, reversals: Sequence[Reversals]) -> Arra
     spread evenly with its deviation.
     """
     direction = np.sign(velocity)
-    for joint, own in enumerate(reversals):
-        spread = np.maximum(np.sqrt(3.0) * own.deviation, 1e-9)
-        early = np.floor(np.minimum(own.crossing, own.instant - spread)).astype(int)
-        late = np.ceil(np.maximum(own.crossing, own.instant + spread)).astype(int)
-        for number in range(len(own.crossing)):
+    for joint, turns in enumerate(reversals):
+        spread = np.maximum(np.sqrt(3.0) * turns.deviation, 1e-9)
+        early = np.floor(np.minimum(turns.crossing, turns.instant - spread)).astype(int)
+        late = np.ceil(np.maximum(turns.crossing, turns.instant + spread)).astype(int)
+        for number in range(len(turns.crossing)):
             rows = np.arange(max(early[number], 0), min(late[number] + 1, len(direction)))
-            passed = np.clip((rows - own.instant[number]) / spread[number], -1.0, 1.0)
-            direction[rows, joint] = own.heading[number] * passed
+            passed = np.clip((rows - turns.instant[number]) / spread[number], -1.0, 1.0)
+            direction[rows, joint] = turns.heading[number] * passed
     return direction
 
 

@@ -90,13 +90,13 @@ def identification_document(result: Identified) -> IdentificationDocument:
 
 def session_squares(result: Identified) -> dict[str, np.ndarray]:
     """By file of every session: squared norms of residual and of measured torque, over all joints."""
-    found = {}
+    squares = {}
     for observation in (result.fitted.observation, result.validation, result.left_out):
         if observation is not None:
             errors = block_errors(observation, result.fitted.fit.chi)
             for index, entry in enumerate(observation.entries):
-                found[entry.file] = errors[observation.blocks_of(index)].sum(axis=(0, 1))
-    return found
+                squares[entry.file] = errors[observation.blocks_of(index)].sum(axis=(0, 1))
+    return squares
 
 
 def speeds(result: Identified) -> tuple[SpeedError, ...]:

@@ -24,14 +24,14 @@ VARIABLES = (("velocity", "speed"), ("position", "position"), ("load", "load τ_
 def draw_course(predictions: Sequence[Prediction], title: str, revolute: Sequence[bool]) -> Any:
     """Measured, predicted and error over time, one row for each joint: Fig. 4 and 5 of the paper."""
     figure, axes = _figure(len(predictions), 1)
-    for own, turns, (axis,) in zip(predictions, revolute, axes, strict=True):
-        step = max(1, len(own.time) // LARGEST_DRAWN)
-        time = own.time[::step]
-        axis.plot(time, own.measured[::step], label="measured", color="black", linewidth=0.9)
-        axis.plot(time, own.predicted[::step], label="predicted", color="tab:blue", linewidth=0.9)
-        axis.plot(time, own.residual[::step], label="error", color="tab:red", linewidth=0.9)
-        axis.set_ylabel(f"{own.joint}: torque, N m" if turns else f"{own.joint}: force, N")
-        axis.set_title(f"relative error {100 * own.relative_error:.2f} %", fontsize=9, loc="right")
+    for prediction, turns, (axis,) in zip(predictions, revolute, axes, strict=True):
+        step = max(1, len(prediction.time) // LARGEST_DRAWN)
+        time = prediction.time[::step]
+        axis.plot(time, prediction.measured[::step], label="measured", color="black", linewidth=0.9)
+        axis.plot(time, prediction.predicted[::step], label="predicted", color="tab:blue", linewidth=0.9)
+        axis.plot(time, prediction.residual[::step], label="error", color="tab:red", linewidth=0.9)
+        axis.set_ylabel(f"{prediction.joint}: torque, N m" if turns else f"{prediction.joint}: force, N")
+        axis.set_title(f"relative error {100 * prediction.relative_error:.2f} %", fontsize=9, loc="right")
         axis.grid(alpha=0.3)
     axes[0][0].legend(loc="upper left", ncols=3, fontsize=8)
     axes[0][0].set_title(title, fontsize=10, loc="left")
@@ -64,9 +64,13 @@ def draw_where(models: dict[str, list[list[Prediction]]], revolute: Sequence[boo
 
 def error_over(predictions: Sequence[Prediction], variable: str) -> tuple[Array, Array]:
     """Centres of bins of a variable and the root mean square error in each, NaN where there are too few samples."""
-    moving = [own.moving for own in predictions]
-    values = np.concatenate([getattr(own, variable)[on] for own, on in zip(predictions, moving, strict=True)])
-    residual = np.concatenate([own.residual[on] for own, on in zip(predictions, moving, strict=True)])
+    moving = [prediction.moving for prediction in predictions]
+    values = np.concatenate(
+        [getattr(prediction, variable)[on] for prediction, on in zip(predictions, moving, strict=True)]
+    )
+    residual = np.concatenate(
+        [prediction.residual[on] for prediction, on in zip(predictions, moving, strict=True)]
+    )
     if not len(values) or np.ptp(values) == 0:
         return np.zeros(0), np.zeros(0)
     edges = np.linspace(values.min(), values.max(), BINS + 1)

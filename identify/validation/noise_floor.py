@@ -47,7 +47,7 @@ def noise_floors(record: Record) -> list[float | None]:
     """
     residual = np.zeros(record.joints)
     measured = np.zeros(record.joints)
-    found = np.zeros(record.joints, bool)
+    repeats = np.zeros(record.joints, bool)
     for entry in record.entries():
         samples = record.samples[entry.file]
         stretch = repeated_stretch(samples)
@@ -59,9 +59,9 @@ def noise_floors(record: Record) -> list[float | None]:
             moving = samples.moving[:, joint]
             residual[joint] += scatter[joint] * moving.sum()
             measured[joint] += np.sum(samples.measured[moving, joint] ** 2)
-            found[joint] = True
+            repeats[joint] = True
     return [
-        float(np.sqrt(residual[joint] / measured[joint])) if found[joint] and measured[joint] > 0 else None
+        float(np.sqrt(residual[joint] / measured[joint])) if repeats[joint] and measured[joint] > 0 else None
         for joint in range(record.joints)
     ]
 
@@ -82,7 +82,7 @@ def repeated_stretch(samples: Samples) -> tuple[Samples, float] | None:
     scale = np.maximum(np.ptp(samples.q, axis=0), 1e-12)
     speed = np.maximum(np.sqrt(np.mean(samples.dq**2, axis=0)), 1e-12)
     position = samples.q[::stride] / scale
-    found: list[tuple[int, int, int]] = []
+    runs: list[tuple[int, int, int]] = []
     for lag in range(SHORTEST_PERIOD, int(len(position) / (1 + SHORTEST_RUN)) + 1):
         same = np.all(np.abs(position[lag:] - position[:-lag]) < COARSE_TOLERANCE, axis=1)
         start, length = _longest_run(same)
@@ -91,9 +91,9 @@ def repeated_stretch(samples: Samples) -> tuple[Samples, float] | None:
             and length + lag >= LEAST_COVERED * len(position)
             and np.ptp(position[start : start + lag], axis=0).max() > ENOUGH_MOTION
         ):
-            found.append((length + lag, lag, start))
-    longest = max((covered for covered, _, _ in found), default=0)
-    for covered, lag, start in sorted(found, key=lambda row: (row[0] < 0.8 * longest, row[1]))[:MOST_TRIED]:
+            runs.append((length + lag, lag, start))
+    longest = max((covered for covered, _, _ in runs), default=0)
+    for covered, lag, start in sorted(runs, key=lambda row: (row[0] < 0.8 * longest, row[1]))[:MOST_TRIED]:
         rows = slice(start * stride, min((start + covered) * stride, count))
         cut = _cut(samples, rows)
         period, difference = _nearest_lag(cut.q / scale, lag * stride, stride)
@@ -175,8 +175,8 @@ def phase_scatter(samples: Samples, period: float) -> tuple[Array, NDArray[np.in
 
     bounds = (period - step, period + step)
     # SciPy's stubs know the result only as a dictionary
-    found = minimize_scalar(scatter_of_position, bounds=bounds, method="bounded", options={"xatol": 1e-6})
-    period = float(found["x"])  # type: ignore[index]
+    best = minimize_scalar(scatter_of_position, bounds=bounds, method="bounded", options={"xatol": 1e-6})
+    period = float(best["x"])  # type: ignore[index]
     steady = _steady(samples)
 
     def is_steady(times: Array) -> NDArray[np.bool_]:
