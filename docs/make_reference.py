@@ -19,6 +19,7 @@ def main(folder: Path) -> None:
     sys.path.insert(0, str(ROOT))
     os.environ["PDOC_ALLOW_EXEC"] = "1"  # the platform module asks `uname`
     import pdoc
+    from pdoc import extract
 
     import identify
 
@@ -29,14 +30,15 @@ def main(folder: Path) -> None:
     pdoc.render.configure(
         template_directory=ROOT / "docs" / "reference_theme", footer_text="made by `make docs`", search=True
     )
-    # A package with `__all__` shows pdoc no more than that: all modules are named one by one.
-    modules = [
-        module.name
-        for room in ROOMS
-        for module in pkgutil.walk_packages([str(ROOT / room)], f"{room}.")
-        if "._" not in module.name
-    ]
-    pdoc.pdoc(*ROOMS, *modules, output_directory=folder)
+    # A package with `__all__` shows pdoc no more than that: modules that it leaves out are named one by one.
+    names = list(ROOMS)
+    shown = set(extract.walk_specs(names))
+    for room in ROOMS:
+        for module in pkgutil.walk_packages([str(ROOT / room)], f"{room}."):
+            if module.name not in shown and "._" not in module.name:
+                names.append(module.name)
+                shown.update(extract.walk_specs([module.name]))
+    pdoc.pdoc(*names, output_directory=folder)
 
 
 if __name__ == "__main__":
