@@ -288,6 +288,7 @@ class Acquisition:
             time.sleep(timeout)
 
     def tell(self, told: AcquisitionMessage) -> None:
+        """Send a message to the parent; one that is gone counts as silent from now on."""
         try:
             self._parent.send(told)
         except OSError:

@@ -306,6 +306,7 @@ class RigDrives:
         return None
 
     def joint(self, node: int) -> str:
+        """The joint of a node, in words for the operator."""
         joint = next(axis.joint for axis in self.rig.axes if axis.node == node)
         return f"joint {joint} (node {node})"
 
