@@ -168,7 +168,7 @@ class Client:
         return Identification.model_validate(self._answer(answer))
 
     def models(self, experiment: str) -> Json:
-        """All model versions and where the story stands."""
+        """All model versions and which of them is current."""
         return self._get(f"/experiments/{experiment}/models")
 
     def model(self, experiment: str, model: str) -> Json:
@@ -180,15 +180,15 @@ class Client:
         return self._get(f"/experiments/{experiment}/models/compare", first=first, second=second)
 
     def fit(self, experiment: str, model: str = "usual", add: list[str] | None = None) -> Json:
-        """Fit a model (a job); it becomes the one that stands."""
+        """Fit a model (a job); it becomes the current one."""
         return self._post(f"/experiments/{experiment}/models", {"model": model, "add": add or []})
 
     def add_effect(self, experiment: str, effect: str, joint: str | None = None) -> Json:
-        """Add an effect to the model that stands (a job)."""
+        """Add an effect to the current model (a job)."""
         return self._post(f"/experiments/{experiment}/models/effects", {"effect": effect, "joint": joint})
 
     def remove_effect(self, experiment: str, effect: str, joint: str | None = None) -> Json:
-        """Remove an effect from the model that stands (a job)."""
+        """Remove an effect from the current model (a job)."""
         change = {"effect": effect, "joint": joint}
         return self._post(f"/experiments/{experiment}/models/effects/remove", change)
 

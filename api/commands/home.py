@@ -1,4 +1,4 @@
-"""`coulomb home`: let drives look for their home, and reset their faults."""
+"""`coulomb home`: home drives, and reset their faults."""
 
 import json
 from typing import Annotated

@@ -54,7 +54,7 @@ def plan_view(
     """Look at a plan.
 
     masses_measured : kg, the payloads of the experiment's sessions so far
-    identification  : JSON of the model that stands, for the predicted torque; None before the first session
+    identification  : JSON of the current model, for the predicted torque; None before the first session
     """
     time = np.linspace(0.0, plan.duration, PREVIEW_POINTS)
     position, velocity, acceleration = plan.setpoints(time)
@@ -99,9 +99,9 @@ def plan_view(
             rig,
             payload,
             masses_measured,
-            None if torque is None else Identified(identified, "the model that stands"),
+            None if torque is None else Identified(identified, "the current model"),
         ),
-        "predicted with the model that stands, limits from the drive's current"
+        "predicted with the current model, limits from the drive's current"
         if torque is not None
         else "The torque cannot be predicted before a first model; the current is watched on every sample.",
     )

@@ -70,7 +70,7 @@ def _answer(
     service = access.service_of(request)
     stored = StoredExperiment(service.experiments, experiment)
     joint = stored.joint_or_first(joint)
-    shown = stored.standing()
+    shown = stored.require_current()
     diagnosis = joint_diagnosis(stored, shown, joint)
     context = rival_effects_context(stored, shown, diagnosis, joint) | {"begin": False}
     found = service.jobs.get(job) if job else None

@@ -37,7 +37,7 @@ def fit(request: Request, user: access.Operator, experiment: str) -> Response:
 def diagnose(
     request: Request, user: access.Operator, experiment: str, joint: JointChoice = None
 ) -> HTMLResponse:
-    """Ask what the model that stands misses. The page asks by itself: what is computed already is followed."""
+    """Ask what the current model misses. The page asks by itself: what is computed already is followed."""
     service = access.service_of(request)
     if service.jobs.active(experiment) is None:
         service.models.diagnose(experiment, user.name)
@@ -134,7 +134,7 @@ def body(
     service = access.service_of(request)
     stored = StoredExperiment(service.experiments, experiment)
     joint = stored.joint_or_first(joint)
-    shown = stored.standing()
+    shown = stored.require_current()
     context = frame(request, user, "missing", experiment) | experiment_context(
         stored, joint, shown, "missing"
     )
@@ -144,7 +144,7 @@ def body(
 
 def _set_searches_aside(jobs: JobRunner, experiment: str) -> None:
     """A step of the model does not wait for the search for what is missing, nor for that of the next experiment: they are
-    cancelled, and begun again for the model that stands then."""
+    cancelled, and begun again for what is then the current model."""
     active = jobs.active(experiment)
     if active is None or active.kind not in ("diagnose", "separate"):
         return

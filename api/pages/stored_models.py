@@ -79,11 +79,11 @@ class StoredExperiment:
         )
 
     def current(self) -> ShownModel | None:
-        """The version that stands, or None before the first fit."""
+        """The current version, or None before the first fit."""
         return self.model(self.story.line[-1]) if self.story.line else None
 
-    def standing(self) -> ShownModel:
-        """The version that stands. Raises the problem 409 before the first fit."""
+    def require_current(self) -> ShownModel:
+        """The current version. Raises the problem 409 before the first fit."""
         shown = self.current()
         if shown is None:
             raise Problem(409, "There is no model yet: measure or import a session first.")

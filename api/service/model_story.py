@@ -1,6 +1,6 @@
 """The models of one experiment: versions, which one stands, undo and redo; stored in the experiment's folder.
 
-    models/story.json               the versions and where the story stands
+    models/story.json               the versions and which of them is current
     models/m2/f1/identification.json, prediction-0-0.npy …     one fit of version m2
     models/m2/f1/diagnosis.json     what that fit was found to miss; with-0-0-1.npy … what it would predict with one effect more
     models/m2/f1/next-0.json        the experiment that tells rival effects of a joint apart
@@ -63,7 +63,7 @@ class ModelVersion(BaseModel):
 
 
 class Story(BaseModel):
-    """All versions, the line that leads to the one that stands, and what was undone (last undone last)."""
+    """All versions, the line that leads to the current one, and what was undone (last undone last)."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -74,7 +74,7 @@ class Story(BaseModel):
 
     @property
     def current(self) -> ModelVersion | None:
-        """The version that stands, or None before the first fit."""
+        """The current version, or None before the first fit."""
         return self.version(self.line[-1]) if self.line else None
 
     def version(self, identifier: str) -> ModelVersion:

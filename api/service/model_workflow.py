@@ -33,7 +33,7 @@ def effect_names() -> frozenset[str]:
 class Results:
     """What the identifier says about an experiment now.
 
-    version        : the model that stands, None before the first fit
+    version        : the current model, None before the first fit
     identification : its newest fit's document
     stale          : sessions were added or settings changed since that fit
     job            : the computation under way, if any
@@ -70,15 +70,15 @@ class ModelWorkflow:
     # --- changes of the model
 
     def fit(self, experiment: str, user: str, model: str, add: list[str]) -> Job:
-        """Fit another model; it becomes the one that stands."""
+        """Fit another model; it becomes the current one."""
         self._refuse_overlap(experiment)
         self._check_model(experiment, model, add)
         return self._submit_version(experiment, user, model, add, "fit", None)
 
     def add_effect(self, experiment: str, user: str, effect: str, joint: str | None) -> Job:
-        """Add an effect to the model that stands; on every joint if none is named."""
+        """Add an effect to the current model; on every joint if none is named."""
         self._refuse_overlap(experiment)
-        version = self._standing(experiment)
+        version = self._current_version(experiment)
         change = f"{effect}@{joint}" if joint else effect
         self._check_model(experiment, version.model, [change])
         present = {(each["effect"], each["joint"]) for each in self._effects(experiment, version)}
@@ -90,9 +90,9 @@ class ModelWorkflow:
         )
 
     def remove_effect(self, experiment: str, user: str, effect: str, joint: str | None) -> Job:
-        """Remove an effect from the model that stands; from every joint if none is named."""
+        """Remove an effect from the current model; from every joint if none is named."""
         self._refuse_overlap(experiment)
-        version = self._standing(experiment)
+        version = self._current_version(experiment)
         change = f"{effect}@{joint}" if joint else effect
         if change in version.add:
             add = [each for each in version.add if each != change]
@@ -123,7 +123,7 @@ class ModelWorkflow:
         return version, self._refit_if_stale(experiment, user, version)
 
     def refit(self, experiment: str, user: str) -> Job:
-        """Fit the model that stands (at first the usual one) over all sessions so far; what happens by itself
+        """Fit the current model (at first the usual one) over all sessions so far; what happens by itself
         after every session. Waits for its turn if something is computed."""
         self._experiments.folder(experiment)
 
@@ -154,10 +154,10 @@ class ModelWorkflow:
     # --- what is missing
 
     def diagnose(self, experiment: str, user: str, identifier: str | None = None) -> Job:
-        """Find what a version (the one that stands if none is named) misses."""
+        """Find what a version (the current one if none is named) misses."""
         self._refuse_overlap(experiment)
         story = self.story(experiment)
-        version = story.read().version(identifier) if identifier else self._standing(experiment)
+        version = story.read().version(identifier) if identifier else self._current_version(experiment)
 
         def store(document: dict[str, Any]) -> dict[str, Any]:
             story.store_diagnosis(version.id, document)
@@ -185,7 +185,7 @@ class ModelWorkflow:
         if joint not in joints:
             raise Problem(404, f"The robot has no joint {joint}; it has {', '.join(joints)}.")
         story = self.story(experiment)
-        version = story.read().version(identifier) if identifier else self._standing(experiment)
+        version = story.read().version(identifier) if identifier else self._current_version(experiment)
         diagnosis = story.diagnosis(version.id)
         if diagnosis is None:
             raise Problem(409, f"The model {version.id} was not diagnosed yet: ask first what it misses.")
@@ -214,7 +214,7 @@ class ModelWorkflow:
     def improve(self, experiment: str, user: str) -> Job:
         """Diagnose and add, step by step, until nothing more is justified; every step becomes a version."""
         self._refuse_overlap(experiment)
-        start = self._standing(experiment)
+        start = self._current_version(experiment)
         story = self.story(experiment)
 
         def arguments() -> dict[str, Any]:
@@ -249,7 +249,7 @@ class ModelWorkflow:
 
     # --- inside
 
-    def _standing(self, experiment: str) -> ModelVersion:
+    def _current_version(self, experiment: str) -> ModelVersion:
         version = self.story(experiment).read().current
         if version is None:
             raise Problem(409, "There is no model yet: measure or import a session, or fit a model first.")

@@ -41,7 +41,7 @@ class SeparatingPlanner:
 
         proposal : its rank, from 1
         rig      : that which measured the experiment last if not said, else the first with its joints
-        model    : the version whose diagnosis left the rivals; the one that stands if not said
+        model    : the version whose diagnosis left the rivals; the current one if not said
 
         Raises the problem 404 (no such joint, proposal or model), 409 (nothing proposed, or no rig with these joints), and
         InputError where the rig's limits leave no way to move on.

@@ -44,11 +44,11 @@ class EffectChange(BaseModel):
 
 
 class StoryView(BaseModel):
-    """All model versions, and where the story stands."""
+    """All model versions, and which of them is current."""
 
     versions: list[ModelVersion]
     line: list[str] = Field(
-        description="the versions that lead to the one that stands", examples=[["m1", "m2"]]
+        description="the versions that lead to the current one", examples=[["m1", "m2"]]
     )
     undone: list[str] = Field(description="what can be redone, last undone last", examples=[["m3"]])
     current: str | None = Field(examples=["m2"])
@@ -63,7 +63,7 @@ class VersionView(BaseModel):
 
 
 class Stepped(BaseModel):
-    """The version that stands after undo or redo, and the job that fits it anew if sessions came since."""
+    """The current version after undo or redo, and the job that fits it anew if sessions came since."""
 
     version: ModelVersion
     job: JobView | None
@@ -146,7 +146,7 @@ def get_story(request: Request, _user: access.Viewer, experiment: ExperimentId) 
 def fit_model(
     request: Request, response: Response, user: access.Operator, experiment: ExperimentId, wanted: FitRequest
 ) -> JobView:
-    """Fit a model; it becomes the one that stands."""
+    """Fit a model; it becomes the current one."""
     job = service_of(request).models.fit(experiment, user.name, wanted.model, wanted.add)
     return _accepted(response, job)
 
@@ -155,7 +155,7 @@ def fit_model(
 def refit_model(
     request: Request, response: Response, user: access.Operator, experiment: ExperimentId
 ) -> JobView:
-    """Fit the model that stands over all sessions so far, as happens by itself after every session."""
+    """Fit the current model over all sessions so far, as happens by itself after every session."""
     return _accepted(response, service_of(request).models.refit(experiment, user.name))
 
 
@@ -167,7 +167,7 @@ def add_effect(
     experiment: ExperimentId,
     change: EffectChange,
 ) -> JobView:
-    """Add an effect to the model that stands."""
+    """Add an effect to the current model."""
     job = service_of(request).models.add_effect(experiment, user.name, change.effect, change.joint)
     return _accepted(response, job)
 
@@ -180,7 +180,7 @@ def remove_effect(
     experiment: ExperimentId,
     change: EffectChange,
 ) -> JobView:
-    """Remove an effect from the model that stands."""
+    """Remove an effect from the current model."""
     job = service_of(request).models.remove_effect(experiment, user.name, change.effect, change.joint)
     return _accepted(response, job)
 

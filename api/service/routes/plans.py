@@ -60,7 +60,7 @@ class PlanRequest(BaseModel):
         str | None,
         Field(
             max_length=64,
-            description="predict loads and currents with the model that stands there; else masses are assumed",
+            description="predict loads and currents with its current model; else masses are assumed",
             examples=["rx130l-joint3"],
         ),
     ] = None
