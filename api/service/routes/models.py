@@ -47,9 +47,7 @@ class StoryView(BaseModel):
     """All model versions, and which of them is current."""
 
     versions: list[ModelVersion]
-    line: list[str] = Field(
-        description="the versions that lead to the current one", examples=[["m1", "m2"]]
-    )
+    line: list[str] = Field(description="the versions that lead to the current one", examples=[["m1", "m2"]])
     undone: list[str] = Field(description="what can be redone, last undone last", examples=[["m3"]])
     current: str | None = Field(examples=["m2"])
 
