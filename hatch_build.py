@@ -48,7 +48,7 @@ class VendorHook(BuildHookInterface):
 def fetch(root: Path) -> Path:
     """Fill `root`/api/pages/static/vendor from the lock file, unless it already holds just that; return the folder.
 
-    :raises RuntimeError: npm is missing or failed, in words.
+    Raises RuntimeError: npm is missing or failed, in words.
     """
     vendor = root / VENDOR
     lock = hashlib.sha256((root / PAGES / "package-lock.json").read_bytes()).hexdigest()

@@ -44,7 +44,7 @@ def import_can_logs(
 
     Every session is read back. Nothing is left behind, and nothing changed, if something is wrong.
 
-    :raises InputError: names the file, the option, or what the log lacks.
+    Raises InputError: names the file, the option, or what the log lacks.
     """
     rig = Rig.load(source)
     carried = rig.payload(payload)

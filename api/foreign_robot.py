@@ -16,7 +16,7 @@ Ask = Callable[[str, str], str]
 def each_joint(given: Sequence[str], n: int, option: str) -> list[str]:
     """One value for every joint: as many as joints, or one for all.
 
-    :raises InputError: neither.
+    Raises InputError: neither.
     """
     if len(given) not in (1, n):
         raise InputError(
@@ -28,7 +28,7 @@ def each_joint(given: Sequence[str], n: int, option: str) -> list[str]:
 def parse_number(text: str, option: str) -> float:
     """A number given on the command line.
 
-    :raises InputError: it is none.
+    Raises InputError: it is none.
     """
     try:
         return float(text)
@@ -81,7 +81,7 @@ def urdf_robot(
 ) -> Robot:
     """The robot of a URDF; without gains the commands are joint torques.
 
-    :raises InputError: names the file and element, or the option.
+    Raises InputError: names the file and element, or the option.
     """
     from identify.dynamics.urdf import EARTH, read_urdf
 
@@ -96,7 +96,7 @@ def urdf_robot(
 def columns_of_joints(table: ForeignTable, joints: Sequence[str]) -> tuple[list[str], list[str]]:
     """Columns of the positions and efforts of joints, by their names in the robot.
 
-    :raises InputError: the recording has no positions or no efforts of one of them.
+    Raises InputError: the recording has no positions or no efforts of one of them.
     """
     found: tuple[list[str], list[str]] = ([], [])
     for joint in joints:

@@ -19,7 +19,7 @@ def opened_experiment(given: str, robot: Path | None = None, tip: str | None = N
 
     robot, tip : URDF of the record's robot, and the link at which its chain ends
 
-    :raises InputError: it is none of these; a record lacks its robot, or columns of its joints.
+    Raises InputError: it is none of these; a record lacks its robot, or columns of its joints.
     """
     path = Path(given)
     folder_of_record = (

@@ -63,7 +63,7 @@ class ReadDictionary:
 def read_eds(path: Path, node: int) -> ReadDictionary:
     """Read an EDS or DCF file, with $NODEID replaced by `node`.
 
-    :raises OSError: the file cannot be read.
+    Raises OSError: the file cannot be read.
     """
     read = ReadDictionary(ObjectDictionary())
     sections = _sections(_text(path.read_bytes(), read), read)

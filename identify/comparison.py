@@ -16,7 +16,7 @@ def compare(
 ) -> dict[str, Identification]:
     """Identify with every model. Effects to add go to the last one; to a single model, which then stands beside itself.
 
-    :raises InputError: a model or effect is wrong, or a model is named twice.
+    Raises InputError: a model or effect is wrong, or a model is named twice.
     """
     named = list(models) or ["usual", *([] if add else ["load-velocity"])]
     if len(set(named)) < len(named):
@@ -57,7 +57,7 @@ def comparison_document(found: dict[str, Identification], figures: Sequence[str]
 def write_figures(found: dict[str, Identification], out: Path) -> list[str]:
     """Write the figures into a folder, all of them or none; returns their names.
 
-    :raises InputError: the folder cannot be written.
+    Raises InputError: the folder cannot be written.
     """
     if out.exists() and not out.is_dir():
         raise InputError(f"--out {out}: is a file; give a folder")

@@ -59,7 +59,7 @@ def identify(
     essential : eliminate the parameters that the data do not show, one by one (section IV.D)
     payloads  : names of payloads; the fit uses the identification sessions with one of them only (Table IV)
     unknown_payloads : names of payloads whose ten parameters are estimated, whatever was declared of them
-    :raises InputError: the experiment, the model, an effect, the estimator or a payload is wrong.
+    Raises InputError: the experiment, the model, an effect, the estimator or a payload is wrong.
     """
     estimator = checked_estimator(estimator, experiment.n)
     experiment = with_unknown_payloads(experiment, unknown_payloads)

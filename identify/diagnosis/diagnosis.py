@@ -162,7 +162,7 @@ def diagnose(
 ) -> Diagnosis:
     """Say where a model fails and which physical effect is missing.
 
-    :raises InputError: the experiment, the model or an effect is wrong.
+    Raises InputError: the experiment, the model or an effect is wrong.
     """
     record = open_record(experiment)
     return diagnose_record(record, model, requested_model(record, model, add), progress)

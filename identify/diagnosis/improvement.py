@@ -86,7 +86,7 @@ def improve(
     """Diagnose a model and add what is missing, one effect after the other, as long as each holds on the validation
     sessions (where there are some).
 
-    :raises InputError: the experiment, the model or an effect is wrong.
+    Raises InputError: the experiment, the model or an effect is wrong.
     """
     record = open_record(experiment)
     present = requested_model(record, model, add)

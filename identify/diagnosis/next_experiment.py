@@ -63,7 +63,7 @@ def next_experiment(
 ) -> NextExperimentDocument:
     """Plan the experiment that separates the rivals that the diagnosis left, or two effects that are named.
 
-    :raises InputError: the experiment, the model or an effect is wrong.
+    Raises InputError: the experiment, the model or an effect is wrong.
     """
     record = open_record(experiment)
     diagnosis = diagnose_record(record, model, requested_model(record, model, add))

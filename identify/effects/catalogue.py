@@ -69,7 +69,7 @@ def built_in() -> tuple[Effect, ...]:
 def effects() -> dict[str, Effect]:
     """All effects by name, in the order of the catalogue; installed packages' own come last.
 
-    :raises InputError: an installed package offers what is no effect, or one whose name is taken.
+    Raises InputError: an installed package offers what is no effect, or one whose name is taken.
     """
     by_name = {effect.name: effect for effect in built_in()}
     for entry in entry_points(group=ENTRY_POINT_GROUP):
@@ -85,7 +85,7 @@ def effects() -> dict[str, Effect]:
 def _offered(entry: EntryPoint) -> Effect:
     """The effect of an installed package.
 
-    :raises InputError: it cannot be loaded, is no effect, or does not say all of itself.
+    Raises InputError: it cannot be loaded, is no effect, or does not say all of itself.
     """
     package = f" of package {entry.dist.name}" if entry.dist else ""
     where = f"entry point {entry.name} = {entry.value}{package}"

@@ -103,7 +103,7 @@ class OwnEffect(Effect):
     group = "own"
 
     def __init__(self, settings: OwnEffectFile) -> None:
-        """:raises ValueError: an expression is not a formula of the allowed signals, functions and constants."""
+        """Raises ValueError: an expression is not a formula of the allowed signals, functions and constants."""
         self.settings = settings
         self.name = settings.name
         self.explanation = settings.explanation
@@ -153,7 +153,7 @@ class OwnEffect(Effect):
 def load_own_effect(path: Path) -> OwnEffect:
     """Read a user's own effect.
 
-    :raises InputError: the file is no effect; names file, field and what would be right.
+    Raises InputError: the file is no effect; names file, field and what would be right.
     """
     content, lines = read_strict_yaml(path)
     try:
@@ -173,7 +173,7 @@ def load_own_effect(path: Path) -> OwnEffect:
 def parse(text: str, constants: Mapping[str, object]) -> Node:
     """A formula as a function of its signals and constants.
 
-    :raises ValueError: it holds anything but numbers, + - * / **, the signals, the functions and its constants.
+    Raises ValueError: it holds anything but numbers, + - * / **, the signals, the functions and its constants.
     """
     if len(text) > LONGEST:
         raise ValueError(f"'{text[:40]}…' is longer than {LONGEST} characters")

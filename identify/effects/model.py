@@ -87,7 +87,7 @@ def motor_shares(drive_gain: Array) -> Array:
 def parse_model(text: str, joint_names: Sequence[str], known: dict[str, Effect], drive_gain: Array) -> Model:
     """The model that the user named: `rigid`, `usual`, `load-velocity`, or `rigid+effect,effect…`.
 
-    :raises InputError: a name that is no model and no effect.
+    Raises InputError: a name that is no model and no effect.
     """
     base, plus, listed = text.partition("+")
     if plus and base != "rigid":
@@ -119,7 +119,7 @@ def parse_addition(
 
     An effect of a shared motor belongs to the motor's own joint; one of the whole robot stands once.
 
-    :raises InputError: an effect or joint of that name does not exist.
+    Raises InputError: an effect or joint of that name does not exist.
     """
     name, at, joint_name = text.partition("@")
     where = where or f"--add {text}"

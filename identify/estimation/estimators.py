@@ -20,7 +20,7 @@ def default_estimator(joints: int) -> str:
 def checked_estimator(name: str | None, joints: int) -> str:
     """The estimator that was asked for, or the default.
 
-    :raises InputError: there is none of that name.
+    Raises InputError: there is none of that name.
     """
     if name is None:
         return default_estimator(joints)

@@ -63,7 +63,7 @@ def pseudo_inertia(link: Array) -> Array:
 def nearest_feasible(base: BaseParameters, estimate: Array, information: Array) -> Feasible:
     """The feasible parameters nearest to `estimate` (b,) in the metric `information` (b, b), positive semidefinite.
 
-    :raises InputError: the extra `feasible` is not installed, or the solver found nothing.
+    Raises InputError: the extra `feasible` is not installed, or the solver found nothing.
     """
     try:
         import cvxpy
@@ -102,7 +102,7 @@ def _pseudo_inertia_units(index: int) -> Array:
 def feasible_parameters(result: Identified) -> FeasibleParameters:
     """The feasible parameters beside an identification's, as part of its document.
 
-    :raises InputError: the model has no base parameters of its own, or see `nearest_feasible`.
+    Raises InputError: the model has no base parameters of its own, or see `nearest_feasible`.
     """
     fitted, record = result.fitted, result.fitted.record
     fit, observation, base = fitted.fit, fitted.observation, record.body.base

@@ -124,7 +124,7 @@ def _variants(
 ) -> list[dict[str, float]]:
     """Constants to try for a term in this pass: coarse at first, then around the choice.
 
-    :raises InputError: what a first fit leaves shows nothing that the effect could be searched in.
+    Raises InputError: what a first fit leaves shows nothing that the effect could be searched in.
     """
     if term.key in fixed:
         return [settled[term.key]]

@@ -80,7 +80,7 @@ class Identified:
     def prediction(self, file: str, joint: str) -> Prediction:
         """What the model predicts for a joint in a session.
 
-        :raises InputError: there is no such session or joint.
+        Raises InputError: there is no such session or joint.
         """
         if (file, joint) not in self.predictions:
             sessions = ", ".join(entry.file for entry in self.experiment.sessions)

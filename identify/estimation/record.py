@@ -185,7 +185,7 @@ class Record:
     def blocks(self, entry: SessionEntry) -> Iterator[PreparedBlock]:
         """The session's blocks of motion; held for the next pass while all that is held is small.
 
-        :raises InputError: nothing of the session is left after trimming.
+        Raises InputError: nothing of the session is left after trimming.
         """
         if entry.file in self._held:
             yield from self._held[entry.file]

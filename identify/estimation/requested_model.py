@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 def open_record(experiment: Experiment) -> Record:
     """The record of an experiment that has something to identify from.
 
-    :raises InputError: there is no identification session, no joint moves, or no torque of a joint was recorded.
+    Raises InputError: there is no identification session, no joint moves, or no torque of a joint was recorded.
     """
     record = Record.of(experiment)
     entries = record.entries()
@@ -39,7 +39,7 @@ def open_record(experiment: Experiment) -> Record:
 def chosen_entries(record: Record, payloads: Sequence[str]) -> list[SessionEntry]:
     """The identification sessions with one of these payloads; all of them if none is named.
 
-    :raises InputError: a payload is not declared, or no identification session carries one of them.
+    Raises InputError: a payload is not declared, or no identification session carries one of them.
     """
     declared = [payload.name for payload in record.experiment.payloads]
     for name in payloads:
@@ -54,7 +54,7 @@ def chosen_entries(record: Record, payloads: Sequence[str]) -> list[SessionEntry
 def with_unknown_payloads(experiment: Experiment, names: Sequence[str]) -> Experiment:
     """The experiment with nothing declared of some payloads: what they weigh is asked of the record.
 
-    :raises InputError: a payload is not declared, no identification session carries it, or all of them do.
+    Raises InputError: a payload is not declared, no identification session carries it, or all of them do.
     """
     declared = [payload.name for payload in experiment.payloads]
     carried = {entry.payload.name for entry in experiment.sessions if entry.role == "identification"}
@@ -82,7 +82,7 @@ def with_unknown_payloads(experiment: Experiment, names: Sequence[str]) -> Exper
 def with_payload_columns(record: Record, model: Model, names: Sequence[str]) -> Model:
     """The model and the ten parameters of each of these payloads.
 
-    :raises InputError: the model has friction that depends on the load, which is not known with the payload.
+    Raises InputError: the model has friction that depends on the load, which is not known with the payload.
     """
     if not names:
         return model
@@ -100,7 +100,7 @@ def with_payload_columns(record: Record, model: Model, names: Sequence[str]) -> 
 def known_effects(experiment: Experiment) -> dict[str, Effect]:
     """The catalogue and the user's own effects that the experiment names.
 
-    :raises InputError: a file of an own effect is wrong, or its name is taken.
+    Raises InputError: a file of an own effect is wrong, or its name is taken.
     """
     known = dict(effects())
     if experiment.effects:
@@ -117,7 +117,7 @@ def known_effects(experiment: Experiment) -> dict[str, Effect]:
 def requested_model(record: Record, model: str, add: Sequence[str] = ()) -> Model:
     """The model that `--model` and `--add` name.
 
-    :raises InputError: a name is wrong, or the record cannot show an effect that was asked for.
+    Raises InputError: a name is wrong, or the record cannot show an effect that was asked for.
     """
     known, gain = known_effects(record.experiment), record.experiment.drive_gain
     wanted = parse_model(model, record.joint_names, known, gain)

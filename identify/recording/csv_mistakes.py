@@ -31,7 +31,7 @@ _INDEXED = re.compile(r"^(q|v|ext|temp)([0-9]+)$")
 def is_gzip(path: Path) -> bool:
     """Whether a file is gzip, told by its first bytes, whatever its name.
 
-    :raises OSError: it cannot be opened.
+    Raises OSError: it cannot be opened.
     """
     with path.open("rb") as stream:
         return stream.read(2) == b"\x1f\x8b"
@@ -72,7 +72,7 @@ def _lines(path: Path) -> Generator[list[str], None, None]:
 def _bounded(text: IO[str], path: Path) -> Iterator[str]:
     """The lines of a text; a file without an end of line is not read into memory.
 
-    :raises InputError: a line is longer than any row of a table.
+    Raises InputError: a line is longer than any row of a table.
     """
     for number, line in enumerate(iter(lambda: text.readline(LONGEST_LINE), ""), start=1):
         if len(line) == LONGEST_LINE and not line.endswith(("\n", "\r")):
@@ -85,7 +85,7 @@ def _bounded(text: IO[str], path: Path) -> Iterator[str]:
 def check_header(path: Path, n: int) -> list[str]:
     """The column names of a session of n joints, in the order of the file.
 
-    :raises InputError: the file cannot be read, is empty, or a column is missing, doubled or one too many.
+    Raises InputError: the file cannot be read, is empty, or a column is missing, doubled or one too many.
     """
     with closing(_lines(path)) as lines:
         header = next(lines, None)

@@ -66,7 +66,7 @@ class Experiment:
         What was read is held while it is small, so that asking twice costs one reading. Samples are not to
         be written.
 
-        :raises InputError: the file is wrong; names file, line and column.
+        Raises InputError: the file is wrong; names file, line and column.
         """
         return self._held.get(entry, lambda: _read_session(entry, self.n))
 
@@ -82,7 +82,7 @@ def _read_session(entry: SessionEntry, n: int) -> Session:
 def load_experiment(path: str | Path, stored: Path | None = None) -> Experiment:
     """Load an experiment: a folder, an `experiment.yaml`, or the name of one in the folder `stored`.
 
-    :raises InputError: with one line that names file, line or field and what would be right.
+    Raises InputError: with one line that names file, line or field and what would be right.
     """
     file = _experiment_file(Path(path), stored)
     declared = read_experiment_file(file)
@@ -92,7 +92,7 @@ def load_experiment(path: str | Path, stored: Path | None = None) -> Experiment:
 def experiment_from(declared: ExperimentFile, file: Path) -> Experiment:
     """An experiment from its checked file: the files that it names must exist.
 
-    :raises InputError: a session's or an effect's file is not there.
+    Raises InputError: a session's or an effect's file is not there.
     """
     payloads = {payload.name: payload for payload in declared.payloads}
     for kind, names in (

@@ -189,7 +189,7 @@ class ExperimentFile(_Settings):
 def read_experiment_file(path: Path) -> ExperimentFile:
     """Read and check an `experiment.yaml`.
 
-    :raises InputError: with one line that names file, line and field, and what would be right.
+    Raises InputError: with one line that names file, line and field, and what would be right.
     """
     document, lines = read_strict_yaml(path)
     return check_settings(ExperimentFile, document, lines, path)
@@ -198,7 +198,7 @@ def read_experiment_file(path: Path) -> ExperimentFile:
 def check_settings(model: type[_Model], document: Any, lines: Lines, path: Path | str) -> _Model:
     """Check a YAML document against a pydantic model.
 
-    :raises InputError: with one line that names file, line and field of the first mistake.
+    Raises InputError: with one line that names file, line and field of the first mistake.
     """
     if not isinstance(document, dict):
         needed = ", ".join(name for name, field in model.model_fields.items() if field.is_required())
@@ -306,7 +306,7 @@ def append_session(folder: Path, session: DeclaredSession, payload: Payload | No
     """Add one session (and its payload, if it is new) to the experiment in a folder; returns what now
     stands there.
 
-    :raises InputError: the experiment is not valid, or would not be after adding.
+    Raises InputError: the experiment is not valid, or would not be after adding.
     """
     path = folder / EXPERIMENT_FILE
     experiment = read_experiment_file(path)

@@ -48,7 +48,7 @@ def import_sessions(
 
     Every session is read back. Nothing is left behind, and nothing changed, if something is wrong.
 
-    :raises InputError: names the file and column, or the option.
+    Raises InputError: names the file and column, or the option.
     """
     if robot is not None and (folder / EXPERIMENT_FILE).exists():
         raise InputError(f"{folder / EXPERIMENT_FILE}: is there already; use --append to add a session to it")
@@ -138,7 +138,7 @@ def _write_columns(path: Path, columns: ColumnMap) -> None:
 def read_columns(folder: Path) -> ColumnMap | None:
     """The columns that the sessions of an experiment were imported from; None where that is not recorded.
 
-    :raises InputError: the record is not valid.
+    Raises InputError: the record is not valid.
     """
     path = folder / COLUMNS_FILE
     if not path.is_file():

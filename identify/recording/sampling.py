@@ -71,7 +71,7 @@ class _Piece:
 def uniform_session(entry: SessionEntry, raw: RawSamples) -> Session:
     """Make a session of uniform time within each segment out of the samples of a file.
 
-    :raises InputError: no piece of the session is long enough to be used.
+    Raises InputError: no piece of the session is long enough to be used.
     """
     time = raw.time
     if len(time) < SHORTEST_SEGMENT:

@@ -26,7 +26,7 @@ ROWS_WRITTEN = 1 << 16
 def read_csv_session(path: Path, n: int) -> RawSamples:
     """Read a session of n joints from a CSV file, plain or gzip.
 
-    :raises InputError: the file cannot be read, or a column or a cell is wrong; names file, column and line.
+    Raises InputError: the file cannot be read, or a column or a cell is wrong; names file, column and line.
     """
     header = check_header(path, n)
     texts: set[str] = set()

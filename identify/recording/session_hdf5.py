@@ -81,7 +81,7 @@ def read_hdf5_session(path: Path, n: int) -> RawSamples:
     Isolated missing samples of an axis are bridged and counted in the remarks; rows in a longer hole are
     left out, so that time has a hole there.
 
-    :raises InputError: the file cannot be read or is not of the layout; names the data set or attribute.
+    Raises InputError: the file cannot be read or is not of the layout; names the data set or attribute.
     """
     try:
         with _opened(path) as file:

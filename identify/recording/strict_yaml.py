@@ -58,7 +58,7 @@ def read_strict_yaml(path: Path) -> tuple[Any, Lines]:
     Returns the document (dicts, lists, texts, numbers, booleans, None) and the line (from 1) of each of its
     fields, keyed by the path to the field.
 
-    :raises InputError: the file cannot be read, is not UTF-8 or not YAML, or holds a key twice.
+    Raises InputError: the file cannot be read, is not UTF-8 or not YAML, or holds a key twice.
     """
     try:
         if path.stat().st_size > LARGEST_FILE:

@@ -22,8 +22,8 @@ Kind = TypeVar("Kind", bound=Document)
 def read_document(kind: type[Kind], file: Path) -> Kind:
     """The document in a file.
 
-    :raises InputError: it is not such a document, or was written by a newer version; names file and field.
-    :raises FileNotFoundError: there is no such file.
+    Raises InputError: it is not such a document, or was written by a newer version; names file and field.
+    Raises FileNotFoundError: there is no such file.
     """
     return document_from_json(kind, file.read_bytes(), str(file))
 
@@ -31,7 +31,7 @@ def read_document(kind: type[Kind], file: Path) -> Kind:
 def document_from_json(kind: type[Kind], content: str | bytes, source: str) -> Kind:
     """The document in a text; `source` says in errors where the text came from.
 
-    :raises InputError: see `read_document`.
+    Raises InputError: see `read_document`.
     """
     try:
         values = json.loads(content)
@@ -43,7 +43,7 @@ def document_from_json(kind: type[Kind], content: str | bytes, source: str) -> K
 def document_of(kind: type[Kind], values: object, source: str) -> Kind:
     """The document that plain values make.
 
-    :raises InputError: see `read_document`.
+    Raises InputError: see `read_document`.
     """
     if not isinstance(values, dict):
         raise InputError(f"{source}: not a document; expected an object with named fields")

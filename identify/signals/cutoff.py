@@ -45,7 +45,7 @@ FEWEST_DECIMATED = 100
 def choose_signal_settings(experiment: Experiment) -> SignalSettings:
     """Choose the cut-offs of an experiment from its identification sessions; what the user has set stays.
 
-    :raises InputError: a session's file is wrong, no joint moves, or a cut-off that the user set is above
+    Raises InputError: a session's file is wrong, no joint moves, or a cut-off that the user set is above
     Nyquist.
     """
     entries = [entry for entry in experiment.sessions if entry.role == "identification"]

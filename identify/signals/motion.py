@@ -127,7 +127,7 @@ def motion_blocks(
 
     largest_block : rows, the overlap not counted; the default keeps a block within some ten megabytes
 
-    :raises InputError: every segment is shorter than the filters need.
+    Raises InputError: every segment is shorter than the filters need.
     """
     grid = _Grid.of(session, settings)
     kept = [(index, segment, grid.decimated(segment)) for index, segment in enumerate(session.segments)]

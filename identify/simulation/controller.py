@@ -99,7 +99,7 @@ class Controllers:
 def read_controllers(path: Path, joint_names: list[str]) -> Controllers:
     """Controllers from a YAML file: `joints`, a list with `joint`, `position`, `velocity` and so on.
 
-    :raises InputError: the file is wrong, or names other joints than the robot's; names file, line and field.
+    Raises InputError: the file is wrong, or names other joints than the robot's; names file, line and field.
     """
     content, lines = read_strict_yaml(path)
     try:
@@ -128,7 +128,7 @@ def reference_columns(listed: tuple[JointController, ...]) -> tuple[str, ...]:
 def estimated_controllers(motions: list[MeasuredMotion], joint_names: list[str]) -> Controllers:
     """Gains that explain the recorded command best: least squares of the law on reference and recorded motion.
 
-    :raises InputError: a joint's command is not explained by its error and speeds.
+    Raises InputError: a joint's command is not explained by its error and speeds.
     """
     listed = []
     for joint, name in enumerate(joint_names):

@@ -83,7 +83,7 @@ def measured_motions(
     """The stretches of a session, one for each segment that the filters leave something of.
 
     extra : names of further columns of the session to take along, e.g. the reference position of a controller
-    :raises InputError: the session's file is wrong, or shorter than the filters need.
+    Raises InputError: the session's file is wrong, or shorter than the filters need.
     """
     record = fitted.record
     session = record.session(entry)

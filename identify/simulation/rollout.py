@@ -53,7 +53,7 @@ def roll_out(
 
     controllers    : close the loop with these instead of the recorded torque
     stop_when_lost : end early once every window is further off than its joint's range of motion
-    :raises ValueError: a window would end behind the motion.
+    Raises ValueError: a window would end behind the motion.
     """
     first = np.asarray(starts, np.intp)
     if len(first) == 0 or first.min() < 0 or first.max() + samples > len(motion):

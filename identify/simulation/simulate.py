@@ -93,7 +93,7 @@ def simulate(
                  the free run alone
     controller : None drives the model with the recorded torque; a YAML file of gains, or "estimate", closes the loop
     free_run   : whether to run the model from the record's start to its end as well, which takes longest
-    :raises InputError: the experiment, the model, an effect, a horizon or the controller is wrong.
+    Raises InputError: the experiment, the model, an effect, a horizon or the controller is wrong.
     """
     for horizon in horizons:
         if not (math.isfinite(horizon) and horizon > 0):
@@ -265,7 +265,7 @@ def _controllers(
 ) -> tuple[tuple[str, ...], Controllers | None, Literal["file", "estimated"] | None]:
     """Columns to take along, the controllers where a file gives them, and where they come from.
 
-    :raises InputError: the file is wrong, or a session has no column of the reference.
+    Raises InputError: the file is wrong, or a session has no column of the reference.
     """
     if controller is None:
         return (), None, None

@@ -85,7 +85,7 @@ class Dialect:
 def split(lines: Iterable[str], separator: str, quote: str) -> Iterator[list[str]]:
     """Lines as cells without blanks around them.
 
-    :raises csv.Error: a quote is left open over far too many lines.
+    Raises csv.Error: a quote is left open over far too many lines.
     """
     if separator == " ":
         plain = quote
@@ -119,7 +119,7 @@ def uncommented(line: str) -> str:
 def choose_dialect(text: TextFile, options: CsvOptions) -> Dialect:
     """Tell the dialect of a file from its first and last lines.
 
-    :raises InputError: nothing in it looks like rows of samples, or the header does not fit them.
+    Raises InputError: nothing in it looks like rows of samples, or the header does not fit them.
     """
     stated = options.separator
     head = list(text.head)

@@ -38,7 +38,7 @@ SIGN_NAMES = {",": "','", ";": "';'", "\t": "tab", " ": "blanks", "|": "'|'"}
 def read_csv(path: Path, options: CsvOptions) -> ForeignTable:
     """Read a table in text.
 
-    :raises InputError: it cannot be read as one; says which option would help.
+    Raises InputError: it cannot be read as one; says which option would help.
     """
     text = open_text(path)
     dialect = choose_dialect(text, options)

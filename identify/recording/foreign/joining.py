@@ -37,7 +37,7 @@ def join_on_time(
     Only the time that all files cover is kept, and nothing is interpolated across a hole. A column whose name stands in
     several files is called FILE:NAME, FILE without its ending.
 
-    :raises InputError: the files have no time in common, or their clocks cannot be compared.
+    Raises InputError: the files have no time in common, or their clocks cannot be compared.
     """
     clocks = [table.clock(name, time_unit) for table, name in zip(tables, times, strict=True)]
     _refuse_different_clocks(tables, clocks)

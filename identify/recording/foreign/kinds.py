@@ -16,7 +16,7 @@ HDF5 = b"\x89HDF"
 def read_foreign(path: Path, options: CsvOptions | None = None) -> ForeignTable:
     """Read a table in text of any dialect (plain or gzip), a MAT file of any version, Parquet, or a recording of ROS.
 
-    :raises InputError: the file cannot be read or holds no column of numbers; names what would help.
+    Raises InputError: the file cannot be read or holds no column of numbers; names what would help.
     """
     if not path.exists():
         raise InputError(f"{path}: there is no such file")

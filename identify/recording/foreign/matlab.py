@@ -31,7 +31,7 @@ NOT_MAT = (
 def read_mat(path: Path) -> ForeignTable:
     """Read a MAT file of version 4 to 7.
 
-    :raises InputError: it is damaged or holds no column of numbers.
+    Raises InputError: it is damaged or holds no column of numbers.
     """
     try:
         content = path.read_bytes()
@@ -65,7 +65,7 @@ def _variables_of_version_4(path: Path) -> dict[str, NDArray[Any]]:
 def read_hdf5(path: Path) -> ForeignTable:
     """Read a MAT file of version 7.3, or any HDF5 file; MATLAB stores arrays transposed.
 
-    :raises InputError: it is damaged or holds no column of numbers.
+    Raises InputError: it is damaged or holds no column of numbers.
     """
     import h5py
 
@@ -185,7 +185,7 @@ def _seconds(class_name: str, properties: dict[str, Any]) -> NDArray[np.float64]
 def table_of_variables(path: Path, variables: Mapping[str, NDArray[Any]]) -> ForeignTable:
     """Arrays by name as columns: a column of a two-dimensional one is NAME:K, K from 1; single numbers are scalars.
 
-    :raises InputError: none of them is a column.
+    Raises InputError: none of them is a column.
     """
     columns: list[ForeignColumn] = []
     scalars: dict[str, float] = {}

@@ -36,7 +36,7 @@ class ObjectStore:
 
     cells : contents of the cell array; the first is the (K,) uint8 description of all objects
 
-    :raises ValueError, IndexError: the description is not of this layout.
+    Raises ValueError, IndexError: the description is not of this layout.
     """
 
     def __init__(self, cells: Sequence[Any]) -> None:

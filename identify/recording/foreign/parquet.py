@@ -14,7 +14,7 @@ from identify.recording.units import split_name, unit_of
 def read_parquet(path: Path) -> ForeignTable:
     """Read a Parquet file; a field's metadata `unit` or the name states its unit.
 
-    :raises InputError: it is damaged or holds no column of numbers.
+    Raises InputError: it is damaged or holds no column of numbers.
     """
     import pyarrow
     from pyarrow import parquet, types

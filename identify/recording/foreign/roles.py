@@ -72,7 +72,7 @@ class _Role:
     def unit(self, column: ForeignColumn, given: str | None, table: ForeignTable) -> tuple[Unit, str]:
         """The unit of a column and where it is from: the option, the file, or the default.
 
-        :raises InputError: it is not known, or of another quantity.
+        Raises InputError: it is not known, or of another quantity.
         """
         known = ", ".join(f"{SI_NAMES[quantity]} ({quantity})" for quantity in self.quantities)
         if given is not None:
@@ -125,7 +125,7 @@ def measure(
 
     prismatic : (n,) whether each joint slides
 
-    :raises InputError: names the file and column, or the option.
+    Raises InputError: names the file and column, or the option.
     """
     n = len(prismatic)
     if len(columns.position) != n or len(columns.command) != n:

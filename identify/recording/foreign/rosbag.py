@@ -91,7 +91,7 @@ def read_rosbag(path: Path) -> ForeignTable:
     The topic of the likeliest kind with most messages gives the columns JOINT.position, JOINT.velocity, JOINT.effort and
     time; those of other topics are called TOPIC:JOINT.position.
 
-    :raises InputError: it cannot be read or holds no joint states; or the package that reads it is not installed.
+    Raises InputError: it cannot be read or holds no joint states; or the package that reads it is not installed.
     """
     try:
         highlevel, serde, typesys = (

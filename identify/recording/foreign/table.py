@@ -88,7 +88,7 @@ class ForeignTable:
     def column(self, name: str, used_for: str) -> ForeignColumn:
         """The column of a name: as in the file, without its unit, in other capitals, or #K for the K-th.
 
-        :raises InputError: there is none, or more than one; names those that are there.
+        Raises InputError: there is none, or more than one; names those that are there.
         """
         return self.columns[self.place(name, used_for)]
 
@@ -130,7 +130,7 @@ class ForeignTable:
 
         unit : as given by the user, or None: by the header, by the numbers' own size, or s
 
-        :raises InputError: the column holds no times.
+        Raises InputError: the column holds no times.
         """
         column = self.column(name, "the time")
         if column.words is not None:

@@ -52,7 +52,7 @@ class TextFile:
 def open_text(path: Path) -> TextFile:
     """Find out how a file is encoded and look at its begin and end.
 
-    :raises InputError: it is not text, or is damaged.
+    Raises InputError: it is not text, or is damaged.
     """
     try:
         with unpacked(path) as stream:

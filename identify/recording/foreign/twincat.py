@@ -76,7 +76,7 @@ def scope_names(rows: list[list[str]], width: int) -> tuple[list[str], list[str]
 def one_clock(table: ForeignTable) -> ForeignTable:
     """The channels of all groups on one clock: as they stand where the groups' times agree, else interpolated.
 
-    :raises InputError: the groups have no time in common.
+    Raises InputError: the groups have no time in common.
     """
     groups: list[list[ForeignColumn]] = []
     for column in table.columns:
