@@ -38,6 +38,7 @@ COMPUTER = {
     StopCause.FULL_DISK,
     StopCause.INTERNAL,
     StopCause.LOST_FRAMES,
+    StopCause.HELD_UP,
 }
 
 
