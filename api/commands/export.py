@@ -1,9 +1,11 @@
-"""`coulomb export`: a recording as CSV, MAT or Parquet."""
+"""`coulomb export`: a model into a program's own form, with a certificate; or a recording as CSV, MAT or Parquet."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from api.command_arguments import Additions, AsJson, ModelName
 
 
 def register(application: typer.Typer) -> None:
@@ -12,13 +14,44 @@ def register(application: typer.Typer) -> None:
 
 
 def export(
-    recording: Annotated[Path, typer.Argument(help="a recorded session (.h5)")],
-    target: Annotated[Path, typer.Argument(help="the file to write: .csv, .csv.gz, .mat or .parquet")],
+    source: Annotated[
+        str,
+        typer.Argument(
+            help="an experiment (folder, experiment.yaml, stored name), or a recorded session (.h5)"
+        ),
+    ],
+    target: Annotated[
+        Path,
+        typer.Argument(
+            help="of an experiment's model: .urdf, .sdf, .xml (MJCF), .py, .c, .st or .json; of a recording: .csv, .csv.gz,"
+            " .mat or .parquet"
+        ),
+    ],
+    model: ModelName = "usual",
+    add: Additions = None,
+    as_json: AsJson = False,
 ) -> None:
-    """Write a recorded session in SI units: CSV of the contract, MAT for MATLAB, or Parquet."""
+    """Write an identified model for a simulator or a controller, and what that keeps and costs beside it; or a recorded
+    session in SI units.
+    """
     import sys
 
-    from daq.export import export_session
+    if source.endswith((".h5", ".hdf5")):
+        import json
 
-    rows = export_session(recording, target)
-    print(f"{rows} rows written to {target}", file=sys.stderr)
+        from daq.export import export_session
+
+        rows = export_session(Path(source), target)
+        print(f"{rows} rows written to {target}", file=sys.stderr)
+        if as_json:
+            print(json.dumps({"target": str(target), "rows": rows}, ensure_ascii=False))
+        return
+    from api.certificate_text import certificate_text
+    from api.stored_experiments import resolve
+    from identify.export.write import checked_target
+    from identify.export.write import export as export_model
+    from identify.recording import load_experiment
+
+    checked_target(target)
+    certificate = export_model(load_experiment(resolve(source)), target, model, add or [])
+    print(certificate.json_text() if as_json else certificate_text(certificate))

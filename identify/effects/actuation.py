@@ -3,7 +3,7 @@
 import numpy as np
 
 from identify.effects.conditions import KNOWN_LOAD_OR_SESSIONS, Condition
-from identify.effects.effect import Constants, DeclaredLoad, Effect
+from identify.effects.effect import Constants, DeclaredLoad, Effect, number
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter
 from identify.effects.picture import OVER_ACCELERATION, OVER_LOAD
@@ -35,6 +35,10 @@ class GainSaturation(Effect):
         return [{"threshold": 0.0, "power": 3.0}] + [
             {"threshold": part * largest, "power": 2.0} for part in (0.0, 0.25, 0.5, 0.7)
         ]
+
+    def formulas(self, constants: Constants) -> tuple[str, ...] | None:
+        excess = f"max(0.0, abs(torque) - {number(constants['threshold'])})"
+        return (f"sign(torque) * {excess} ** {number(constants['power'])}",)
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         torque = motion.model_torque

@@ -12,7 +12,7 @@ from identify.effects.conditions import (
     WIDE_RANGE,
     Condition,
 )
-from identify.effects.effect import Constants, DeclaredLoad, Effect, finer, geometric_grid
+from identify.effects.effect import Constants, DeclaredLoad, Effect, finer, geometric_grid, number
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter
 from identify.effects.picture import (
@@ -23,7 +23,7 @@ from identify.effects.picture import (
     OVER_TEMPERATURE,
     OVER_TIME,
 )
-from identify.effects.viscous import finer_stribeck, stribeck_range, stribeck_step
+from identify.effects.viscous import fading, finer_stribeck, stribeck_range, stribeck_step
 
 ROTOR_SHARES = (0.0, 0.3, 0.6, 0.9)
 """Parts of a joint's own inertia that may be its rotor's."""
@@ -38,8 +38,12 @@ class Coulomb(Effect):
     regressors = ("sign(q̇)",)
     parameters = (EffectParameter("FC", "N m", lower=0.0),)
     dissipates = True
+    in_link_files = "dry"
     source = "paper, eq. (5)"
     picture = OVER_SPEED
+
+    def formulas(self, constants: Constants) -> tuple[str, ...] | None:
+        return ("direction",)
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         return motion.direction[:, None]
@@ -60,6 +64,9 @@ class Offset(Effect):
     picture = OVER_SPEED
     confusable = ("viscous-asymmetric",)
 
+    def formulas(self, constants: Constants) -> tuple[str, ...] | None:
+        return ("1.0",)
+
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         return np.ones((len(motion.q), 1))
 
@@ -78,6 +85,11 @@ def quadrant_directions(load: Array, direction: Array) -> tuple[Array, Array]:
     """
     sign = np.sign(load)
     return 0.5 * (direction + sign), 0.5 * (direction - sign)
+
+
+def gear_load(constants: Constants) -> str:
+    """What the gear carries as a formula: the load less what turns the rotor (`JointMotion.gear_load`)."""
+    return f"(load - {number(constants['rotor_inertia'])} * ddq)"
 
 
 def rotor_grid(summary: JointSummary) -> list[dict[str, float]]:
@@ -123,6 +135,9 @@ class LoadFriction(Effect):
     def refine(self, constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
         return finer_rotor(constants, summary)
 
+    def formulas(self, constants: Constants) -> tuple[str, ...] | None:
+        return (f"abs({gear_load(constants)}) * direction",)
+
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         return (np.abs(motion.gear_load(constants["rotor_inertia"])) * motion.direction)[:, None]
 
@@ -163,6 +178,11 @@ class LoadFrictionAsymmetric(Effect):
     def refine(self, constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
         return finer_rotor(constants, summary)
 
+    def formulas(self, constants: Constants) -> tuple[str, ...] | None:
+        load = gear_load(constants)
+        ahead, back = (f"0.5 * (direction {sign} sign({load})) * abs({load})" for sign in "+-")
+        return ahead, back, f"0.5 * sign({load})"
+
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         load = motion.gear_load(constants["rotor_inertia"])
         driving, driven = quadrant_directions(load, motion.direction)
@@ -199,6 +219,11 @@ class LoadStribeck(Effect):
             {**velocity, **rotor} for velocity in velocities for rotor in finer_rotor(velocity, summary)[::2]
         ]
 
+    def formulas(self, constants: Constants) -> tuple[str, ...] | None:
+        load = gear_load(constants)
+        ahead, back = (f"0.5 * (direction {sign} sign({load})) * abs({load})" for sign in "+-")
+        return f"{ahead} * {fading(constants)}", f"{back} * {fading(constants)}"
+
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         load = motion.gear_load(constants["rotor_inertia"])
         driving, driven = quadrant_directions(load, motion.direction)
@@ -227,6 +252,15 @@ class FrictionPosition(Effect):
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
         low, high = summary.position_range
         return [{"from": low, "to": high, "knots": knots} for knots in (3.0, 5.0, 8.0, 13.0)]
+
+    def formulas(self, constants: Constants) -> tuple[str, ...] | None:
+        low, high, count = constants["from"], constants["to"], round(constants["knots"])
+        width = (high - low) / (count - 1)
+        place = f"min(max(q, {number(low)}), {number(high)})"
+        return tuple(
+            f"direction * max(0.0, 1.0 - abs({place} - {number(low + knot * width)}) / {number(width)})"
+            for knot in range(1, count)
+        )
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         return hat_functions(motion.q, constants)[:, 1:] * motion.direction[:, None]
@@ -259,6 +293,9 @@ class FrictionTemperature(Effect):
     variable = "temperature"
     picture = OVER_TEMPERATURE
     confusable = ("friction-warmup",)
+
+    def formulas(self, constants: Constants) -> tuple[str, ...] | None:
+        return "(temp - 20.0) * dq", "(temp - 20.0) * direction"
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         assert motion.temperature is not None
@@ -297,6 +334,10 @@ class FrictionWarmup(Effect):
 
     def refine(self, constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
         return finer("time_constant", constants, 2.0)
+
+    def formulas(self, constants: Constants) -> tuple[str, ...] | None:
+        cold = f"exp(-t / {number(constants['time_constant'])})"
+        return f"{cold} * dq", f"{cold} * direction"
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         clock = motion.experiment_time if constants["across_sessions"] else motion.session_time

@@ -77,6 +77,8 @@ class Effect(ABC):
     rows: Literal["joint", "motor", "robot"] = "joint"
     """whose rows carry the columns: the joint's own, those of every joint that its motor drives, or all"""
 
+    in_link_files: Literal["damping", "dry", "stiffness"] | None = None
+    """which attribute of a joint in URDF, SDF and MJCF files holds the effect exactly, if any"""
     dissipates: bool = False
     """whether it is friction: all such effects of a joint together never drive it (`admissible_values`)"""
 
@@ -137,6 +139,14 @@ class Effect(ABC):
         """Whether estimates of the parameters, (parameters,), have the signs that the physics asks for."""
         return True
 
+    def formulas(self, constants: Constants) -> tuple[str, ...] | None:
+        """The columns as formulas of the state, for code that runs without this library; None where there are none.
+
+        In the language of a user's own effect (`expression.py`), whose signals are joined by `direction` (sign of dq),
+        `memory` (the effect's state), `motor_velocity`, `motor_acceleration` and `motor_share`.
+        """
+        return None
+
     def command_lead(self, values: Array) -> float:
         """s by which the recorded command stands later than the motion that it made, where `simulated` is "command"."""
         return 0.0
@@ -160,6 +170,11 @@ class Effect(ABC):
     @abstractmethod
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         """Columns on the rows of `motion.joint`, (samples, parameters), per unit of parameter."""
+
+
+def number(value: float) -> str:
+    """A constant in a formula: exact, and in brackets where it is negative."""
+    return repr(float(value)) if value >= 0 else f"({float(value)!r})"
 
 
 def geometric_grid(name: str, lowest: float, highest: float, count: int) -> list[dict[str, float]]:

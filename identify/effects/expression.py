@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from identify.effects.conditions import TEMPERATURE
-from identify.effects.effect import Constants, Effect
+from identify.effects.effect import Constants, Effect, number
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter
 from identify.effects.picture import picture_over
@@ -130,6 +130,9 @@ class OwnEffect(Effect):
         listed = [[(name, float(value)) for value in each.values()] for name, each in ranges.items()]
         return [dict(choice) for choice in itertools.product(*listed)][:MOST_VARIANTS]
 
+    def formulas(self, constants: Constants) -> tuple[str, ...] | None:
+        return tuple(with_constants(text, constants) for text in self.settings.columns)
+
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         values: dict[str, Array] = {
             "q": motion.q,
@@ -168,6 +171,21 @@ def load_own_effect(path: Path) -> OwnEffect:
         return OwnEffect(settings)
     except ValueError as error:
         raise InputError(f"{path}: columns: {error}") from None
+
+
+def with_constants(text: str, constants: Constants) -> str:
+    """A formula with its constants put in as numbers."""
+    return ast.unparse(_PutIn(constants).visit(ast.parse(text, mode="eval")))
+
+
+class _PutIn(ast.NodeTransformer):
+    def __init__(self, constants: Constants) -> None:
+        self.constants = constants
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        if node.id in self.constants:
+            return ast.parse(number(self.constants[node.id]), mode="eval").body
+        return node
 
 
 def parse(text: str, constants: Mapping[str, object]) -> Node:

@@ -70,6 +70,9 @@ class Presliding(Effect):
     def columns_of_state(self, motion: JointMotion, state: Array, constants: Constants) -> Array:
         return (state - motion.direction)[:, None]
 
+    def formulas(self, constants: Constants) -> tuple[str, ...] | None:
+        return ("memory - direction",)
+
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         state = dahl_state(motion, constants["presliding_distance"])
         return (state - motion.direction)[:, None]

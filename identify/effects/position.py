@@ -3,7 +3,7 @@
 import numpy as np
 
 from identify.effects.conditions import SLOW_MOTION, WIDE_RANGE, Condition, Obstacle
-from identify.effects.effect import Constants, Effect
+from identify.effects.effect import Constants, Effect, number
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter
 from identify.effects.picture import OVER_POSITION
@@ -39,11 +39,15 @@ class JointSpring(Effect):
     regressors = ("q",)
     # a spring resists; a balancer that pulls over the centre is a first moment, which the base parameters hold
     parameters = (EffectParameter("KS", "N m/rad", lower=0.0),)
+    in_link_files = "stiffness"
     source = "Khalil, Dombre 2002, ch. 9 (balancing springs)"
     conditions = (WIDE_RANGE,)
     variable = "q"
     picture = OVER_POSITION
     confusable = ("gravity-tilt",)
+
+    def formulas(self, constants: Constants) -> tuple[str, ...] | None:
+        return ("q",)
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         return motion.q[:, None]
@@ -84,6 +88,10 @@ class TorqueRipple(Effect):
     def searched(self, summary: JointSummary) -> int:
         return summary.lines_searched
 
+    def formulas(self, constants: Constants) -> tuple[str, ...] | None:
+        listed = [value for _, value in sorted(constants.items(), reverse=True)]
+        return tuple(f"{wave}({number(value)} * q)" for value in listed for wave in ("cos", "sin"))
+
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         phases = [number * motion.q for _, number in sorted(constants.items(), reverse=True)]
         return np.column_stack([wave(phase) for phase in phases for wave in (np.cos, np.sin)])
@@ -122,6 +130,10 @@ class CurrentRipple(Effect):
 
     def searched(self, summary: JointSummary) -> int:
         return summary.lines_searched
+
+    def formulas(self, constants: Constants) -> tuple[str, ...] | None:
+        phase = f"{number(constants['wave_number'])} * q"
+        return f"torque * cos({phase})", f"torque * sin({phase})"
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         phase = constants["wave_number"] * motion.q

@@ -53,6 +53,9 @@ class MotorInertia(Effect):
     variable = "ddq"
     picture = OVER_ACCELERATION
 
+    def formulas(self, constants: Constants) -> tuple[str, ...] | None:
+        return ("motor_share * motor_acceleration",)
+
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         return motion.motor_share * motion.motor_acceleration[:, None]
 
@@ -78,6 +81,13 @@ class CoupledFriction(Effect):
     variable = "motor velocity"
     picture = OVER_SPEED
     confusable = ("viscous", "coulomb", "motor-inertia")
+
+    def formulas(self, constants: Constants) -> tuple[str, ...] | None:
+        return (
+            "motor_share * motor_velocity",
+            "motor_share * sign(motor_velocity)",
+            "motor_share * motor_acceleration",
+        )
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         velocity = motion.motor_velocity

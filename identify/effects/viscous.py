@@ -3,7 +3,7 @@
 import numpy as np
 
 from identify.effects.conditions import BOTH_DIRECTIONS, FAST_MOTION, SLOW_MOTION, STRIBECK_SPEEDS
-from identify.effects.effect import Constants, Effect, finer, geometric_grid
+from identify.effects.effect import Constants, Effect, finer, geometric_grid, number
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter, Relation
 from identify.effects.picture import OVER_SIZE_OF_SPEED, OVER_SPEED
@@ -21,9 +21,13 @@ class Viscous(Effect):
     regressors = ("q̇",)
     parameters = (EffectParameter("FV", "N m s/rad", lower=0.0),)
     dissipates = True
+    in_link_files = "damping"
     source = "paper, eq. (5)"
     picture = OVER_SPEED
     confusable = ("viscous-power", "viscous-quadratic")
+
+    def formulas(self, constants: Constants) -> tuple[str, ...] | None:
+        return ("dq",)
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         return motion.dq[:, None]
@@ -56,6 +60,9 @@ class ViscousAsymmetric(Effect):
             for way, sign in (("+", 1.0), ("−", -1.0))
         )
 
+    def formulas(self, constants: Constants) -> tuple[str, ...] | None:
+        return ("abs(dq)",)
+
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         return np.abs(motion.dq)[:, None]
 
@@ -77,6 +84,9 @@ class ViscousQuadratic(Effect):
     picture = OVER_SIZE_OF_SPEED
     confusable = ("viscous-cubic", "viscous-power")
 
+    def formulas(self, constants: Constants) -> tuple[str, ...] | None:
+        return ("abs(dq) * dq",)
+
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         return (np.abs(motion.dq) * motion.dq)[:, None]
 
@@ -97,6 +107,9 @@ class ViscousCubic(Effect):
     conditions = (FAST_MOTION,)
     picture = OVER_SIZE_OF_SPEED
     confusable = ("viscous-quadratic", "viscous-power")
+
+    def formulas(self, constants: Constants) -> tuple[str, ...] | None:
+        return ("dq ** 3",)
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         return (motion.dq**3)[:, None]
@@ -130,6 +143,9 @@ class ViscousPower(Effect):
             if value > 0
         ]
 
+    def formulas(self, constants: Constants) -> tuple[str, ...] | None:
+        return (f"direction * abs(dq) ** {number(constants['exponent'])}",)
+
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         return (motion.direction * np.abs(motion.dq) ** constants["exponent"])[:, None]
 
@@ -158,8 +174,16 @@ class Stribeck(Effect):
     def refine(self, constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
         return finer_stribeck(constants, summary, stribeck_step(summary, 9))
 
+    def formulas(self, constants: Constants) -> tuple[str, ...] | None:
+        return (f"direction * {fading(constants)}",)
+
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         return (motion.direction * np.exp(-np.abs(motion.dq) / constants["stribeck_velocity"]))[:, None]
+
+
+def fading(constants: Constants) -> str:
+    """exp(−|q̇|/q̇_s) as a formula."""
+    return f"exp(-abs(dq) / {number(constants['stribeck_velocity'])})"
 
 
 def stribeck_range(summary: JointSummary) -> tuple[float, float]:

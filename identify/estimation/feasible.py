@@ -60,9 +60,12 @@ def pseudo_inertia(link: Array) -> Array:
     return np.block([[second, first[:, None]], [first[None, :], np.array([[mass]])]])
 
 
-def nearest_feasible(base: BaseParameters, estimate: Array, information: Array) -> Feasible:
+def nearest_feasible(
+    base: BaseParameters, estimate: Array, information: Array, rotors: bool = True
+) -> Feasible:
     """The feasible parameters nearest to `estimate` (b,) in the metric `information` (b, b), positive semidefinite.
 
+    rotors : whether a joint may have a rotor with an inertia of its own; formats without one need bodies alone
     Raises InputError: the extra `feasible` is not installed, or the solver found nothing.
     """
     try:
@@ -77,10 +80,11 @@ def nearest_feasible(base: BaseParameters, estimate: Array, information: Array) 
     constraints, traces = [], []
     for link in range(base.matrix.shape[1] // PARAMETERS_PER_JOINT):
         start = link * PARAMETERS_PER_JOINT
+        rotor = start + PARAMETERS_PER_JOINT - 1
         pseudo = sum(standard[start + index] * unit for index, unit in enumerate(units))
         constraints += [
             cvxpy.PSD(pseudo - LEAST_EIGENVALUE * np.eye(4)),
-            standard[start + PARAMETERS_PER_JOINT - 1] >= 0,
+            standard[rotor] >= 0 if rotors else standard[rotor] == 0,
         ]
         traces.append(cvxpy.trace(pseudo))
     misfit = cvxpy.norm((root / size) @ (base.matrix @ standard - estimate))

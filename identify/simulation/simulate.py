@@ -11,7 +11,8 @@ from typing import Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.estimation.fitting import FittedModel, Progress
+from identify.estimation.fitted_model import FittedModel
+from identify.estimation.fitting import Progress
 from identify.estimation.small_algebra import single_threaded
 from identify.identification import Identification, identify
 from identify.recording import Experiment, InputError, SessionEntry

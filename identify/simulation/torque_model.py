@@ -79,7 +79,9 @@ class TorqueModel:
         self._period = record.facts(entry).period
         base = record.body.base
         self._chi = fitted.fit.chi[: len(base)]
-        load_from = fitted.load_from
+        # friction that follows the load follows the load of this model, not that of the fit before it
+        self._load_from = fitted.torque if np.any(self._chi) else fitted.load_from
+        load_from = self._load_from
         payload = np.zeros(PARAMETERS_PER_JOINT * record.joints)
         payload[-PARAMETERS_PER_JOINT:-1] = payload_parameters(entry.payload)
         self._loaded = bool(payload.any())
@@ -171,10 +173,10 @@ class TorqueModel:
         known = carried[0] if carried else np.zeros(torque.shape)
         if windows.external is not None:
             torque, load, known = (part - windows.external for part in (torque, load, known))
-        return torque, known if self.fitted.load_from is None else load, known
+        return torque, known if self._load_from is None else load, known
 
     def _context(self, windows: Windows, acceleration: Array, load: Array, known: Array) -> JointContext:
-        record, load_from = self.fitted.record, self.fitted.load_from
+        record, load_from = self.fitted.record, self._load_from
         prepared = PreparedBlock(
             _block(windows, acceleration, self._period),
             record.body,

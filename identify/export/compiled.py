@@ -1,0 +1,63 @@
+"""An exported C source, compiled and called."""
+
+from __future__ import annotations
+
+import ctypes
+import subprocess
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.dynamics.payload import payload_parameters
+from identify.export.exported_model import ExportedModel
+from identify.export.record_error import Motion, TorqueOf
+from identify.recording import InputError
+
+Array = NDArray[np.float64]
+_Doubles = ctypes.POINTER(ctypes.c_double)
+
+
+def compiled_torque(compiler: str, source: Path, prefix: str, model: ExportedModel) -> TorqueOf:
+    """What the functions of an exported C source return, row by row, their memories carried on.
+
+    Raises InputError: the compiler refuses the source.
+    """
+    library = source.with_suffix(".so")
+    command = [compiler, "-std=c99", "-O2", "-fPIC", "-shared", "-o", str(library), str(source), "-lm"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise InputError(
+            f"{source.name}: {compiler} could not compile it: {done.stderr.strip().splitlines()[:1]}"
+        )
+    loaded = ctypes.CDLL(str(library))
+    torque = getattr(loaded, f"{prefix}_torque")
+    torque.argtypes = [_Doubles, _Doubles, _Doubles, ctypes.c_double, _Doubles, _Doubles, _Doubles, _Doubles]
+    torque.restype = None
+    start, after = getattr(loaded, f"{prefix}_memory_at_start"), getattr(loaded, f"{prefix}_memory_after")
+    start.argtypes, after.argtypes = [_Doubles, _Doubles], [_Doubles, _Doubles, _Doubles]
+    start.restype = after.restype = None
+
+    def torque_of(motion: Motion) -> Array:
+        q, dq, ddq = (np.ascontiguousarray(part, float) for part in (motion.q, motion.dq, motion.ddq))
+        warm = None if motion.temperature is None else np.ascontiguousarray(motion.temperature, float)
+        memory = np.zeros(max(1, len(model.memories)))
+        payload = np.ascontiguousarray(payload_parameters(motion.payload))
+        out = np.zeros(q.shape)
+        for row in range(len(q)):
+            if row == 0:
+                start(_at(dq[0]), _at(memory))
+            else:
+                after(_at(memory), _at(q[row - 1]), _at(q[row]))
+            degrees = None if warm is None else _at(warm[row])
+            t = float(motion.t[row])
+            torque(
+                _at(q[row]), _at(dq[row]), _at(ddq[row]), t, degrees, _at(memory), _at(payload), _at(out[row])
+            )
+        return out
+
+    return torque_of
+
+
+def _at(values: Array):
+    return values.ctypes.data_as(_Doubles)

@@ -1,0 +1,200 @@
+"""What is exported of an identified model: the robot's frames, a set of standard parameters, and friction as formulas."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.dynamics.base_parameters import BaseParameters
+from identify.dynamics.geometry import Geometry
+from identify.effects.effect import number
+from identify.effects.load_velocity import LoadVelocity
+from identify.estimation.context import rows_of
+from identify.identification import Identification
+from identify.recording import InputError
+
+Array = NDArray[np.float64]
+
+RIGID = "rigid body"
+"""what certificates call the inertial and gravity part of the model"""
+
+
+@dataclass(frozen=True)
+class Torque:
+    """A torque of one effect on one joint.
+
+    effect    : name in the catalogue
+    row       : joint that it acts on
+    motor     : joint whose motor owns it; differs from `row` where motors are coupled
+    formulas  : of each column
+    values    : of each column's parameter
+    rubs      : whether it is friction, which damping and dry friction may stand for
+    place     : attribute of a joint in link files that holds it exactly
+    distance  : rad or m, of an effect with a memory its presliding distance
+    """
+
+    effect: str
+    row: int
+    motor: int
+    formulas: tuple[str, ...]
+    values: tuple[float, ...]
+    rubs: bool = False
+    place: Literal["damping", "dry", "stiffness"] | None = None
+    distance: float | None = None
+
+    @property
+    def formula(self) -> str:
+        """The sum of the columns times their parameters."""
+        return " + ".join(
+            f"{number(value)} * ({formula})"
+            for value, formula in zip(self.values, self.formulas, strict=True)
+        )
+
+
+@dataclass(frozen=True)
+class ExportedModel:
+    """A model without the record that it was identified from; SI units, joint space.
+
+    chi      : (b,) base parameters
+    standard : (11 n,) standard parameters that have them; a choice among many
+    shares   : (n, n) of `motor_shares`: the velocity of motor m is shares[:, m] · dq
+    lost     : (effect, joint) of effects that have no formula of the state
+    remarks  : what the reader must know
+    """
+
+    name: str
+    experiment: str
+    base: BaseParameters
+    chi: Array
+    standard: Array
+    shares: Array
+    torques: tuple[Torque, ...]
+    lost: tuple[tuple[str, int], ...]
+    remarks: tuple[str, ...]
+
+    @property
+    def geometry(self) -> Geometry:
+        """The robot's frames."""
+        return self.base.geometry
+
+    @property
+    def joints(self) -> int:
+        """Number of joints."""
+        return self.geometry.joint_count
+
+    @property
+    def memories(self) -> tuple[Torque, ...]:
+        """The torques that have a memory, in the order of their states."""
+        return tuple(own for own in self.torques if own.distance is not None)
+
+
+def exported_model(result: Identification) -> ExportedModel:
+    """What of an identification can be exported.
+
+    Of `load-velocity` it is the structured estimate, which has one value for each physical parameter.
+    """
+    record = result.fitted.record
+    base = record.body.base
+    torques: list[Torque] = []
+    lost: list[tuple[str, int]] = []
+    remarks: list[str] = []
+    fitted = result.fitted
+    chi = np.array(fitted.fit.chi[: len(base)])
+    if result.structured is not None:
+        chi, torques, remarks = _structured(result)
+    listed = zip(fitted.slots, fitted.observation.slot_columns, strict=True)
+    for slot, columns in [] if result.structured is not None else listed:
+        effect, joint = slot.term.effect, slot.term.joint
+        if effect.reported_offset(slot.values):  # a ratio of declared loads
+            remarks.append(
+                f"{effect.name} corrects known loads of the record; the exported model carries none of them"
+            )
+            continue
+        formulas = effect.formulas(slot.values)
+        if formulas is None:
+            lost.append((effect.name, joint))
+            continue
+        values = tuple(float(value) for value in fitted.fit.chi[columns])
+        distance = slot.values.get("presliding_distance") if effect.simulated == "state" else None
+        rubs = effect.dissipates or effect.rows == "motor"
+        torques += [
+            Torque(effect.name, row, joint, formulas, values, rubs, effect.in_link_files, distance)
+            for row in rows_of(record, slot.term)
+        ]
+    if not np.any(chi):
+        raise InputError(f"model '{result.model}': it has no rigid robot of its own that could be exported")
+    return ExportedModel(
+        name=result.model,
+        experiment=result.experiment.name,
+        base=base,
+        chi=chi,
+        standard=base.nearest_standard(chi),
+        shares=record.body.shares,
+        torques=tuple(torques),
+        lost=tuple(lost),
+        remarks=tuple(dict.fromkeys(remarks)),
+    )
+
+
+def _structured(result: Identification) -> tuple[Array, list[Torque], list[str]]:
+    """Base parameters and gear friction of the structured estimate of eq. (30)."""
+    structured, record = result.structured, result.fitted.record
+    assert structured is not None
+    count = len(record.body.base)
+    by_name: dict[tuple[str, str], float] = {}
+    for (name, joint, _, _), value in zip(structured.names, structured.values, strict=True):
+        by_name[name.partition("@")[0], joint] = float(value)
+    torques = []
+    for slot in structured.fitted.slots:
+        joint = slot.term.joint
+        name = record.joint_names[joint]
+        if not isinstance(slot.term.effect, LoadVelocity):
+            continue
+        gear = {
+            symbol: by_name[symbol, name]
+            for symbol in ("a_m", "b_m", "a_g", "b_g", "c_m", "d_m", "c_g", "d_g")
+        }
+        fading = f"exp(-abs(dq) / {number(slot.values['stribeck_velocity'])})"
+        driving = "0.5 * (1.0 + sign(load) * direction)"
+        driven = "0.5 * (1.0 - sign(load) * direction)"
+        ahead = "0.5 * (direction + sign(load))"
+        back = "0.5 * (direction - sign(load))"
+        formulas = (
+            f"{driving} * load",
+            f"{driving} * {fading} * load",
+            f"{driven} * load",
+            f"-{driven} * {fading} * load",
+            ahead,
+            f"{fading} * {ahead}",
+            back,
+            f"{fading} * {back}",
+        )
+        # the load itself is the rigid robot's torque, so that a_m and a_g count from one
+        values = (gear["a_m"] - 1.0, gear["b_m"], gear["a_g"] - 1.0, gear["b_g"])
+        values += (gear["c_m"], gear["d_m"], gear["c_g"], gear["d_g"])
+        torques.append(Torque(slot.term.effect.name, joint, joint, formulas, values, rubs=True))
+    for slot, columns in zip(
+        structured.fitted.slots, structured.fitted.observation.slot_columns, strict=True
+    ):
+        formulas = (
+            None if isinstance(slot.term.effect, LoadVelocity) else slot.term.effect.formulas(slot.values)
+        )
+        if formulas is not None:
+            values = tuple(float(value) for value in structured.fitted.fit.chi[columns])
+            torques += [
+                Torque(
+                    slot.term.effect.name,
+                    row,
+                    slot.term.joint,
+                    formulas,
+                    values,
+                    slot.term.effect.dissipates,
+                    slot.term.effect.in_link_files,
+                )
+                for row in rows_of(record, slot.term)
+            ]
+    remark = "the structured estimate of eq. (30): one value for each parameter of arm and gear"
+    return np.asarray(structured.theta[:count], float), torques, [remark]

@@ -1,0 +1,120 @@
+"""Formulas of effects (`identify.effects.expression`) in Python, C and structured text."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """How a language writes a formula.
+
+    functions : the language's name of each function of the formula language
+    power     : the function of base and exponent
+    """
+
+    functions: Mapping[str, str]
+    power: str
+
+
+PYTHON = Dialect(
+    {
+        name: f"np.{own}"
+        for name, own in {
+            "sign": "sign",
+            "abs": "abs",
+            "exp": "exp",
+            "log": "log",
+            "sqrt": "sqrt",
+            "sin": "sin",
+            "cos": "cos",
+            "tan": "tan",
+            "tanh": "tanh",
+            "atan": "arctan",
+            "min": "minimum",
+            "max": "maximum",
+        }.items()
+    },
+    "np.power",
+)
+C = Dialect(
+    {
+        "sign": "sign_of",
+        "abs": "fabs",
+        "exp": "exp",
+        "log": "log",
+        "sqrt": "sqrt",
+        "sin": "sin",
+        "cos": "cos",
+        "tan": "tan",
+        "tanh": "tanh",
+        "atan": "atan",
+        "min": "fmin",
+        "max": "fmax",
+    },
+    "pow",
+)
+STRUCTURED_TEXT = Dialect(
+    {
+        "sign": "SIGN_OF",
+        "abs": "ABS",
+        "exp": "EXP",
+        "log": "LN",
+        "sqrt": "SQRT",
+        "sin": "SIN",
+        "cos": "COS",
+        "tan": "TAN",
+        "tanh": "TANH_OF",
+        "atan": "ATAN",
+        "min": "MIN",
+        "max": "MAX",
+    },
+    "EXPT",
+)
+
+_OPERATORS: Mapping[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
+
+
+def render(formula: str, names: Mapping[str, str], dialect: Dialect) -> str:
+    """A formula in a language.
+
+    names : what stands for each signal there
+    :raises KeyError: a signal has no name there.
+    """
+    return _render(ast.parse(formula, mode="eval").body, names, dialect)
+
+
+def signals_of(formula: str) -> set[str]:
+    """The signals and functions that a formula names."""
+    return {node.id for node in ast.walk(ast.parse(formula, mode="eval")) if isinstance(node, ast.Name)}
+
+
+def _render(node: ast.expr, names: Mapping[str, str], dialect: Dialect) -> str:
+    if isinstance(node, ast.Constant) and isinstance(node.value, int | float):
+        return literal(float(node.value))
+    if isinstance(node, ast.Name):
+        return literal(3.141592653589793) if node.id == "pi" else names[node.id]
+    if isinstance(node, ast.UnaryOp):
+        operand = _render(node.operand, names, dialect)
+        return f"(-{operand})" if isinstance(node.op, ast.USub) else operand
+    if isinstance(node, ast.BinOp):
+        left, right = (_render(side, names, dialect) for side in (node.left, node.right))
+        if isinstance(node.op, ast.Pow):
+            return f"{dialect.power}({left}, {right})"
+        return f"({left} {_OPERATORS[type(node.op)]} {right})"
+    assert isinstance(node, ast.Call)  # nothing else passes the parser of formulas
+    assert isinstance(node.func, ast.Name)
+    arguments = ", ".join(_render(own, names, dialect) for own in node.args)
+    return f"{dialect.functions[node.func.id]}({arguments})"
+
+
+def literal(value: float) -> str:
+    """A number as Python, C and structured text read it, exact; in brackets where it is negative."""
+    text = repr(abs(float(value)))
+    mantissa, e, exponent = text.partition("e")
+    if "." not in mantissa:
+        mantissa += ".0"
+    text = mantissa + (f"E{int(exponent)}" if e else "")
+    return f"(-{text})" if value < 0 else text

@@ -1,0 +1,365 @@
+"""The robot as simulators take it: URDF, SDF and MJCF. Bodies with mass, joints with what friction the format has."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from xml.etree import ElementTree
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.dynamics.geometry import Geometry
+from identify.dynamics.standard_parameters import PARAMETERS_PER_JOINT
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Body:
+    """A link as the formats describe it, in its own joint's frame at the joint's zero.
+
+    mass    : kg
+    centre  : (3,) m
+    inertia : (3, 3) kg m² about the centre of mass
+    """
+
+    mass: float
+    centre: Array
+    inertia: Array
+
+    @classmethod
+    def of(cls, parameters: Array) -> Body:
+        """From XX XY XZ YY YZ ZZ MX MY MZ M of a body with mass."""
+        xx, xy, xz, yy, yz, zz, mx, my, mz, mass = (float(value) for value in parameters[:10])
+        centre = np.array([mx, my, mz]) / mass
+        origin = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        return cls(mass, centre, origin - mass * (centre @ centre * np.eye(3) - np.outer(centre, centre)))
+
+    def parameters(self) -> Array:
+        """(10,) XX … M about the frame's origin."""
+        origin = self.inertia + self.mass * (
+            self.centre @ self.centre * np.eye(3) - np.outer(self.centre, self.centre)
+        )
+        moments = origin[[0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]]
+        return np.concatenate([moments, self.mass * self.centre, [self.mass]])
+
+
+@dataclass(frozen=True)
+class JointFriction:
+    """What the formats have for friction and the drive, of one joint.
+
+    damping   : N m s/rad or N s/m
+    dry       : N m or N
+    stiffness : N m/rad or N/m, about the joint's zero
+    rotor     : kg m² or kg, at the joint
+    """
+
+    damping: float = 0.0
+    dry: float = 0.0
+    stiffness: float = 0.0
+    rotor: float = 0.0
+
+
+@dataclass(frozen=True)
+class LinkFile:
+    """A robot as it is written to a file, and read back from it."""
+
+    geometry: Geometry
+    bodies: tuple[Body, ...]
+    friction: tuple[JointFriction, ...]
+
+    def standard(self) -> Array:
+        """(11 n,) standard parameters, the rotors with them."""
+        links = [
+            np.append(body.parameters(), own.rotor)
+            for body, own in zip(self.bodies, self.friction, strict=True)
+        ]
+        return np.concatenate(links)
+
+
+def bodies_of(standard: Array) -> tuple[Body, ...]:
+    """The links as bodies, of (11 n,) standard parameters."""
+    return tuple(Body.of(link) for link in np.reshape(standard, (-1, PARAMETERS_PER_JOINT)))
+
+
+def frame(geometry: Geometry, joint: int) -> tuple[Array, Array]:
+    """Place (3,) m and rotation (3, 3) of a joint's frame in the one before, the joint at zero."""
+    ca, sa = math.cos(geometry.alpha[joint]), math.sin(geometry.alpha[joint])
+    ct, st = math.cos(geometry.theta[joint]), math.sin(geometry.theta[joint])
+    rotation = np.array([[ct, -st, 0.0], [ca * st, ca * ct, -sa], [sa * st, sa * ct, ca]])
+    along = geometry.r[joint]
+    return np.array([geometry.d[joint], -sa * along, ca * along]), rotation
+
+
+def urdf(robot: LinkFile, name: str) -> str:
+    """A URDF. It has no place for gravity, for a rotor's inertia, or for an offset."""
+    root = ElementTree.Element("robot", name=name)
+    ElementTree.SubElement(root, "link", name="base")
+    for joint, body in enumerate(robot.bodies):
+        geometry, own = robot.geometry, robot.friction[joint]
+        kind = "prismatic" if geometry.prismatic[joint] else "continuous"
+        before = "base" if joint == 0 else f"link{joint}"
+        element = ElementTree.SubElement(root, "joint", name=geometry.names[joint], type=kind)
+        place, rotation = frame(geometry, joint)
+        ElementTree.SubElement(element, "parent", link=before)
+        ElementTree.SubElement(element, "child", link=f"link{joint + 1}")
+        ElementTree.SubElement(element, "origin", xyz=_text(place), rpy=_text(roll_pitch_yaw(rotation)))
+        ElementTree.SubElement(element, "axis", xyz="0 0 1")
+        ElementTree.SubElement(element, "dynamics", damping=_number(own.damping), friction=_number(own.dry))
+        if kind == "prismatic":
+            ElementTree.SubElement(element, "limit", lower="-1e9", upper="1e9", effort="1e9", velocity="1e9")
+        link = ElementTree.SubElement(root, "link", name=f"link{joint + 1}")
+        inertial = ElementTree.SubElement(link, "inertial")
+        ElementTree.SubElement(inertial, "origin", xyz=_text(body.centre), rpy="0 0 0")
+        ElementTree.SubElement(inertial, "mass", value=_number(body.mass))
+        ElementTree.SubElement(inertial, "inertia", _inertia_attributes(body))
+    return _document(root)
+
+
+def sdf(robot: LinkFile, name: str) -> str:
+    """An SDF 1.7 world with the robot, for gravity is the world's. It has no place for a rotor's inertia or an offset."""
+    root = ElementTree.Element("sdf", version="1.7")
+    world = ElementTree.SubElement(root, "world", name="default")
+    ElementTree.SubElement(world, "gravity").text = _text(robot.geometry.gravity)
+    model = ElementTree.SubElement(world, "model", name=name)
+    base = ElementTree.SubElement(model, "link", name="base")
+    _sdf_inertial(base, Body(1.0, np.zeros(3), 0.01 * np.eye(3)))
+    fixed = ElementTree.SubElement(model, "joint", name="to_the_world", type="fixed")
+    ElementTree.SubElement(fixed, "parent").text = "world"
+    ElementTree.SubElement(fixed, "child").text = "base"
+    for joint, body in enumerate(robot.bodies):
+        geometry, own = robot.geometry, robot.friction[joint]
+        before = "base" if joint == 0 else f"link{joint}"
+        place, rotation = frame(geometry, joint)
+        link = ElementTree.SubElement(model, "link", name=f"link{joint + 1}")
+        pose = ElementTree.SubElement(link, "pose", relative_to=before)
+        pose.text = f"{_text(place)} {_text(roll_pitch_yaw(rotation))}"
+        _sdf_inertial(link, body)
+        kind = "prismatic" if geometry.prismatic[joint] else "revolute"
+        element = ElementTree.SubElement(model, "joint", name=geometry.names[joint], type=kind)
+        ElementTree.SubElement(element, "parent").text = before
+        ElementTree.SubElement(element, "child").text = f"link{joint + 1}"
+        axis = ElementTree.SubElement(element, "axis")
+        ElementTree.SubElement(axis, "xyz").text = "0 0 1"
+        limit = ElementTree.SubElement(axis, "limit")
+        ElementTree.SubElement(limit, "lower").text = "-1e16"
+        ElementTree.SubElement(limit, "upper").text = "1e16"
+        dynamics = ElementTree.SubElement(axis, "dynamics")
+        ElementTree.SubElement(dynamics, "damping").text = _number(own.damping)
+        ElementTree.SubElement(dynamics, "friction").text = _number(own.dry)
+        ElementTree.SubElement(dynamics, "spring_stiffness").text = _number(own.stiffness)
+        ElementTree.SubElement(dynamics, "spring_reference").text = "0"
+    return _document(root)
+
+
+def mjcf(robot: LinkFile, name: str) -> str:
+    """An MJCF model. Its dry friction is a soft constraint: a joint that it holds at rest creeps."""
+    root = ElementTree.Element("mujoco", model=name)
+    ElementTree.SubElement(root, "compiler", angle="radian", autolimits="true", inertiafromgeom="false")
+    ElementTree.SubElement(root, "option", gravity=_text(robot.geometry.gravity), integrator="implicitfast")
+    parent = ElementTree.SubElement(root, "worldbody")
+    actuators = ElementTree.Element("actuator")
+    for joint, body in enumerate(robot.bodies):
+        geometry, own = robot.geometry, robot.friction[joint]
+        place, rotation = frame(geometry, joint)
+        parent = ElementTree.SubElement(
+            parent, "body", name=f"link{joint + 1}", pos=_text(place), quat=_text(quaternion(rotation))
+        )
+        inertia = body.inertia
+        ElementTree.SubElement(
+            parent,
+            "inertial",
+            pos=_text(body.centre),
+            mass=_number(body.mass),
+            fullinertia=_text(inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]),
+        )
+        ElementTree.SubElement(
+            parent,
+            "joint",
+            name=geometry.names[joint],
+            type="slide" if geometry.prismatic[joint] else "hinge",
+            axis="0 0 1",
+            armature=_number(own.rotor),
+            damping=_number(own.damping),
+            frictionloss=_number(own.dry),
+            stiffness=_number(own.stiffness),
+        )
+        ElementTree.SubElement(actuators, "motor", name=geometry.names[joint], joint=geometry.names[joint])
+    root.append(actuators)
+    return _document(root)
+
+
+def read_back(kind: str, text: str, geometry: Geometry) -> LinkFile:
+    """The robot as a file written here describes it; its frames must be those of `geometry`.
+
+    kind : urdf, sdf or xml (MJCF)
+    Raises ValueError: a frame in the file is not the robot's.
+    """
+    root = ElementTree.fromstring(text)
+    reader = {"urdf": _read_urdf, "sdf": _read_sdf, "xml": _read_mjcf}[kind]
+    bodies, friction = [], []
+    for joint, (place, rotation, body, own) in enumerate(reader(root)):
+        wanted = frame(geometry, joint)
+        if not (np.allclose(place, wanted[0], atol=1e-9) and np.allclose(rotation, wanted[1], atol=1e-9)):
+            raise ValueError(f"the frame of joint '{geometry.names[joint]}' in the file is not the robot's")
+        bodies.append(body)
+        friction.append(own)
+    return LinkFile(geometry, tuple(bodies), tuple(friction))
+
+
+Link = tuple[Array, Array, Body, JointFriction]
+
+
+def _read_urdf(root: ElementTree.Element) -> list[Link]:
+    found = []
+    for number, joint in enumerate(root.iter("joint"), start=1):
+        origin, dynamics = _child(joint, "origin"), _child(joint, "dynamics")
+        link = next(own for own in root.iter("link") if own.get("name") == f"link{number}")
+        own = JointFriction(float(dynamics.get("damping", 0)), float(dynamics.get("friction", 0)))
+        inertia = _child(link, "inertial/inertia")
+        body = Body(
+            float(_child(link, "inertial/mass").get("value", 0)),
+            _vector(_child(link, "inertial/origin").get("xyz")),
+            _tensor([float(inertia.get(name, 0)) for name in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")]),
+        )
+        found.append((_vector(origin.get("xyz")), from_roll_pitch_yaw(_vector(origin.get("rpy"))), body, own))
+    return found
+
+
+def _read_sdf(root: ElementTree.Element) -> list[Link]:
+    found = []
+    joints = [own for own in root.iter("joint") if own.get("type") != "fixed"]
+    for number, joint in enumerate(joints, start=1):
+        link = next(own for own in root.iter("link") if own.get("name") == f"link{number}")
+        pose = _vector(_child(link, "pose").text)
+        names = ("damping", "friction", "spring_stiffness")
+        own = JointFriction(*(float(_child(joint, f"axis/dynamics/{name}").text or 0) for name in names))
+        inertia = [
+            float(_child(link, f"inertial/inertia/{name}").text or 0)
+            for name in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+        ]
+        centre = _vector(_child(link, "inertial/pose").text)[:3]
+        body = Body(float(_child(link, "inertial/mass").text or 0), centre, _tensor(inertia))
+        found.append((pose[:3], from_roll_pitch_yaw(pose[3:]), body, own))
+    return found
+
+
+def _read_mjcf(root: ElementTree.Element) -> list[Link]:
+    found = []
+    for element in root.iter("body"):
+        joint, inertial = _child(element, "joint"), _child(element, "inertial")
+        values = (float(joint.get(name, 0)) for name in ("damping", "frictionloss", "stiffness", "armature"))
+        body = Body(
+            float(inertial.get("mass", 0)),
+            _vector(inertial.get("pos")),
+            _tensor(list(_vector(inertial.get("fullinertia")))),
+        )
+        turn = from_quaternion(_vector(element.get("quat")))
+        found.append((_vector(element.get("pos")), turn, body, JointFriction(*values)))
+    return found
+
+
+def _child(element: ElementTree.Element, path: str) -> ElementTree.Element:
+    child = element.find(path)
+    if child is None:
+        raise ValueError(f"<{element.tag}> has no <{path}>")
+    return child
+
+
+def _vector(text: str | None) -> Array:
+    return np.array([float(part) for part in (text or "").split()])
+
+
+def _tensor(values: Sequence[float]) -> Array:
+    xx, yy, zz, xy, xz, yz = values
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def roll_pitch_yaw(rotation: Array) -> Array:
+    """(3,) rad: R = Rz(yaw) Ry(pitch) Rx(roll); where the pitch is a right angle the yaw is taken as zero."""
+    pitch = math.atan2(-rotation[2, 0], math.hypot(rotation[0, 0], rotation[1, 0]))
+    if math.hypot(rotation[0, 0], rotation[1, 0]) < 1e-9:
+        roll = math.atan2(math.copysign(1.0, -rotation[2, 0]) * rotation[0, 1], rotation[1, 1])
+        return np.array([roll, pitch, 0.0])
+    return np.array(
+        [
+            math.atan2(rotation[2, 1], rotation[2, 2]),
+            pitch,
+            math.atan2(rotation[1, 0], rotation[0, 0]),
+        ]
+    )
+
+
+def from_roll_pitch_yaw(angles: Array) -> Array:
+    """(3, 3) rotation of `roll_pitch_yaw`."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos(angles), np.sin(angles)
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+def quaternion(rotation: Array) -> Array:
+    """(4,) w x y z of a rotation; of the four ways to compute it the one with the largest divisor."""
+    trace = float(np.trace(rotation))
+    squares = [trace, *(2.0 * float(rotation[axis, axis]) - trace for axis in range(3))]
+    largest = int(np.argmax(squares))
+    part = math.sqrt(1.0 + squares[largest])
+    off = [rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]]
+    if largest == 0:
+        return 0.5 * np.array([part, *(value / part for value in off)])
+    axis = largest - 1
+    values = np.zeros(4)
+    values[0] = off[axis] / part
+    for other in range(3):
+        both = rotation[axis, other] + rotation[other, axis]
+        values[1 + other] = part if other == axis else both / part
+    return 0.5 * values
+
+
+def from_quaternion(values: Array) -> Array:
+    """(3, 3) rotation of w x y z."""
+    w, x, y, z = values / np.linalg.norm(values)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+WRITERS: dict[str, Callable[[LinkFile, str], str]] = {"urdf": urdf, "sdf": sdf, "xml": mjcf}
+"""by the ending of the file"""
+
+
+def _sdf_inertial(link: ElementTree.Element, body: Body) -> None:
+    inertial = ElementTree.SubElement(link, "inertial")
+    ElementTree.SubElement(inertial, "pose").text = f"{_text(body.centre)} 0 0 0"
+    ElementTree.SubElement(inertial, "mass").text = _number(body.mass)
+    inertia = ElementTree.SubElement(inertial, "inertia")
+    for name, value in _inertia_attributes(body).items():
+        ElementTree.SubElement(inertia, name).text = value
+
+
+def _inertia_attributes(body: Body) -> dict[str, str]:
+    places = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
+    return {name: _number(body.inertia[place]) for name, place in places.items()}
+
+
+def _number(value: float) -> str:
+    return repr(float(value))
+
+
+def _text(values: Sequence[float] | Array) -> str:
+    return " ".join(_number(float(value)) for value in values)
+
+
+def _document(root: ElementTree.Element) -> str:
+    ElementTree.indent(root)
+    return '<?xml version="1.0"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"

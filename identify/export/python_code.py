@@ -1,0 +1,160 @@
+"""The model as a Python module that needs NumPy alone."""
+
+from __future__ import annotations
+
+from identify.export.exported_model import ExportedModel
+from identify.export.expression_code import PYTHON, literal, render
+
+TEMPLATE = '''"""Inverse dynamics of {experiment}, model {name}: torque of each joint from its motion. Written by coulomb.
+
+SI units, joint space: rad or m, s, kg, N m or N. Every array has the joints first: (n,) for one instant or (n, samples).
+"""
+
+import numpy as np
+
+JOINTS = {joints!r}
+GRAVITY = {gravity}
+# modified Denavit-Hartenberg frames (Khalil-Kleinfinger): alpha, d, theta, r, prismatic
+FRAMES = {frames}
+# XX XY XZ YY YZ ZZ MX MY MZ M Ia of each link about its own frame's origin: one choice of many with the same torques
+LINKS = {links}
+# motor velocities are SHARES.T @ dq
+SHARES = {shares}
+MEMORIES = {memories}
+"""for each state of presliding: joint and distance, rad or m"""
+
+
+def torque(q, dq, ddq, t=0.0, temperature=None, memory=None, payload=None):
+    """Torque that the motors must give, as the current reference times the drive gain.
+
+    t           : s since the machine began to move, for friction that warms up
+    temperature : °C of each joint, for friction that depends on it
+    memory      : state of each presliding element, -1 to 1; begin with `memory_at_start(dq)`
+    payload     : XX XY XZ YY YZ ZZ MX MY MZ M of a body on the last link, in its frame
+    """
+    q, dq, ddq = (np.asarray(values, float) for values in (q, dq, ddq))
+    load = rigid_torque(q, dq, ddq, payload)
+    whole = load.copy()
+    temp = np.full(q.shape, 20.0) if temperature is None else np.asarray(temperature, float)
+    direction = np.sign(dq)
+    motor_dq = np.tensordot(SHARES.T, dq, 1)
+    motor_ddq = np.tensordot(SHARES.T, ddq, 1)
+    memory = memory_at_start(dq) if memory is None else memory
+{body}    return whole
+
+
+def memory_at_start(dq):
+    """States of the presliding elements where nothing is known of what was before."""
+    return [np.sign(dq)[joint] for joint, _ in MEMORIES]
+
+
+def memory_after(memory, before, after):
+    """States of the presliding elements after a motion from positions `before` to `after` in one direction."""
+    moved = []
+    for state, (joint, distance) in zip(memory, MEMORIES):
+        travel = np.asarray(after, float)[joint] - np.asarray(before, float)[joint]
+        heading = np.sign(travel)
+        fading = np.exp(-np.abs(travel) / distance)
+        moved.append(np.where(heading == 0.0, state, heading + (state - heading) * fading))
+    return moved
+
+
+def rigid_torque(q, dq, ddq, payload=None):
+    """tau_out of eq. (6): inertia, Coriolis, centrifugal and gravity torque, by the recursion of Newton and Euler."""
+    links = LINKS.copy()
+    if payload is not None:
+        links[-1, :10] += payload
+    shape = q.shape[1:]
+    rate, change = np.zeros((3, *shape)), np.zeros((3, *shape))
+    acceleration = np.broadcast_to(-GRAVITY.reshape(3, *([1] * len(shape))), (3, *shape)).astype(float)
+    frames, forces, moments = [], [], []
+    for joint, (alpha, d, theta, r, prismatic) in enumerate(FRAMES):
+        angle = theta + (0.0 if prismatic else q[joint]) + np.zeros(shape)
+        along = r + (q[joint] if prismatic else 0.0) + np.zeros(shape)
+        ca, sa, ct, st = np.cos(alpha), np.sin(alpha), np.cos(angle), np.sin(angle)
+        o, u = np.zeros(shape), np.ones(shape)
+        turn = np.array([[ct, -st, o], [ca * st, ca * ct, -sa * u], [sa * st, sa * ct, ca * u]])
+        place = np.array([d * u, -sa * along, ca * along])
+        acceleration = acceleration + _cross(change, place) + _cross(rate, _cross(rate, place))
+        rate, change, acceleration = (_back(turn, vector) for vector in (rate, change, acceleration))
+        z = np.array([o, o, u])
+        if prismatic:
+            acceleration = acceleration + z * ddq[joint] + 2.0 * _cross(rate, z * dq[joint])
+        else:
+            change = change + z * ddq[joint] + _cross(rate, z * dq[joint])
+            rate = rate + z * dq[joint]
+        xx, xy, xz, yy, yz, zz, mx, my, mz, mass, _ = links[joint]
+        inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        first = np.array([mx, my, mz]).reshape(3, *([1] * len(shape)))
+        spin = np.tensordot(inertia, rate, 1)
+        forces.append(mass * acceleration + _cross(change, first) + _cross(rate, _cross(rate, first)))
+        moments.append(np.tensordot(inertia, change, 1) + _cross(rate, spin) + _cross(first + o, acceleration))
+        frames.append((turn, place))
+    result = np.zeros(q.shape)
+    for joint in reversed(range(len(FRAMES))):
+        felt = forces[joint] if FRAMES[joint][4] else moments[joint]
+        result[joint] = felt[2] + links[joint, 10] * ddq[joint]
+        if joint:
+            turn, place = frames[joint]
+            carried = _forth(turn, forces[joint])
+            forces[joint - 1] = forces[joint - 1] + carried
+            moments[joint - 1] = moments[joint - 1] + _forth(turn, moments[joint]) + _cross(place, carried)
+    return result
+
+
+def _cross(a, b):
+    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
+def _forth(turn, vector):
+    return np.einsum("ij...,j...->i...", turn, vector)
+
+
+def _back(turn, vector):
+    return np.einsum("ji...,j...->i...", turn, vector)
+'''
+
+
+def python_code(model: ExportedModel) -> str:
+    """The text of the module."""
+    geometry = model.geometry
+    frames = [
+        (
+            *(float(own[joint]) for own in (geometry.alpha, geometry.d, geometry.theta, geometry.r)),
+            bool(geometry.prismatic[joint]),
+        )
+        for joint in range(model.joints)
+    ]
+    late = [own for own in model.torques if "torque" in own.formula]
+    lines = [_line(model, own) for own in model.torques if own not in late]
+    if late:
+        lines.append("    before = whole.copy()")
+        lines += [_line(model, own) for own in late]
+    return TEMPLATE.format(
+        experiment=model.experiment,
+        name=model.name,
+        joints=list(geometry.names),
+        gravity=_array(geometry.gravity),
+        frames=frames,
+        links=_array(model.standard.reshape(model.joints, -1)),
+        shares=_array(model.shares),
+        memories=[(own.row, own.distance) for own in model.memories],
+        body="".join(f"{line}\n" for line in lines),
+    )
+
+
+def _line(model: ExportedModel, own) -> str:
+    names = {
+        **{name: f"{name}[{own.row}]" for name in ("q", "dq", "ddq", "load", "temp", "direction")},
+        "torque": f"before[{own.row}]",
+        "t": "t",
+        "memory": f"memory[{model.memories.index(own)}]" if own.distance is not None else "",
+        "motor_velocity": f"motor_dq[{own.motor}]",
+        "motor_acceleration": f"motor_ddq[{own.motor}]",
+        "motor_share": literal(float(model.shares[own.row, own.motor])),
+    }
+    return f"    whole[{own.row}] += {render(own.formula, names, PYTHON)}  # {own.effect}"
+
+
+def _array(values) -> str:
+    return f"np.array({values.tolist()!r})"

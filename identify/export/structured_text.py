@@ -1,0 +1,239 @@
+"""The model in structured text (IEC 61131-3, third edition), for a programmable controller: one function block."""
+
+from __future__ import annotations
+
+from identify.export.c_code import c_name
+from identify.export.exported_model import ExportedModel, Torque
+from identify.export.expression_code import STRUCTURED_TEXT, literal, render
+
+FUNCTIONS = """FUNCTION SIGN_OF : LREAL
+VAR_INPUT
+    X : LREAL;
+END_VAR
+IF X > 0.0 THEN
+    SIGN_OF := 1.0;
+ELSIF X < 0.0 THEN
+    SIGN_OF := -1.0;
+ELSE
+    SIGN_OF := 0.0;
+END_IF;
+END_FUNCTION
+
+FUNCTION TANH_OF : LREAL
+VAR_INPUT
+    X : LREAL;
+END_VAR
+VAR
+    E : LREAL;
+END_VAR
+E := EXP(-2.0 * ABS(X));
+TANH_OF := SIGN_OF(X) * (1.0 - E) / (1.0 + E);
+END_FUNCTION
+"""
+
+RECURSION = """(* tau_out of eq. (6): inertia, Coriolis, centrifugal and gravity torque, by the recursion of Newton and Euler *)
+FOR K := 0 TO 2 DO
+    RATE[K] := 0.0;
+    CHANGE[K] := 0.0;
+    ACCELERATION[K] := -GRAVITY[K];
+END_FOR;
+FOR J := 0 TO LAST DO
+    ANGLE := THETA[J] + (1.0 - PRISMATIC[J]) * Q[J];
+    ALONG := R[J] + PRISMATIC[J] * Q[J];
+    CA := COS(ALPHA[J]);
+    SA := SIN(ALPHA[J]);
+    CT := COS(ANGLE);
+    ST := SIN(ANGLE);
+    TURN[J, 0] := CT;
+    TURN[J, 1] := -ST;
+    TURN[J, 2] := 0.0;
+    TURN[J, 3] := CA * ST;
+    TURN[J, 4] := CA * CT;
+    TURN[J, 5] := -SA;
+    TURN[J, 6] := SA * ST;
+    TURN[J, 7] := SA * CT;
+    TURN[J, 8] := CA;
+    PLACE[J, 0] := D[J];
+    PLACE[J, 1] := -SA * ALONG;
+    PLACE[J, 2] := CA * ALONG;
+    (* acceleration of the frame's origin: + change x place + rate x (rate x place) *)
+    AX := RATE[1] * PLACE[J, 2] - RATE[2] * PLACE[J, 1];
+    AY := RATE[2] * PLACE[J, 0] - RATE[0] * PLACE[J, 2];
+    AZ := RATE[0] * PLACE[J, 1] - RATE[1] * PLACE[J, 0];
+    BX := ACCELERATION[0] + CHANGE[1] * PLACE[J, 2] - CHANGE[2] * PLACE[J, 1] + RATE[1] * AZ - RATE[2] * AY;
+    BY_ := ACCELERATION[1] + CHANGE[2] * PLACE[J, 0] - CHANGE[0] * PLACE[J, 2] + RATE[2] * AX - RATE[0] * AZ;
+    BZ := ACCELERATION[2] + CHANGE[0] * PLACE[J, 1] - CHANGE[1] * PLACE[J, 0] + RATE[0] * AY - RATE[1] * AX;
+    FOR K := 0 TO 2 DO
+        ACCELERATION[K] := TURN[J, K] * BX + TURN[J, 3 + K] * BY_ + TURN[J, 6 + K] * BZ;
+        WA[K] := TURN[J, K] * RATE[0] + TURN[J, 3 + K] * RATE[1] + TURN[J, 6 + K] * RATE[2];
+        WB[K] := TURN[J, K] * CHANGE[0] + TURN[J, 3 + K] * CHANGE[1] + TURN[J, 6 + K] * CHANGE[2];
+    END_FOR;
+    FOR K := 0 TO 2 DO
+        RATE[K] := WA[K];
+        CHANGE[K] := WB[K];
+    END_FOR;
+    IF PRISMATIC[J] > 0.5 THEN
+        ACCELERATION[0] := ACCELERATION[0] + 2.0 * RATE[1] * DQ[J];
+        ACCELERATION[1] := ACCELERATION[1] - 2.0 * RATE[0] * DQ[J];
+        ACCELERATION[2] := ACCELERATION[2] + DDQ[J];
+    ELSE
+        CHANGE[0] := CHANGE[0] + RATE[1] * DQ[J];
+        CHANGE[1] := CHANGE[1] - RATE[0] * DQ[J];
+        CHANGE[2] := CHANGE[2] + DDQ[J];
+        RATE[2] := RATE[2] + DQ[J];
+    END_IF;
+    (* force and moment of the link at its frame's origin *)
+    AX := RATE[1] * LINK[J, 8] - RATE[2] * LINK[J, 7];
+    AY := RATE[2] * LINK[J, 6] - RATE[0] * LINK[J, 8];
+    AZ := RATE[0] * LINK[J, 7] - RATE[1] * LINK[J, 6];
+    FORCE[J, 0] := LINK[J, 9] * ACCELERATION[0] + CHANGE[1] * LINK[J, 8] - CHANGE[2] * LINK[J, 7]
+        + RATE[1] * AZ - RATE[2] * AY;
+    FORCE[J, 1] := LINK[J, 9] * ACCELERATION[1] + CHANGE[2] * LINK[J, 6] - CHANGE[0] * LINK[J, 8]
+        + RATE[2] * AX - RATE[0] * AZ;
+    FORCE[J, 2] := LINK[J, 9] * ACCELERATION[2] + CHANGE[0] * LINK[J, 7] - CHANGE[1] * LINK[J, 6]
+        + RATE[0] * AY - RATE[1] * AX;
+    AX := LINK[J, 0] * RATE[0] + LINK[J, 1] * RATE[1] + LINK[J, 2] * RATE[2];
+    AY := LINK[J, 1] * RATE[0] + LINK[J, 3] * RATE[1] + LINK[J, 4] * RATE[2];
+    AZ := LINK[J, 2] * RATE[0] + LINK[J, 4] * RATE[1] + LINK[J, 5] * RATE[2];
+    MOMENT[J, 0] := LINK[J, 0] * CHANGE[0] + LINK[J, 1] * CHANGE[1] + LINK[J, 2] * CHANGE[2] + RATE[1] * AZ - RATE[2] * AY
+        + LINK[J, 7] * ACCELERATION[2] - LINK[J, 8] * ACCELERATION[1];
+    MOMENT[J, 1] := LINK[J, 1] * CHANGE[0] + LINK[J, 3] * CHANGE[1] + LINK[J, 4] * CHANGE[2] + RATE[2] * AX - RATE[0] * AZ
+        + LINK[J, 8] * ACCELERATION[0] - LINK[J, 6] * ACCELERATION[2];
+    MOMENT[J, 2] := LINK[J, 2] * CHANGE[0] + LINK[J, 4] * CHANGE[1] + LINK[J, 5] * CHANGE[2] + RATE[0] * AY - RATE[1] * AX
+        + LINK[J, 6] * ACCELERATION[1] - LINK[J, 7] * ACCELERATION[0];
+END_FOR;
+FOR J := LAST TO 0 BY -1 DO
+    LOAD[J] := (1.0 - PRISMATIC[J]) * MOMENT[J, 2] + PRISMATIC[J] * FORCE[J, 2] + LINK[J, 10] * DDQ[J];
+    IF J > 0 THEN
+        FOR K := 0 TO 2 DO
+            WA[K] := TURN[J, 3 * K] * FORCE[J, 0] + TURN[J, 3 * K + 1] * FORCE[J, 1] + TURN[J, 3 * K + 2] * FORCE[J, 2];
+            WB[K] := TURN[J, 3 * K] * MOMENT[J, 0] + TURN[J, 3 * K + 1] * MOMENT[J, 1] + TURN[J, 3 * K + 2] * MOMENT[J, 2];
+        END_FOR;
+        MOMENT[J - 1, 0] := MOMENT[J - 1, 0] + WB[0] + PLACE[J, 1] * WA[2] - PLACE[J, 2] * WA[1];
+        MOMENT[J - 1, 1] := MOMENT[J - 1, 1] + WB[1] + PLACE[J, 2] * WA[0] - PLACE[J, 0] * WA[2];
+        MOMENT[J - 1, 2] := MOMENT[J - 1, 2] + WB[2] + PLACE[J, 0] * WA[1] - PLACE[J, 1] * WA[0];
+        FOR K := 0 TO 2 DO
+            FORCE[J - 1, K] := FORCE[J - 1, K] + WA[K];
+        END_FOR;
+    END_IF;
+END_FOR;
+"""
+
+
+def structured_text(model: ExportedModel, stem: str) -> str:
+    """The text of the function block and of the two functions that it calls.
+
+    It is called once a cycle with the motion of that cycle; states of presliding stay in the block from call to call.
+    """
+    n, last, geometry = model.joints, model.joints - 1, model.geometry
+    links = model.standard.reshape(n, -1)
+    states = model.memories
+    one = f"ARRAY[0..{last}] OF LREAL"
+    three = f"ARRAY[0..{last}, 0..2] OF LREAL"
+
+    def constants(values) -> str:
+        return ", ".join(literal(float(value)) for value in values)
+
+    names = _comment(", ".join(geometry.names))
+    memory = ""
+    if states:
+        memory = (
+            f"    STATE : ARRAY[0..{len(states) - 1}] OF LREAL;\n    BEFORE : {one};\n    BEGUN : BOOL := FALSE;\n"
+            "    TRAVEL : LREAL;\n"
+        )
+    declared = f"""(* Inverse dynamics of {_comment(model.experiment)}, model {_comment(model.name)}:
+   torque of each joint from its motion. Written by coulomb.
+   SI units, joint space: rad or m, s, kg, N m or N. Joints from the base: {names}. *)
+{FUNCTIONS}
+FUNCTION_BLOCK {c_name(stem).upper()}
+VAR_INPUT
+    Q : {one};
+    DQ : {one};
+    DDQ : {one};
+    T : LREAL := 0.0; (* s since the machine began to move *)
+    TEMP : {one} := [{constants([20.0] * n)}]; (* deg C *)
+END_VAR
+VAR_OUTPUT
+    TORQUE : {one};
+END_VAR
+VAR
+    LAST : INT := {last};
+    GRAVITY : ARRAY[0..2] OF LREAL := [{constants(geometry.gravity)}];
+    ALPHA : {one} := [{constants(geometry.alpha)}];
+    D : {one} := [{constants(geometry.d)}];
+    THETA : {one} := [{constants(geometry.theta)}];
+    R : {one} := [{constants(geometry.r)}];
+    PRISMATIC : {one} := [{constants(geometry.prismatic)}];
+    (* XX XY XZ YY YZ ZZ MX MY MZ M Ia of each link about its own frame's origin *)
+    LINK : ARRAY[0..{last}, 0..10] OF LREAL := [{constants(links.ravel())}];
+    LOAD : {one};
+    DIRECTION : {one};
+    WHOLE : {one};
+    MOTOR_DQ : {one};
+    MOTOR_DDQ : {one};
+    TURN : ARRAY[0..{last}, 0..8] OF LREAL;
+    PLACE : {three};
+    FORCE : {three};
+    MOMENT : {three};
+    RATE : ARRAY[0..2] OF LREAL;
+    CHANGE : ARRAY[0..2] OF LREAL;
+    ACCELERATION : ARRAY[0..2] OF LREAL;
+    WA : ARRAY[0..2] OF LREAL;
+    WB : ARRAY[0..2] OF LREAL;
+    ANGLE, ALONG, CA, SA, CT, ST, AX, AY, AZ, BX, BY_, BZ : LREAL;
+    J, K : INT;
+{memory}END_VAR
+"""
+    body = [RECURSION]
+    for joint in range(n):
+        body.append(f"DIRECTION[{joint}] := SIGN_OF(DQ[{joint}]);\n")
+        for name, speed in (("MOTOR_DQ", "DQ"), ("MOTOR_DDQ", "DDQ")):
+            terms = [
+                f"{literal(float(share))} * {speed}[{row}]"
+                for row, share in enumerate(model.shares[:, joint])
+                if share
+            ]
+            body.append(f"{name}[{joint}] := {' + '.join(terms) or '0.0'};\n")
+    if states:
+        body.append(_memory(states, n))
+    body += [f"TORQUE[{joint}] := LOAD[{joint}];\n" for joint in range(n)]
+    late = [own for own in model.torques if "torque" in own.formula]
+    body += [_line(model, own) for own in model.torques if own not in late]
+    if late:
+        body += [f"WHOLE[{joint}] := TORQUE[{joint}];\n" for joint in range(n)]
+        body += [_line(model, own) for own in late]
+    return declared + "".join(body) + "END_FUNCTION_BLOCK\n"
+
+
+def _memory(states: tuple[Torque, ...], joints: int) -> str:
+    """Statements that move the states of presliding on since the last call."""
+    lines = []
+    for index, own in enumerate(states):
+        distance = literal(own.distance or 1.0)
+        lines.append(
+            f"IF NOT BEGUN THEN\n    STATE[{index}] := DIRECTION[{own.row}];\nELSE\n"
+            f"    TRAVEL := Q[{own.row}] - BEFORE[{own.row}];\n    IF ABS(TRAVEL) > 0.0 THEN\n"
+            f"        STATE[{index}] := SIGN_OF(TRAVEL) + (STATE[{index}] - SIGN_OF(TRAVEL)) * EXP(-ABS(TRAVEL) / {distance});\n"
+            "    END_IF;\nEND_IF;\n"
+        )
+    lines += [f"BEFORE[{joint}] := Q[{joint}];\n" for joint in range(joints)]
+    return "".join(lines) + "BEGUN := TRUE;\n"
+
+
+def _line(model: ExportedModel, own: Torque) -> str:
+    names = {
+        **{name: f"{name.upper()}[{own.row}]" for name in ("q", "dq", "ddq", "load", "temp", "direction")},
+        "torque": f"WHOLE[{own.row}]",
+        "t": "T",
+        "memory": f"STATE[{model.memories.index(own)}]" if own.distance is not None else "",
+        "motor_velocity": f"MOTOR_DQ[{own.motor}]",
+        "motor_acceleration": f"MOTOR_DDQ[{own.motor}]",
+        "motor_share": literal(float(model.shares[own.row, own.motor])),
+    }
+    text = render(own.formula, names, STRUCTURED_TEXT)
+    return f"(* {own.effect} *)\nTORQUE[{own.row}] := TORQUE[{own.row}] + {text};\n"
+
+
+def _comment(text: str) -> str:
+    """Text that cannot end a comment."""
+    return text.replace("*)", "* )").replace("\n", " ")

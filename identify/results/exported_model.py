@@ -1,0 +1,57 @@
+"""An identified model without its record: the document of `coulomb export EXPERIMENT TARGET.json`."""
+
+from pydantic import Field
+
+from identify.results.document import Document, Part
+
+
+class ExportedLink(Part):
+    """One joint and its link. Modified Denavit-Hartenberg frames (Khalil-Kleinfinger); SI units."""
+
+    joint: str = Field(description="name of the joint", examples=["j3"])
+    prismatic: bool = Field(description="whether the joint slides")
+    alpha: float = Field(description="rad")
+    d: float = Field(description="m")
+    theta: float = Field(description="rad, added to the position of a revolute joint")
+    r: float = Field(description="m, added to the position of a prismatic joint")
+    standard: tuple[float, ...] = Field(
+        description="XX XY XZ YY YZ ZZ MX MY MZ M Ia about the link's frame; one choice of many with the same torques"
+    )
+
+
+class ExportedBaseParameter(Part):
+    """One identified base parameter."""
+
+    name: str = Field(description="symbol", examples=["ZZ1R"])
+    grouping: str = Field(description="standard parameters that it is made of", examples=["ZZ1 + Ia1"])
+    value: float = Field(description="in `unit`")
+    unit: str = Field(examples=["kg m^2"])
+
+
+class ExportedTorque(Part):
+    """A torque of one effect on one joint: the sum of values times formulas.
+
+    Formulas are of q, dq, ddq, direction (sign of dq), load (tau_out of eq. 6), torque (load and all friction before),
+    t, temp, memory (state of presliding), motor_velocity, motor_acceleration and motor_share of `motor`.
+    """
+
+    effect: str = Field(examples=["viscous"])
+    joint: str = Field(description="that it acts on")
+    motor: str = Field(description="joint whose motor owns it")
+    formulas: tuple[str, ...] = Field(examples=[["dq"]])
+    values: tuple[float, ...] = Field(description="N m or N per unit of the formula")
+    presliding_distance: float | None = Field(description="rad or m, of an effect with a memory")
+
+
+class ExportedModelDocument(Document):
+    """The model as data, for programs of one's own."""
+
+    experiment: str = Field(examples=["rx130l-joint3"])
+    model: str = Field(examples=["usual"])
+    gravity: tuple[float, float, float] = Field(description="m/s², in the base frame")
+    links: tuple[ExportedLink, ...] = Field(description="base to tip")
+    base: tuple[ExportedBaseParameter, ...] = Field(description="base parameters, as identified")
+    motor_shares: tuple[tuple[float, ...], ...] = Field(
+        description="motor velocities are the transpose of this times joint velocities"
+    )
+    torques: tuple[ExportedTorque, ...] = Field(description="friction and all else beside the rigid robot")

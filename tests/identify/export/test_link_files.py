@@ -1,0 +1,203 @@
+"""URDF, SDF and MJCF files opened by the programs that they are for: Pinocchio and MuJoCo."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from types import SimpleNamespace
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from identify import load_experiment
+from identify.dynamics.geometry import Geometry
+from identify.export.link_files import (
+    WRITERS,
+    Body,
+    JointFriction,
+    LinkFile,
+    from_quaternion,
+    from_roll_pitch_yaw,
+    quaternion,
+    read_back,
+    roll_pitch_yaw,
+)
+from identify.export.record_error import Motion
+from identify.export.write import link_file_torque, write_export
+from identify.identification import identify
+from identify.recording.experiment_file import Payload
+from tests.identify.dynamics.random_robots import random_motion, robots
+from tests.plants.single_joint import record, write_experiment
+
+NONE = Payload(name="none", mass=0.0)
+
+
+def random_link_file(description, seed, rotors=True):
+    """Bodies with mass and joints with friction, drawn at random."""
+    geometry = Geometry.from_robot(description)
+    random = np.random.default_rng(seed)
+    bodies, friction = [], []
+    for _ in range(geometry.joint_count):
+        root = random.uniform(-0.3, 0.3, (3, 3))
+        second = root @ root.T + 0.01 * np.eye(3)  # ∫ r rᵀ dm about the centre of mass
+        inertia = np.trace(second) * np.eye(3) - second
+        bodies.append(Body(float(random.uniform(0.5, 5)), random.uniform(-0.3, 0.3, 3), inertia))
+        values = random.uniform(0, 2, 4)
+        friction.append(JointFriction(values[0], values[1], values[2], values[3] if rotors else 0.0))
+    return LinkFile(geometry, tuple(bodies), tuple(friction))
+
+
+def motion_of(q, dq, ddq):
+    return Motion(np.zeros(len(q)), q, dq, ddq, None, NONE)
+
+
+@settings(max_examples=15, deadline=None)
+@given(robots, st.integers(0, 2**32 - 1))
+def test_pinocchio_reads_the_urdf_and_finds_the_same_torques(description, seed):
+    robot = random_link_file(description, seed, rotors=False)
+    n = robot.geometry.joint_count
+    model = pin.buildModelFromXML(WRITERS["urdf"](robot, "arm"))
+    model.gravity.linear = np.asarray(robot.geometry.gravity)
+    data = model.createData()
+    q, dq, ddq = random_motion(seed, 4, n)
+    found = []
+    for row in range(4):
+        # a continuous joint is a cosine and a sine there
+        place = np.concatenate(
+            [
+                [q[row, j]] if robot.geometry.prismatic[j] else [np.cos(q[row, j]), np.sin(q[row, j])]
+                for j in range(n)
+            ]
+        )
+        found.append(pin.rnea(model, data, place, dq[row], ddq[row]).copy())
+    damping = np.array([own.damping for own in robot.friction])
+    dry = np.array([own.dry for own in robot.friction])
+    assert model.damping == pytest.approx(damping)
+    springless = LinkFile(
+        robot.geometry, robot.bodies, tuple(JointFriction(own.damping, own.dry) for own in robot.friction)
+    )
+    exact = link_file_torque(springless)(motion_of(q, dq, ddq))
+    assert np.array(found) + damping * dq + dry * np.sign(dq) == pytest.approx(exact, rel=1e-6, abs=1e-6)
+
+
+@settings(max_examples=15, deadline=None)
+@given(robots, st.integers(0, 2**32 - 1))
+def test_mujoco_reads_the_mjcf_and_finds_the_same_torques(description, seed):
+    robot = random_link_file(description, seed)
+    dry = tuple(JointFriction(own.damping, 0.0, own.stiffness, own.rotor) for own in robot.friction)
+    without = LinkFile(robot.geometry, robot.bodies, dry)
+    model = mujoco.MjModel.from_xml_string(WRITERS["xml"](without, "arm"))
+    data = mujoco.MjData(model)
+    q, dq, ddq = random_motion(seed, 4, robot.geometry.joint_count)
+    found = []
+    for row in range(4):
+        data.qpos[:], data.qvel[:], data.qacc[:] = q[row], dq[row], ddq[row]
+        mujoco.mj_inverse(model, data)
+        found.append(data.qfrc_inverse.copy())
+    exact = link_file_torque(without)(motion_of(q, dq, ddq))
+    assert np.array(found) == pytest.approx(exact, rel=1e-6, abs=1e-6)
+
+
+def test_mujoco_s_dry_friction_is_that_of_the_file_at_speed_and_creeps_at_rest():
+    """What the certificate says of MJCF: a sliding joint loses the dry friction, a held one moves all the same."""
+    level = SimpleNamespace(
+        gravity=(0.0, 0.0, -9.81),
+        joints=[
+            SimpleNamespace(
+                name="j", type="prismatic", alpha=np.pi / 2, d=0.0, theta=0.0, r=0.0, motor_ratio=1.0
+            )
+        ],
+    )
+    robot = LinkFile(
+        Geometry.from_robot(level), (Body(2.0, np.zeros(3), 0.01 * np.eye(3)),), (JointFriction(0.0, 3.0),)
+    )
+    model = mujoco.MjModel.from_xml_string(WRITERS["xml"](robot, "slide"))
+    data = mujoco.MjData(model)
+    data.qvel[:] = 1.0
+    for _ in range(50):
+        mujoco.mj_step(model, data)
+    assert data.qvel[0] == pytest.approx(1.0 - 3.0 / 2.0 * data.time, rel=1e-3)
+    held = mujoco.MjData(model)
+    held.qfrc_applied[:] = 2.0  # below the dry friction
+    for _ in range(1000):
+        mujoco.mj_step(model, held)
+    assert 0 < abs(held.qpos[0]) < 0.1
+
+
+@settings(max_examples=25, deadline=None)
+@given(robots, st.integers(0, 2**32 - 1), st.sampled_from(sorted(WRITERS)))
+def test_what_is_written_is_read_back(description, seed, kind):
+    robot = random_link_file(description, seed)
+    again = read_back(kind, WRITERS[kind](robot, "arm"), robot.geometry)
+    for before, after in zip(robot.bodies, again.bodies, strict=True):
+        assert after.parameters() == pytest.approx(before.parameters(), rel=1e-9, abs=1e-12)
+    for before, after in zip(robot.friction, again.friction, strict=True):
+        assert (after.damping, after.dry) == (before.damping, before.dry)
+
+
+@given(st.lists(st.floats(-1, 1), min_size=4, max_size=4).filter(lambda v: np.linalg.norm(v) > 0.1))
+def test_rotations_survive_both_of_their_forms(values):
+    rotation = from_quaternion(np.array(values))
+    assert from_quaternion(quaternion(rotation)) == pytest.approx(rotation, abs=1e-9)
+    assert from_roll_pitch_yaw(roll_pitch_yaw(rotation)) == pytest.approx(rotation, abs=1e-9)
+
+
+@pytest.mark.parametrize("pitch", [np.pi / 2, -np.pi / 2])
+@pytest.mark.parametrize("roll", [0.0, 0.7, -2.0])
+def test_a_right_angle_of_pitch_is_no_exception(pitch, roll):
+    rotation = from_roll_pitch_yaw(np.array([roll, pitch, 0.4]))
+    assert from_roll_pitch_yaw(roll_pitch_yaw(rotation)) == pytest.approx(rotation, abs=1e-9)
+
+
+@pytest.fixture(scope="module")
+def plant(tmp_path_factory):
+    recorded = record({"load-friction": 1.5}, seed=6, duration=12.0, payload_masses=(0.0, 4.0))
+    return write_experiment(tmp_path_factory.mktemp("plant") / "bench", recorded)
+
+
+@pytest.mark.parametrize("ending", sorted(WRITERS))
+def test_the_certificate_s_figure_is_what_the_file_s_torques_give(plant, tmp_path, ending):
+    """Errors of the file measured here by the identifier's prediction of the same samples, in another way."""
+    result = identify(load_experiment(plant), "usual", ["load-friction"])
+    certificate = write_export(result, tmp_path / f"arm.{ending}")
+    (joint,) = certificate.joints
+    assert "load-friction" in joint.approximated
+    assert joint.lost == ("offset",)
+    assert joint.relative_error_model is not None
+    assert joint.relative_error_export is not None
+    robot = read_back(
+        ending, (tmp_path / f"arm.{ending}").read_text(), result.fitted.record.body.base.geometry
+    )
+    residual, measured = 0.0, 0.0
+    for entry in result.fitted.entries:
+        samples = result.fitted.record.samples[entry.file]
+        motion = Motion(samples.time, samples.q, samples.dq, samples.ddq, None, entry.payload)
+        off = (samples.measured - link_file_torque(robot)(motion))[samples.moving]
+        residual += float(off @ off)
+        measured += float(samples.measured[samples.moving] @ samples.measured[samples.moving])
+    # unfiltered here: the parallel filter changes little of a smooth motion
+    assert joint.relative_error_export == pytest.approx(np.sqrt(residual / measured), rel=0.1)
+    # fitted, not guessed: a tenth more or less of either is no better
+    assert joint.relative_error_export < 0.5
+
+
+def test_the_command_writes_refuses_and_says_what_it_costs(plant, tmp_path):
+    command = [sys.executable, "-m", "api", "export", str(plant)]
+    done = subprocess.run(
+        [*command, str(tmp_path / "arm.urdf"), "--json"], capture_output=True, text=True, check=True
+    )
+    assert json.loads(done.stdout)["joints"][0]["kept"] == ["rigid body", "viscous", "coulomb"]
+    assert json.loads((tmp_path / "arm.urdf.certificate.json").read_text()) == json.loads(done.stdout)
+    for target, said in (("arm.stl", ".urdf"), ("nowhere/arm.c", "no folder")):
+        wrong = subprocess.run(
+            [*command, str(tmp_path / target)], capture_output=True, text=True, check=False
+        )
+        assert wrong.returncode == 2
+        assert said in wrong.stderr
+        assert wrong.stderr.count("\n") == 1
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["arm.urdf", "arm.urdf.certificate.json"]
