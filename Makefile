@@ -8,7 +8,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 
-.PHONY: demo test lint docs setup setup-test lock blind benchmark clean
+.PHONY: demo test lint docs setup setup-test lock blind faults benchmark clean
 
 demo: setup
 	$(BIN)/coulomb demo
@@ -52,6 +52,10 @@ lock:
 	uv pip compile --quiet --universal pyproject.toml --group dev --all-extras --constraint requirements.lock \
 		--generate-hashes --no-emit-index-url --no-emit-find-links --custom-compile-command "make lock" \
 		-o requirements-test.lock
+
+# Every fault on the bus in every phase of a motion; minutes.
+faults: setup-test
+	$(BIN)/python -m tests.faults --write docs/faults.md
 
 blind: setup-test
 	$(BIN)/python -m tests.blind --write docs/blind.md

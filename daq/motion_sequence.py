@@ -29,6 +29,10 @@ _REST_SHARE = 0.005
 _POWER_OFF = 0.1
 """s for the drives to see the last controlword"""
 
+_FAULT_REACTION = 0.5
+"""s, at most, for a drive that ends its own fault reaction before it gives its power up"""
+_WITH_TORQUE = (State.OPERATION_ENABLED, State.QUICK_STOP_ACTIVE, State.FAULT_REACTION_ACTIVE)
+
 
 class Step(Enum):
     """Where the sequence stands."""
@@ -93,9 +97,9 @@ class MotionSequence:
         """Bring every axis to rest by quick stop; the first reason counts."""
         if self.reason is None:
             self.reason = reason
-        if self.step in (Step.STANDBY, Step.ENABLING):
+        if self.step is Step.STANDBY or (self.step is Step.ENABLING and not self._powered_now()):
             self._power_off()
-        elif self.step in (Step.HOLDING, Step.MOVING, Step.SETTLING):
+        elif self.step in (Step.ENABLING, Step.HOLDING, Step.MOVING, Step.SETTLING):
             self._setpoints.stop()
             self._setpoints.command([Command.QUICK_STOP.value] * len(self._status))
             self._recent[:] = np.nan
@@ -153,7 +157,8 @@ class MotionSequence:
             case Step.CUT:
                 self._watch_rest()
             case Step.POWERING_OFF:
-                if self._age * self.rig.cycle >= _POWER_OFF:
+                patience = _FAULT_REACTION if self._powered_now() else _POWER_OFF
+                if self._age * self.rig.cycle >= patience:
                     self._enter(Step.ENDED)
             case Step.STANDBY | Step.ENDED:
                 pass
@@ -225,6 +230,10 @@ class MotionSequence:
         elif self._age * self.rig.cycle >= self.rig.supervision.stop_timeout:
             self.rest_seen = None if np.isnan(self._recent).any() else False
             self._enter(Step.ENDED)
+
+    def _powered_now(self) -> bool:
+        """Whether a drive's newest statusword shows torque."""
+        return any(_state(word) in _WITH_TORQUE for word in self._status)
 
     def _at_rest(self) -> bool:
         position = self._recent @ self.rig.position_matrix.T
