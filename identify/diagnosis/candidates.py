@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.diagnosis.held_out import Trial
+from identify.effects.admissible import Admissible, named_parameters, own_values
 from identify.effects.effect import DeclaredLoad, Effect
 from identify.effects.model import Model, Term, terms_of
 from identify.effects.motion import JointSummary
@@ -14,6 +15,7 @@ from identify.estimation.observation import Observation, Slot, rows_of
 from identify.estimation.record import Record
 from identify.results.diagnosis import NotApplicable
 
+Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 
@@ -30,6 +32,7 @@ class Candidate:
     constants: tuple[dict[str, float], ...]
     first: int
     searched: int
+    summary: JointSummary
 
     @property
     def name(self) -> str:
@@ -58,7 +61,36 @@ class Candidate:
     def trial(self, observation: Observation) -> Trial:
         """Its columns, for every choice of the constants."""
         indices = range(self.first, self.first + len(self.constants))
-        return Trial(tuple(observation.slot_columns[index] for index in indices))
+        variants = tuple(observation.slot_columns[index] for index in indices)
+        return Trial(variants, tuple(self.bounds(len(own), i) for i, own in enumerate(variants)))
+
+    def bounds(self, count: int, variant: int) -> Admissible:
+        """What the parameters of one choice's columns can be."""
+        return own_values(self.term, self.constants[variant], count, self.summary)
+
+    def parameters(self, count: int, variant: int) -> list[tuple[str, str]]:
+        """Name, with the joint's number, and unit of each of its columns' parameters."""
+        listed = named_parameters(self.term, self.constants[variant], count, self.summary)
+        return [(f"{each.name}{self.term.joint + 1}", each.unit) for each in listed]
+
+    def reported_offset(self, variant: int) -> float:
+        """What is added to the fitted values when they are reported."""
+        return self.term.effect.reported_offset(self.constants[variant])
+
+    def outside(self, estimates: Array, variant: int) -> NDArray[np.bool_]:
+        """(parameters,) which estimates the effect cannot have; all where they cannot be had together.
+
+        Nothing is known of estimates of some of its columns only.
+        """
+        count = len(estimates)
+        if count != len(self.term.effect.parameters_of(self.summary, self.constants[variant])):
+            return np.zeros(count, bool)
+        bounds = self.bounds(count, variant)
+        found = (estimates < bounds.lower) | (estimates > bounds.upper)
+        together = self.term.effect.plausible(estimates) and bool(
+            np.all(bounds.matrix @ estimates >= bounds.least)
+        )
+        return found if together or found.any() else np.ones(count, bool)
 
     def columns(self, observation: Observation, variant: int) -> Index:
         """Columns of one choice."""
@@ -95,6 +127,10 @@ def find_candidates(
                 if term.key in {own.key for own in model.terms} or summary.joint not in rows_of(record, term):
                     continue
                 constants = tuple(effect.grid(summary))
-                found.append(Candidate(term, summary.joint, constants, first, effect.searched(summary)))
+                found.append(
+                    Candidate(
+                        term, summary.joint, constants, first, effect.searched(summary), summaries[term.joint]
+                    )
+                )
                 first += len(constants)
     return found, left_out

@@ -1,17 +1,19 @@
 """`diagnose`: where a model fails and which physical effect is missing."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identify.diagnosis.caution import caution, load_siblings
-from identify.diagnosis.elsewhere import fails_elsewhere
+from identify.diagnosis.elsewhere import fails_elsewhere, worse_elsewhere
+from identify.diagnosis.finding import Finding
+from identify.diagnosis.joint_diagnosis import JointDiagnosis
 from identify.diagnosis.look import Look
+from identify.diagnosis.probability import independent_samples, joint_probabilities
 from identify.diagnosis.sampling_hold import made_by_recording
-from identify.diagnosis.selection import SUPERFLUOUS, Finding
-from identify.diagnosis.structure import Structure, bounded, leftover_structure
+from identify.diagnosis.structure import bounded, leftover_structure
 from identify.diagnosis.verdict import (
     MOST_OF_IT,
     acts_like,
@@ -28,88 +30,17 @@ from identify.estimation.record import Record
 from identify.estimation.requested_model import known_effects, open_record, requested_model
 from identify.estimation.small_algebra import single_threaded
 from identify.recording import Experiment
-from identify.results import diagnosis as documents
-from identify.results.diagnosis import DiagnosisDocument, NotApplicable, Verdict, Where
+from identify.results.diagnosis import DiagnosisDocument, NotApplicable
 from identify.results.document import Json
 from identify.validation.noise_floor import noise_floors
 
 Array = NDArray[np.float64]
 
-WORTH_OF_ALL = 0.002
-"""Part of the joint's first squared error (held out) that an effect must take away. After a large effect is added, small
-remains of its approximation stand out of the noise; they are significant and no operator's business."""
-MOST_LOOKS = 7
+MOST_LOOKS = 12
 """Looks at a record; a joint that asks for more effects is not understood."""
 SIBLING_GAIN = 0.5
 """Part of an effect's gain with which its twin that depends on the load (or does not) stays a rival where no load changes:
 the folds see the same few loads again and cannot decide between the two."""
-
-
-@dataclass(frozen=True)
-class JointDiagnosis:
-    """What is said of one joint.
-
-    verdict   : missing, adequate or unexplained
-    missing   : effects that are justified, the strongest first
-    evidence  : how each of them fared when it was added, beside the model with those before it
-    findings  : every candidate beside the model, the best first
-    rivals    : for an effect those that explain the data alike, judged in the look that found it
-    cautions  : for a candidate what these data cannot tell of it
-    structure : what a predictor without any model still finds, after the missing effects are added
-    """
-
-    joint: str
-    verdict: Verdict
-    missing: tuple[Term, ...]
-    evidence: tuple[Finding, ...]
-    findings: tuple[Finding, ...]
-    rivals: dict[str, tuple[str, ...]]
-    structure: tuple[Structure, ...]
-    where: tuple[Where, ...]
-    noise_floor: float | None
-    superfluous: tuple[str, ...]
-    cautions: dict[str, str] = field(default_factory=dict)
-
-    def document(self) -> documents.JointDiagnosis:
-        """Its part of the document."""
-        return documents.JointDiagnosis(
-            joint=self.joint,
-            verdict=self.verdict,
-            missing=tuple(term.effect.name for term in self.missing),
-            candidates=self._candidates(self.findings),
-            evidence=self._candidates(self.evidence),
-            where=self.where,
-            noise_floor=self.noise_floor,
-            structure=tuple(
-                documents.LeftoverStructure(
-                    variables=each.variables, share=each.share, deviation=each.deviation, found=each.found
-                )
-                for each in self.structure
-            ),
-            superfluous=self.superfluous,
-        )
-
-    def _candidates(self, findings: Sequence[Finding]) -> tuple[documents.Candidate, ...]:
-        return tuple(self._candidate(finding, rank) for rank, finding in enumerate(findings, start=1))
-
-    def _candidate(self, finding: Finding, rank: int) -> documents.Candidate:
-        effect = finding.candidate.term.effect
-        return documents.Candidate(
-            effect=effect.name,
-            rank=rank,
-            relative_error_before=finding.relative(finding.before.trained),
-            relative_error_after=finding.relative(finding.after.trained),
-            heldout_error_before=finding.relative(finding.before.total),
-            heldout_error_after=finding.relative(finding.after.total),
-            p_value=finding.p_value,
-            justified=finding.justified,
-            indistinguishable_from=self.rivals.get(effect.name, ()),
-            caution=self.cautions.get(effect.name),
-            explanation=effect.explanation,
-            equation=effect.equation,
-            variable=effect.variable,
-            constants=finding.candidate.constants[finding.variant],
-        )
 
 
 @dataclass(frozen=True)
@@ -128,8 +59,6 @@ class Diagnosis:
     added: tuple[Term, ...] = ()
     """the missing effects of all joints, in the order in which they were found, the strongest first"""
     left_out: tuple[NotApplicable, ...] = ()
-    least: tuple[float, ...] = ()
-    """for every joint the drop of the squared held-out error that an effect had to bring"""
 
     def document(self) -> DiagnosisDocument:
         """The contract's `diagnose --json`, section 3."""
@@ -175,16 +104,14 @@ def diagnose_record(
     model: Model,
     progress: Progress | None = None,
     without: frozenset[tuple[str, int]] = frozenset(),
-    least: Sequence[float] | None = None,
 ) -> Diagnosis:
     """`diagnose` on an open record.
 
     without : effects (name, joint) that are not to be added
-    least   : for every joint the drop of the squared held-out error that an effect must bring; found from this
-              model's own error if not given
 
-    Look at every candidate beside the model, add the strongest, fit again, take out what became superfluous, and
-    look again: the load that candidates depend on, and what others hide, are then seen better.
+    Look at every candidate beside the model, add the strongest, fit again, take out what is not justified beside the
+    others any more, exchange what only imitated another, and look again until nothing changes: the load that candidates
+    depend on, and what others hide, are then seen better.
     """
     told = progress or (lambda fraction, words: None)
     told(0.0, "fitting the model")
@@ -192,34 +119,33 @@ def diagnose_record(
     added: list[tuple[Term, int]] = []
     refused = set(without)
     evidence: dict[tuple[str, int], Finding] = {}
+    forward: dict[tuple[str, int], Finding] = {}
     doubts: dict[tuple[str, int], tuple[str, ...]] = {}
     look = first = Look.at(present)
-    found = [look.selection.findings(joint) for joint in range(record.joints)]
-    if least is None:
-        least = [WORTH_OF_ALL * max((one.before.total for one in own), default=0.0) for own in found]
+    listed = found = [look.selection.findings(joint) for joint in range(record.joints)]
+    least = [look.least(joint) for joint in range(record.joints)]
     for index in range(MOST_LOOKS):
         told(0.1 + 0.8 * index / MOST_LOOKS, "judging every candidate on motion that the fit did not see")
-        look = Look.at(present) if index else first
-        weak = [term for term, _ in added if look.worth(term) < SUPERFLUOUS]
-        if weak:
-            added = [(term, joint) for term, joint in added if term not in weak]
-            refused |= {term.key for term in weak}
-            present = _fit_with(record, fitted, added)
-            look = Look.at(present)
-        listed = [look.selection.findings(joint) for joint in range(record.joints)] if index else found
+        if index:
+            look, present, added, evidence = _verified(fitted, present, added, refused, least)
+            listed = [look.selection.findings(joint) for joint in range(record.joints)]
+        if index == MOST_LOOKS - 1:
+            break
         open_ = [[f for f in own if f.candidate.term.key not in refused] for own in listed]
-        chosen = look.selection.additions(open_, least) if index < MOST_LOOKS - 1 else []
+        chosen = look.selection.additions(open_, least)
         if not chosen:
-            exchanged = _exchanged(look, added, refused, doubts) if index < MOST_LOOKS - 1 else None
-            if exchanged is None:
+            exchanged = _exchanged(look, added, refused, doubts)
+            worse = worse_elsewhere(present, added) if exchanged is None else []
+            if exchanged is None and not worse:
                 break
-            added = exchanged
+            refused |= {term.key for term, _ in worse}
+            added = exchanged or [row for row in added if row not in worse]
         for candidate, variant in chosen:
             own = listed[candidate.judged]
             doubts[candidate.key] = _rivals(look, _finding(own, candidate.name), own)
+            forward[candidate.key] = _finding(own, candidate.name)
             added.append((candidate.term.chosen(candidate.constants[variant]), candidate.judged))
-            evidence.update({f.candidate.key: f for own in open_ for f in own if f.candidate is candidate})
-        present = _fit_with(record, fitted, added)
+        present = _fit_with(fitted, added, present)
         added = _settled(present, added)
     held = {term.key: words for term, _ in added if (words := made_by_recording(present, term))}
     added.sort(key=lambda row: row[0].key in held)
@@ -235,6 +161,8 @@ def diagnose_record(
             tuple(t for t, judged in added if judged == joint),
             held,
             evidence,
+            forward,
+            listed[joint],
             floors[joint],
             unseen[joint],
             {name: named for (name, judged), named in doubts.items() if judged == joint},
@@ -244,14 +172,38 @@ def diagnose_record(
     told(1.0, "done")
     named = {(term.effect.name, joint.joint) for joint in joints for term in joint.missing}
     told_missing = tuple(t for t, judged in added if (t.effect.name, record.joint_names[judged]) in named)
-    return Diagnosis(
-        record.experiment, name, fitted, present, joints, told_missing, tuple(first.left_out), tuple(least)
+    return Diagnosis(record.experiment, name, fitted, present, joints, told_missing, tuple(first.left_out))
+
+
+def _verified(
+    fitted: FittedModel,
+    present: FittedModel,
+    added: list[tuple[Term, int]],
+    refused: set[tuple[str, int]],
+    least: Sequence[float],
+) -> tuple[Look, FittedModel, list[tuple[Term, int]], dict[tuple[str, int], Finding]]:
+    """A look at the model with the added terms, those taken out that are not justified beside all the others.
+
+    Returns the look, its model, the terms that stay, and what each is worth beside the others. What was taken out does
+    not come back.
+    """
+    while True:
+        look = Look.at(present)
+        kept = look.beside_the_others(added, least)
+        if len(kept) == len(added):
+            return look, present, added, {finding.candidate.key: finding for finding, _ in kept}
+        staying = {term.key for _, term in kept}
+        refused |= {term.key for term, _ in added if term.key not in staying}
+        added = [(term, judged) for term, judged in added if term.key in staying]
+        present = _fit_with(fitted, added, present)
+        added = _settled(present, added)
+
+
+def _fit_with(fitted: FittedModel, added: Sequence[tuple[Term, int]], start: FittedModel) -> FittedModel:
+    """The diagnosed model with the added terms, their constants searched around what was found, from the load of `start`."""
+    return fit_model(
+        fitted.record, fitted.model.with_terms(term for term, _ in added), refine=True, start=start
     )
-
-
-def _fit_with(record: Record, fitted: FittedModel, added: Sequence[tuple[Term, int]]) -> FittedModel:
-    """The diagnosed model with the added terms, their constants searched around what was found."""
-    return fit_model(record, fitted.model.with_terms(term for term, _ in added), refine=True)
 
 
 def _exchanged(
@@ -336,6 +288,8 @@ def _conclude(
     missing: tuple[Term, ...],
     held: dict[tuple[str, int], str],
     evidence: dict[tuple[str, int], Finding],
+    forward: dict[tuple[str, int], Finding],
+    last: Sequence[Finding],
     floor: float | None,
     unseen: Sequence[Prediction],
     doubts: dict[str, tuple[str, ...]],
@@ -350,7 +304,7 @@ def _conclude(
     said = "unexplained" if elsewhere else said
     where = where_it_fails([*before, *elsewhere])
     of_one_variable = all(term.effect.variable == variable for term in missing)
-    part = _part_of_free_function(missing, evidence, joint, free)
+    part = _part_of_free_function(missing, forward, joint, free)
     error = final.selection.held_out_error(joint)
     if imitated(error, free, len(missing), of_one_variable) and not acts_like(part, error, free):
         keeps_its_name = part > MOST_OF_IT and missing[0].effect.variable == variable
@@ -365,15 +319,16 @@ def _conclude(
     effects = [finding.candidate.term.effect for finding in findings]
     cautions = {effect.name: caution(effect, known, summary) for effect in effects}
     cautions.update({term.effect.name: held[term.key] for term in sampling})
+    worth = {name: evidence[name, joint] for name in names if (name, joint) in evidence}
+    rivals = _both_ways(findings, names, strongest, doubts)
     return JointDiagnosis(
         joint=record.joint_names[joint],
         verdict=said,
         missing=missing,
-        evidence=tuple(
-            evidence[term.effect.name, joint] for term in missing if (term.effect.name, joint) in evidence
-        ),
-        findings=tuple(_missing_first(findings, names)),
-        rivals=_both_ways(findings, names, strongest, doubts),
+        evidence=tuple(worth.values()),
+        findings=tuple(_missing_first(_as_justified(findings, worth), names)),
+        rivals=rivals,
+        probable=joint_probabilities(last, independent_samples(after), worth, rivals, structure, said),
         cautions={name: words for name, words in cautions.items() if words},
         structure=structure,
         where=where,
@@ -393,6 +348,14 @@ def _part_of_free_function(
     if first is None:
         return 0.0
     return part_of_free_function(first.relative(first.before.total), first.relative(first.after.total), free)
+
+
+def _as_justified(findings: Sequence[Finding], missing: Mapping[str, Finding]) -> list[Finding]:
+    """Findings beside the diagnosed model; of a missing effect that stands out only beside the other missing ones, what
+    it is worth beside these."""
+    return [
+        finding if finding.justified else missing.get(finding.candidate.name, finding) for finding in findings
+    ]
 
 
 def _missing_first(findings: Sequence[Finding], missing: Sequence[str]) -> list[Finding]:

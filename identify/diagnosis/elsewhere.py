@@ -5,6 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.effects.model import Term
+from identify.estimation.block_errors import block_errors
+from identify.estimation.constrained import admissible_columns, admissible_fit
+from identify.estimation.fitted_model import FittedModel
+from identify.estimation.least_squares import least_squares
 from identify.estimation.prediction import Prediction, mean_error
 
 WORSE = 2.0
@@ -27,3 +32,26 @@ def fails_elsewhere(known: Sequence[Prediction], unseen: Sequence[Prediction]) -
 def _residual(parts: Sequence[Prediction]) -> NDArray[np.float64]:
     """Of the samples in motion."""
     return np.concatenate([part.residual[part.moving] for part in parts])
+
+
+def worse_elsewhere(fitted: FittedModel, added: Sequence[tuple[Term, int]]) -> list[tuple[Term, int]]:
+    """Terms of a model, each with the joint it is judged on, that raise that joint's error on the validation sessions.
+
+    Each is compared with the model without it, all constants as they are.
+    """
+    entries = fitted.record.entries("validation")
+    if not entries or not added:
+        return []
+    unseen = fitted.observe(entries)
+    bounds = admissible_columns(fitted.observation, fitted.record.summaries)
+    present = block_errors(unseen, fitted.fit.chi).sum(axis=0)[:, 0]
+    worse = []
+    for term, judged in added:
+        for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True):
+            if slot.term.key == term.key:
+                rest = np.setdiff1d(fitted.fit.fitted, columns)
+                other = least_squares(fitted.observation, rest, weights=fitted.fit.weights)
+                other = admissible_fit(fitted.observation, other, bounds)
+                if block_errors(unseen, other.chi).sum(axis=0)[judged, 0] < present[judged]:
+                    worse.append((term, judged))
+    return worse

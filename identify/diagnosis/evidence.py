@@ -1,5 +1,7 @@
 """Evidence for a group of columns that holds when residuals are correlated in time."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,21 +13,28 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 
-def group_p_value(observation: Observation, joint: int, base: Index, extra: Index) -> tuple[float, Array]:
-    """Probability of a group of columns' estimates, or larger ones, were they all zero; and the estimates.
+class GroupEvidence(NamedTuple):
+    """Of a group of columns: probability of their estimates, or larger ones, were they all zero; the estimates, and their
+    deviations, which hold for coloured residuals; one for each column that the joint's rows carry."""
+
+    p_value: float
+    estimates: Array
+    deviations: Array
+
+
+def group_evidence(observation: Observation, joint: int, base: Index, extra: Index) -> GroupEvidence:
+    """Evidence for a group of columns beside a base, on the rows of one joint.
 
     The estimates are those on all motion, one for each of `extra` that the joint's rows carry.
     Wald test with a covariance from the scores of blocks of time (cluster-robust, Liang and Zeger 1986; F with as
     many denominator degrees of freedom as blocks). Neighbouring blocks are joined to longer ones as for
     `std_robust`; the least favourable size counts.
     """
-    from scipy.special import fdtrc
-
     place = {int(column): index for index, column in enumerate(observation.joint_columns[joint])}
     inner = [place[int(c)] for c in base if int(c) in place]
     outer = [place[int(c)] for c in extra if int(c) in place]
     if not outer:
-        return 1.0, np.zeros(0)
+        return GroupEvidence(1.0, np.zeros(0), np.zeros(0))
     b = len(inner)
     products = np.array([_products(factors[joint].r, [*inner, *outer]) for factors in observation.factors])
     grams, scores = products[:, :, :-1], products[:, :, -1]
@@ -35,7 +44,7 @@ def group_p_value(observation: Observation, joint: int, base: Index, extra: Inde
     own, combination = _seen_beside(whole, b)
     rank = own.shape[1]
     if not rank:
-        return 1.0, np.zeros(len(outer))
+        return GroupEvidence(1.0, np.zeros(len(outer)), np.full(len(outer), np.nan))
     onto = np.vstack([-combination @ own, own])
     power = np.einsum("ij,ik,kj->j", onto, whole, onto)
     value = onto.T @ score / power
@@ -43,23 +52,47 @@ def group_p_value(observation: Observation, joint: int, base: Index, extra: Inde
     rest = base_within(whole[:b, :b], score[:b, None])[:, 0] - combination @ estimate
     left = (scores - grams @ np.concatenate([rest, estimate])) @ onto / power
     sessions = np.array([block.session for block in observation.blocks])
-    worst = 0.0
+    deviation = np.sqrt(
+        np.max([np.sum((own @ part.T) ** 2, axis=1) for part in joined_influences(left, sessions)], axis=0)
+    )
+    return GroupEvidence(wald_p_value(value, left, sessions), estimate / scale[b:], deviation / scale[b:])
+
+
+def joined_influences(influence: Array, sessions: Index) -> list[Array]:
+    """Influences (blocks, k) of single blocks of time, and of two and four joined, as far as enough are left."""
+    found = []
     for size in (1, 2, 4):
         groups = joined(sessions, size)
         count = int(groups.max()) + 1
         if size > 1 and count < FEWEST_CLUSTERS:
             break
+        together = np.zeros((count, influence.shape[1]))
+        np.add.at(together, groups, influence)
+        found.append(together)
+    return found
+
+
+def wald_p_value(value: Array, influence: Array, sessions: Index) -> float:
+    """Probability of estimates, or larger ones, were they all zero.
+
+    value     : (k,) estimates
+    influence : (blocks, k) what each block of time adds to them
+    sessions  : (blocks,)
+    """
+    from scipy.special import fdtrc
+
+    rank = len(value)
+    worst = 0.0
+    for together in joined_influences(influence, sessions):
+        count = len(together)
         if count <= rank + 1:
-            worst = 1.0
-            break
-        influence = np.zeros((count, rank))
-        np.add.at(influence, groups, left)
-        covariance = influence.T @ influence * count / max(count - 1, 1)
+            return 1.0
+        covariance = together.T @ together * count / max(count - 1, 1)
         strength = float(value @ np.linalg.pinv(covariance, rcond=1e-10, hermitian=True) @ value)
         freedom = count - rank
         statistic = strength / rank * freedom / (count - 1)
         worst = max(worst, float(fdtrc(rank, freedom, max(statistic, 0.0))))
-    return worst, estimate / scale[b:]
+    return worst
 
 
 def _products(rows: Array, columns: list[int]) -> Array:

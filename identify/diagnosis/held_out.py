@@ -11,6 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.effects.admissible import Admissible
+from identify.estimation.constrained import nearest_admissible
 from identify.estimation.observation import Observation
 
 Array = NDArray[np.float64]
@@ -24,9 +26,13 @@ DEPENDENT = 1e-6
 
 @dataclass(frozen=True)
 class Trial:
-    """A candidate: for every choice of its constants the global columns it adds."""
+    """A candidate: for every choice of its constants the global columns it adds, and what their parameters can be.
+
+    bounds : one for each choice, or none at all where the parameters can be anything
+    """
 
     variants: tuple[Index, ...]
+    bounds: tuple[Admissible, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -93,12 +99,13 @@ class FoldedProducts:
             np.array([place[int(c)] for c in variant if int(c) in place], np.intp)
             for variant in trial.variants
         ]
-        trained = [whole.fit(option) for option in options]
+        bounds = list(trial.bounds) or [None] * len(options)
+        trained = [whole.fit(option, bound) for option, bound in zip(options, bounds, strict=True)]
         best = int(np.argmax([gain for _, gain in trained]))
         errors, power = [], []
         for reduced in folds:
             aided = reduced.aided(whole, self.known)
-            fits = [aided.fit(option) for option in options]
+            fits = [aided.fit(option, bound) for option, bound in zip(options, bounds, strict=True)]
             chosen = int(np.argmax([gain for _, gain in fits]))
             errors.append(reduced.error(options[chosen], fits[chosen][0]))
             power.append(reduced.power(options[chosen], fits[chosen][0]))
@@ -167,13 +174,14 @@ class _Reduced:
         """The same with some of what all data say of the columns added to the training set."""
         return self if weight == 0 else replace(self, left=self.left + weight * whole.left)
 
-    def fit(self, option: Index) -> tuple[Array, float]:
-        """Parameters of some columns and how much they lower the squared error of the training set."""
+    def fit(self, option: Index, bounds: Admissible | None = None) -> tuple[Array, float]:
+        """Parameters of some columns, inside what they can be, and how much they lower the squared error of the
+        training set."""
+        values = np.zeros(len(option))
         if not len(option):
-            return np.zeros(0), 0.0
+            return values, 0.0
         power = np.diag(self.left)[option]
         seen = power > DEPENDENT * np.maximum(self.size[option], 1e-300)
-        values = np.zeros(len(option))
         if not seen.any():
             return values, 0.0
         kept = option[seen]
@@ -182,8 +190,12 @@ class _Reduced:
         inner[np.diag_indices(len(kept))] += 1e-9
         product = self.left[kept, -1] / scale
         solved = np.linalg.solve(inner, product)
+        if bounds is not None and len(bounds.lower) == len(option):
+            own = bounds.of(seen, scale)
+            if own.violation(solved) > 0:
+                solved = nearest_admissible(np.asarray(np.linalg.cholesky(inner).T, float), solved, own)
         values[seen] = solved / scale
-        return values, float(product @ solved)
+        return values, float(2 * product @ solved - solved @ inner @ solved)
 
     def error(self, option: Index, values: Array) -> float:
         """Squared error on the judged rows with these parameters."""
@@ -204,6 +216,18 @@ def base_within(base: Array, others: Array) -> Array:
     inner = base / np.outer(scale, scale)
     inner[np.diag_indices(len(base))] += RIDGE
     return np.asarray(np.linalg.solve(inner, others / scale[:, None]) / scale[:, None], float)
+
+
+def held_out_errors(observation: Observation, weights: Array, folds: Index) -> list[float]:
+    """For every joint the relative error of all columns together on folds that the fit did not see."""
+    products = FoldedProducts(observation, weights, folds)
+    everything = np.arange(observation.width)
+    found = []
+    for joint in range(len(observation.joint_columns)):
+        fared = products.evaluate(joint, everything, [Trial((everything[:0],))])[0]
+        measured = products.measured(joint)
+        found.append(float(np.sqrt(max(fared.total, 0.0) / measured)) if measured > 0 else float("nan"))
+    return found
 
 
 def folds_of_motion(observation: Observation, per_session: int) -> Index:

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from identify.diagnosis.diagnosis import Diagnosis, diagnose_record
+from identify.diagnosis.held_out import folds_of_motion, held_out_errors
+from identify.diagnosis.selection import FOLDS
 from identify.effects.model import Term
 from identify.estimation.block_errors import block_errors
 from identify.estimation.fitted_model import FittedModel
@@ -18,26 +20,43 @@ from identify.results.diagnosis import Verdict
 from identify.results.document import Json
 from identify.results.effect import EffectOnJoint
 from identify.results.improvement import ImprovementDocument
+from identify.validation.relative_error import ratio
 
 MOST_STEPS = 24
 """Additions after which the story ends even if more would be justified."""
 
 
 @dataclass(frozen=True)
+class JointErrors:
+    """Relative errors of one joint: on the sessions of the fit, on the validation sessions, on motion that the fit did
+    not see."""
+
+    fit: float
+    validation: float | None
+    held_out: float
+
+    def no_worse_than(self, other: "JointErrors") -> bool:
+        """Whether none of the errors is higher than another's."""
+        checked = self.validation is None or other.validation is None or self.validation <= other.validation
+        return self.fit <= other.fit and self.held_out <= other.held_out and checked
+
+
+@dataclass(frozen=True)
 class Step:
-    """A model of the story: what was added, and its errors."""
+    """A model of the story: what was added, and its errors, of all joints and of each."""
 
     added: Term | None
     fitted: FittedModel
     relative_error: float
     relative_error_validation: float | None
+    joints: tuple[JointErrors, ...]
 
 
 @dataclass(frozen=True)
 class Improvement:
     """The result of `improve`: the steps, the start being the first, and what the last diagnosis says.
 
-    refused : effects (name, joint) that were missing but did not lower the error on the validation sessions
+    refused : effects (name, joint) that were missing but raised an error of their joint when they were added
     """
 
     experiment: Experiment
@@ -68,6 +87,15 @@ class Improvement:
                     else EffectOnJoint(effect=step.added.effect.name, joint=names[step.added.joint]),
                     relative_error=step.relative_error,
                     relative_error_validation=step.relative_error_validation,
+                    joints=tuple(
+                        documents.StepJoint(
+                            joint=name,
+                            relative_error=own.fit,
+                            relative_error_validation=own.validation,
+                            heldout_error=own.held_out,
+                        )
+                        for name, own in zip(names, step.joints, strict=True)
+                    ),
                 )
                 for step in self.steps
             ),
@@ -83,8 +111,8 @@ class Improvement:
 def improve(
     experiment: Experiment, model: str = "usual", add: Sequence[str] = (), progress: Progress | None = None
 ) -> Improvement:
-    """Diagnose a model and add what is missing, one effect after the other, as long as each holds on the validation
-    sessions (where there are some).
+    """Diagnose a model and add what is missing, one effect after the other, as long as none raises the error of its own
+    joint: in the fit, on motion that the fit did not see, or on the validation sessions.
 
     Raises InputError: the experiment, the model or an effect is wrong.
     """
@@ -93,19 +121,26 @@ def improve(
     told = progress or (lambda fraction, words: None)
     steps = [_step(None, fit_model(record, present))]
     refused: set[tuple[str, int]] = set()
-    least: tuple[float, ...] | None = None  # what counts as an effect stays what it was at the start
     while True:
         told(min(0.9, (len(steps) - 1) / MOST_STEPS), f"diagnosis after {len(steps) - 1} additions")
         last = steps[-1].fitted.model
-        diagnosis = diagnose_record(record, model, last, without=frozenset(refused), least=least)
-        least = diagnosis.least
-        for term in diagnosis.added:
-            grown = fit_model(record, steps[-1].fitted.model.with_terms([term]), refine=True)
-            step = _step(term, grown)
-            if _holds(steps[-1], step):
-                steps.append(step)
-            else:
-                refused.add(term.key)
+        diagnosis = diagnose_record(record, model, last, without=frozenset(refused))
+        waiting = list(diagnosis.added)
+        while waiting:
+            later = []
+            for term in waiting:
+                grown = fit_model(
+                    record, steps[-1].fitted.model.with_terms([term]), refine=True, start=steps[-1].fitted
+                )
+                step = _step(term, grown)
+                if step.joints[term.joint].no_worse_than(steps[-1].joints[term.joint]):
+                    steps.append(step)
+                else:
+                    later.append(term)  # it may only help beside another one
+            if len(later) == len(waiting):
+                break
+            waiting = later
+        refused |= {term.key for term in waiting}
         if not diagnosis.added or len(steps) > MOST_STEPS:
             break
     told(1.0, "done")
@@ -114,17 +149,16 @@ def improve(
 
 def _step(added: Term | None, fitted: FittedModel) -> Step:
     entries = fitted.record.entries("validation")
-    checked = None
+    checked: float | None = None
+    unseen: list[float | None] = [None] * fitted.record.joints
     if entries:
-        errors = block_errors(fitted.observe(entries), fitted.fit.chi).sum(axis=(0, 1))
-        checked = float(np.sqrt(errors[0] / errors[1])) if errors[1] > 0 else None
-    return Step(added, fitted, fitted.fit.relative_error, checked)
-
-
-def _holds(before: Step, after: Step) -> bool:
-    """Whether an addition lowers the error, also where the fit did not see the motion."""
-    if after.relative_error >= before.relative_error:
-        return False
-    if before.relative_error_validation is None or after.relative_error_validation is None:
-        return True
-    return after.relative_error_validation < before.relative_error_validation
+        errors = block_errors(fitted.observe(entries), fitted.fit.chi).sum(axis=0)
+        checked = ratio(*errors.sum(axis=0))
+        unseen = [ratio(*own) for own in errors]
+    observation, fit = fitted.observation, fitted.fit
+    held_out = held_out_errors(observation, fit.weights, folds_of_motion(observation, FOLDS))
+    known = fit.residual / np.where(fit.norm > 0, fit.norm, 1.0)
+    joints = tuple(
+        JointErrors(float(own), other, held) for own, other, held in zip(known, unseen, held_out, strict=True)
+    )
+    return Step(added, fitted, fit.relative_error, checked, joints)

@@ -2,14 +2,17 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.diagnosis.candidates import find_candidates
+from identify.diagnosis.candidates import Candidate, find_candidates
+from identify.diagnosis.closed_loop import loop_evidence
+from identify.diagnosis.finding import Finding
 from identify.diagnosis.free_functions import FREE_FUNCTIONS
 from identify.diagnosis.selection import Selection
-from identify.effects.model import Term
+from identify.effects.model import USUAL, Term
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.informed_summary import informed_summaries, joint_predictions
 from identify.estimation.observation import Slot, observe
@@ -19,6 +22,11 @@ from identify.estimation.reversal_noise import ReversalNoise
 from identify.results.diagnosis import NotApplicable
 
 Array = NDArray[np.float64]
+
+WORTH_OF_ALL = 0.002
+"""Part of the squared error (held out) of the joint under the usual model that an effect must take away. After a large
+effect is added, small remains of its approximation stand out of the noise; they are significant and no operator's
+business."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +73,7 @@ class Look:
                 np.intp
             ),
             observation.slot_columns[first - 1] if fitted.estimates_payload_ratio else nothing,
+            partial(loop_evidence, fitted, noise),
         )
         functions: list[dict[str, NDArray[np.intp]]] = [{} for _ in summaries]
         for index, slot in zip(rivals, free, strict=True):
@@ -79,6 +88,38 @@ class Look:
         }
         best = min(errors, key=lambda name: errors[name])
         return best, errors[best]
+
+    def least(self, joint: int) -> float:
+        """The gain in squared held-out error that an effect must have to be any operator's business.
+
+        A part of what the usual model leaves, whatever model is looked at: so that what one search leaves alone, another
+        that starts where it ended does too.
+        """
+        observation = self.selection.observation
+        usual = [
+            columns
+            for slot, columns in zip(observation.slots, observation.slot_columns, strict=True)
+            if slot.term.effect.name in USUAL and (slot.term.joint == joint or slot in self.fitted.slots)
+        ]
+        return WORTH_OF_ALL * self.selection.reference(
+            joint, np.concatenate([*usual, np.arange(0)]).astype(np.intp)
+        )
+
+    def beside_the_others(
+        self, added: Sequence[tuple[Term, int]], least: Sequence[float]
+    ) -> list[tuple[Finding, Term]]:
+        """What each term that a search added is worth beside all the others; without those that are not justified."""
+        record = self.fitted.record
+        places = {slot.term.key: index for index, slot in enumerate(self.fitted.slots)}
+        listed = []
+        for term, judged in added:
+            summary = record.summaries[term.joint]
+            constants = (self.fitted.slots[places[term.key]].values,)
+            searched = term.effect.searched(summary)
+            listed.append((Candidate(term, judged, constants, places[term.key], searched, summary), term))
+        found = self.selection.beside_the_others([candidate for candidate, _ in listed], least)
+        terms = {id(candidate): term for candidate, term in listed}
+        return [(finding, terms[id(finding.candidate)]) for finding in found]
 
     def worth(self, term: Term) -> float:
         """Part of the held-out error that a term of the model takes away."""

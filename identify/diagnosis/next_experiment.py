@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.diagnosis.diagnosis import Diagnosis, diagnose_record
-from identify.diagnosis.selection import Finding
+from identify.diagnosis.finding import Finding
 from identify.effects.model import Model, Term, terms_of
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.fitting import fit_model

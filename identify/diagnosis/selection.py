@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.diagnosis.candidates import Candidate
-from identify.diagnosis.evidence import group_p_value
+from identify.diagnosis.closed_loop import FROM_DERIVATIVES, Asked
+from identify.diagnosis.evidence import GroupEvidence, group_evidence
+from identify.diagnosis.finding import LEAST_DROP, LEAST_OF_TORQUE, SIGNIFICANCE, Finding
 from identify.diagnosis.held_out import FoldedProducts, HeldOut, Trial, folds_of_motion, folds_of_sessions
 from identify.effects.effect import DeclaredLoad
 from identify.estimation.observation import Observation
@@ -18,26 +20,6 @@ Index = NDArray[np.intp]
 
 FOLDS = 10
 """stretches of every session left out in turn"""
-SIGNIFICANCE = 0.01
-"""probability, corrected for all candidates and constants tried, below which evidence counts"""
-LEAST_DROP = 0.015
-"""An effect must lower the held-out error of its joint by at least this part of it: what is smaller no operator would
-call missing, and small systematic errors of filters and encoders lie below it."""
-LEAST_OF_TORQUE = 2.5e-4
-"""Part of the joint's torque (root mean square) that an effect must explain: below lies what filters, stops and the
-rounding of encoders leave, on the quietest of machines."""
-DROP_PER_PARAMETER = 0.0025
-"""How much more each further parameter or constant must bring."""
-MOST_FOLDS = 0.6
-"""Part of the folds in which an effect must lower the held-out error; one that acts at one place shows in some only."""
-ACTS = 0.1
-"""Part of the power in the fold where an effect acts most, with which it acts in a fold: only these are asked."""
-FEWEST_FOLDS = 3
-"""folds in which an effect must act to be called missing"""
-PLAIN_DROP = 0.05
-STEADY = 1.8
-"""A smaller drop must be this many standard errors over the folds (one-sided, 5 % at nine degrees of freedom): some
-stretches with what is left of a reversal or a stop must not speak for all."""
 RIVAL_GAIN = 0.85
 """A candidate with at least this part of the best gain may be the cause as well, if the evidence does not decide."""
 AS_GOOD, SLIGHTLY_MORE = 0.99, 0.1
@@ -47,8 +29,6 @@ TOO_SMALL = 0.004
 """part of the squared held-out error that is left, by which one candidate may do better without being preferred"""
 DECIDED = 0.01
 """Probability below which one candidate explains what another does not."""
-SUPERFLUOUS = 0.0025
-"""Part of the held-out error that a term must be worth to stay."""
 SESSION_TOLERANCE = 0.02
 """Part by which an effect may raise the squared error on a session left out whole."""
 KNOWN = 0.05
@@ -60,72 +40,13 @@ PAIRED = 10
 """Best candidates of which all pairs are tried when no single one is justified."""
 
 
-@dataclass(frozen=True)
-class Finding:
-    """How one candidate fares beside the present model.
-
-    before, after : held-out squared error of the joint without and with it
-    standing      : how far it lowers that error beside the model that all candidates can be compared with; once a
-                    declared load is in doubt, that with all payloads as declared: the payload ratio that the others
-                    are judged beside does the work of such an effect
-    """
-
-    candidate: Candidate
-    variant: int
-    before: HeldOut
-    after: HeldOut
-    standing: float
-    measured: float
-    p_value: float
-    complexity: int
-    sessions_agree: bool
-
-    @property
-    def gain(self) -> float:
-        """Drop of the held-out squared error."""
-        return self.before.total - self.after.total
-
-    @property
-    def drop(self) -> float:
-        """Drop of the held-out error, part of it."""
-        return 1 - float(np.sqrt(max(self.after.total, 0.0) / max(self.before.total, 1e-300)))
-
-    def relative(self, square: float) -> float:
-        """Of the joint's measured torque, the root of a squared error."""
-        return float(np.sqrt(max(square, 0.0) / max(self.measured, 1e-300)))
-
-    @property
-    def justified(self) -> bool:
-        """Whether the evidence is enough to call the effect missing."""
-        return bool(
-            self.drop >= LEAST_DROP + DROP_PER_PARAMETER * (self.complexity - 1)
-            and self.gain >= LEAST_OF_TORQUE**2 * self.measured
-            and self.p_value < SIGNIFICANCE
-            and self.acts.sum() >= FEWEST_FOLDS
-            and float(np.mean((self.after.fold < self.before.fold)[self.acts])) >= MOST_FOLDS
-            and (self.drop >= PLAIN_DROP or self.steadiness >= STEADY)
-            and self.sessions_agree
-        )
-
-    @property
-    def acts(self) -> NDArray[np.bool_]:
-        """(folds,) where the effect acts at all: what is over after a while must not be asked of the rest."""
-        return self.after.power >= ACTS * self.after.power.max()
-
-    @property
-    def steadiness(self) -> float:
-        """Mean gain of the folds in which it acts, in standard errors: a few stretches may not speak for all."""
-        gain = (self.before.fold - self.after.fold)[self.acts]
-        error = float(np.std(gain, ddof=1)) / np.sqrt(len(gain))
-        return float(gain.mean()) / max(error, 1e-300)
-
-
 @dataclass
 class Selection:
     """The search over effects of all joints on one observation.
 
     model_columns : columns of the present model
     ratio_columns : those of the payload ratio that is estimated beside it (eq. 35); empty where it is not
+    loop          : what instruments that disturbances do not reach say of candidates
     """
 
     observation: Observation
@@ -133,6 +54,7 @@ class Selection:
     candidates: Sequence[Candidate]
     model_columns: Index
     ratio_columns: Index
+    loop: Asked
 
     def __post_init__(self) -> None:
         observation = self.observation
@@ -174,22 +96,27 @@ class Selection:
         ]
         return self._ranked(found)
 
-    def _judge(self, joint: int, base: Index, before: HeldOut, listed: Sequence[Candidate]) -> list[Finding]:
+    def _judge(
+        self,
+        joint: int,
+        base: Index,
+        before: HeldOut,
+        listed: Sequence[Candidate],
+        instruments: bool = True,
+    ) -> list[Finding]:
+        """How some candidates fare beside some columns; instruments are asked once, when an effect is to be added."""
         if not listed:
             return []
         trials = [candidate.trial(self.observation) for candidate in listed]
         after = self.motion.evaluate(joint, base, trials)
-        agree = self._sessions_agree(joint, listed, trials)
+        agree = self._sessions_agree(joint, np.setdiff1d(base, self.ratio_columns), listed, trials)
         measured = self.motion.measured(joint)
         found = []
         for candidate, fared, agrees in zip(listed, after, agree, strict=True):
-            p_value = 1.0
+            p_value, estimated = 1.0, None
             if fared.total < before.total:
-                extra = np.setdiff1d(candidate.columns(self.observation, fared.variant), base)
-                p_value, estimates = group_p_value(self.observation, joint, base, extra)
+                p_value, estimated = self._possible_evidence(joint, base, candidate, fared.variant)
                 p_value = min(1.0, p_value * candidate.searched * self._tried(joint))
-                if not _possible(candidate, estimates):
-                    p_value = 1.0
             complexity = candidate.complexity(self.observation, fared.variant)
             found.append(
                 Finding(
@@ -202,11 +129,77 @@ class Selection:
                     p_value,
                     complexity,
                     agrees,
+                    estimated=estimated,
                 )
             )
-        return found
+        return self._seen_with_instruments(joint, found) if instruments else found
 
-    def _sessions_agree(self, joint: int, listed: Sequence[Candidate], trials: Sequence[Trial]) -> list[bool]:
+    def beside_the_others(self, added: Sequence[Candidate], least: Sequence[float]) -> list[Finding]:
+        """Terms of the model that a search added, each beside all the rest of the model; the ones that are no longer
+        justified so taken out, the weakest first.
+
+        added : candidates whose columns are those of the model's slots
+        least : for every joint the gain that an effect must have
+        """
+        kept = list(added)
+        gone: list[Index] = []
+        while True:
+            found = []
+            for candidate in kept:
+                declared = not candidate.beside_ratio
+                base = np.setdiff1d(
+                    self.base(declared), np.concatenate([*gone, candidate.columns(self.observation, 0)])
+                )
+                before = self.motion.evaluate(candidate.judged, base, [Trial((base[:0],))])[0]
+                found += self._judge(candidate.judged, base, before, [candidate], instruments=False)
+            weak = [f for f in found if not f.justified or f.gain < least[f.candidate.judged]]
+            if not weak:
+                return found
+            weakest = min(weak, key=lambda finding: finding.drop)
+            gone.append(weakest.candidate.columns(self.observation, 0))
+            kept = [candidate for candidate in kept if candidate is not weakest.candidate]
+
+    def reference(self, joint: int, columns: Index) -> float:
+        """Held-out squared error of a joint with some columns of effects beside the rigid robot."""
+        base = np.union1d(np.arange(self.observation.base), columns)
+        return self.motion.evaluate(joint, base, [Trial((base[:0],))])[0].total
+
+    def _possible_evidence(
+        self, joint: int, base: Index, candidate: Candidate, variant: int
+    ) -> tuple[float, GroupEvidence]:
+        """Evidence of a candidate for values that it can have, and its estimates; what wants to be outside explains
+        nothing."""
+        extra = np.setdiff1d(candidate.columns(self.observation, variant), base)
+        found = group_evidence(self.observation, joint, base, extra)
+        outside = candidate.outside(found.estimates, variant)
+        if outside.all():
+            return 1.0, found
+        if outside.any():
+            inside = group_evidence(self.observation, joint, base, extra[~outside])
+            if len(inside.estimates) == int((~outside).sum()):
+                estimates, deviations = np.zeros(len(outside)), np.zeros(len(outside))
+                estimates[~outside], deviations[~outside] = inside.estimates, inside.deviations
+                found = GroupEvidence(inside.p_value, estimates, deviations)
+            return inside.p_value, found
+        return found.p_value, found
+
+    def _seen_with_instruments(self, joint: int, found: list[Finding]) -> list[Finding]:
+        """The findings with what instruments say of those made of derivatives that the evidence would call missing."""
+        asked = [f for f in found if f.candidate.name in FROM_DERIVATIVES and f.justified]
+        if not asked:
+            return found
+        said = self.loop(joint, [(finding.candidate, finding.variant) for finding in asked])
+        known = {finding.candidate.name: evidence for finding, evidence in zip(asked, said, strict=True)}
+        return [replace(finding, loop=known.get(finding.candidate.name)) for finding in found]
+
+    def _refuted(self, joint: int, listed: Sequence[tuple[Candidate, int]]) -> bool:
+        """Whether instruments see nothing of one of some candidates."""
+        asked = [(c, variant) for c, variant in listed if c.name in FROM_DERIVATIVES]
+        return bool(asked) and any(e.p_value >= SIGNIFICANCE for e in self.loop(joint, asked))
+
+    def _sessions_agree(
+        self, joint: int, base: Index, listed: Sequence[Candidate], trials: Sequence[Trial]
+    ) -> list[bool]:
         """Whether each candidate does no harm on whole sessions left out.
 
         Payloads are taken as declared: a payload's ratio cannot be known from the other sessions. For the same
@@ -215,7 +208,7 @@ class Selection:
         if self.sessions is None:
             return [True] * len(listed)
         nothing = Trial((self.model_columns[:0],))
-        reference, *others = self.sessions.evaluate(joint, self.base(declared=True), [nothing, *trials])
+        reference, *others = self.sessions.evaluate(joint, base, [nothing, *trials])
         return [
             candidate.declared_load is DeclaredLoad.QUESTIONED
             or other.total < reference.total * (1 + SESSION_TOLERANCE)
@@ -319,9 +312,10 @@ class Selection:
                 continue
             tried = self._tried(joint) ** 2 * int(np.prod([f.candidate.searched for f in pair]))
             extra = np.setdiff1d(trial.variants[0], base)
-            p_value, _ = group_p_value(self.observation, joint, base, extra)
-            if p_value * tried < SIGNIFICANCE:
-                best = drop, [(finding.candidate, finding.variant) for finding in pair]
+            p_value = group_evidence(self.observation, joint, base, extra).p_value
+            chosen = [(finding.candidate, finding.variant) for finding in pair]
+            if p_value * tried < SIGNIFICANCE and not self._refuted(joint, chosen):
+                best = drop, chosen
         return best
 
     def _both_needed(
@@ -329,11 +323,11 @@ class Selection:
     ) -> bool:
         """Whether each of two effects explains something beside the other, with values that it can have."""
         columns = [c.columns(self.observation, v) for c, v in zip(pair, variants, strict=True)]
-        for candidate, own, other in zip(pair, columns, columns[::-1], strict=True):
+        for candidate, variant, own, other in zip(pair, variants, columns, columns[::-1], strict=True):
             beside = np.union1d(base, other)
-            p_value, estimates = group_p_value(self.observation, joint, beside, np.setdiff1d(own, beside))
+            found = group_evidence(self.observation, joint, beside, np.setdiff1d(own, beside))
             tried = candidate.searched * self._tried(joint)
-            if p_value * tried >= SIGNIFICANCE or not _possible(candidate, estimates):
+            if found.p_value * tried >= SIGNIFICANCE or candidate.outside(found.estimates, variant).any():
                 return False
         return True
 
@@ -350,12 +344,13 @@ class Selection:
             if excess > 0 or other.total >= (1.0 if excess else 1 - 2 * LEAST_DROP) * present.total:
                 continue
             extra = np.setdiff1d(candidate.columns(self.observation, other.variant), base)
-            if _possible(candidate, group_p_value(self.observation, joint, base, extra)[1]):
+            estimates = group_evidence(self.observation, joint, base, extra).estimates
+            if not candidate.outside(estimates, other.variant).any():
                 better.append((other.total, candidate, other.variant))
-        if not better:
-            return None
-        _, candidate, variant = min(better, key=lambda row: row[0])
-        return candidate, variant
+        for _, candidate, variant in sorted(better, key=lambda row: row[0]):
+            if not self._refuted(joint, [(candidate, variant)]):
+                return candidate, variant
+        return None
 
     def decided_since(
         self, joint: int, columns: Index, rivals: Sequence[str]
@@ -378,12 +373,13 @@ class Selection:
                 other.total < (1 - TOO_SMALL) * present.total
                 and self._p_value(joint, np.union1d(base, columns), own) < DECIDED
                 and self._p_value(joint, np.union1d(base, own), columns) > SIGNIFICANCE
+                and not self._refuted(joint, [(candidate, other.variant)])
             ):
                 return candidate, other.variant
         return None
 
     def _p_value(self, joint: int, base: Index, columns: Index) -> float:
-        return group_p_value(self.observation, joint, base, np.setdiff1d(columns, base))[0]
+        return group_evidence(self.observation, joint, base, np.setdiff1d(columns, base)).p_value
 
     def _tried(self, joint: int) -> int:
         """Number of candidates of a joint, for the correction of the evidence."""
@@ -399,9 +395,3 @@ class Selection:
         """Part of the held-out error of a joint that some columns take away."""
         before, after = self.motion.evaluate(joint, base, [Trial((base[:0],)), Trial((columns,))])
         return float(np.sqrt(max(before.total, 0) / max(after.total, 1e-300)) - 1)
-
-
-def _possible(candidate: Candidate, estimates: Array) -> bool:
-    """Whether an effect can have these estimates of its parameters."""
-    effect = candidate.term.effect
-    return len(estimates) != len(effect.parameters) or effect.plausible(estimates)

@@ -14,6 +14,8 @@ Array = NDArray[np.float64]
 NEIGHBOURS = 16
 """samples whose mean predicts another one; their noise adds a sixteenth of its power to the prediction's error"""
 FOLDS = 8
+FEWEST_FOLDS = 3
+"""folds whose agreement gives a standard error"""
 LEAST_SHARE = 0.12
 """Part of the residual's power that must be predictable before it is called structure. The mean of neighbours finds
 more than this wherever an effect is worth a twentieth of the torque's error to an operator."""
@@ -159,10 +161,12 @@ def _predictable(predictions: Sequence[Prediction], view: tuple[str, ...]) -> St
         _, near = tree.query(table[test], k=NEIGHBOURS, workers=1)
         guess = left[~test][near].mean(axis=1)
         power = float(left[test] @ left[test])
+        if power <= 0:
+            continue
         remaining = float(np.sum((left[test] - guess) ** 2))
-        shares.append(1 - remaining / max(power, 1e-300))
+        shares.append(1 - remaining / power)
         weights.append(power)
-    if len(shares) < 3:
+    if len(shares) < FEWEST_FOLDS:
         return Structure(view, 0.0, np.inf)
     share = float(np.average(shares, weights=weights))
     return Structure(view, share, float(np.std(shares, ddof=1) / np.sqrt(len(shares))))
@@ -177,6 +181,8 @@ def _from_history(predictions: Sequence[Prediction]) -> Structure:
         signals = [part.acceleration, np.sign(part.velocity)]
         rows = np.arange(len(part.time))
         whole = (rows >= lags[-1]) & part.moving
+        if not whole.any():
+            continue  # shorter than what is to be remembered
         whole[lags[-1] :] &= (
             np.abs(part.time[lags[-1] :] - part.time[: len(rows) - lags[-1]] - lags[-1] * step) < step
         )
@@ -185,23 +191,32 @@ def _from_history(predictions: Sequence[Prediction]) -> Structure:
         residuals.append(part.residual[inside])
         folds.append(np.arange(len(inside)) * FOLDS // max(len(inside), 1))
     view = ("history",)
+    if not tables:
+        return Structure(view, 0.0, np.inf)
     width = min(table.shape[1] for table in tables)
     table = np.concatenate([part[:, :width] for part in tables])
     left, fold = np.concatenate(residuals), np.concatenate(folds)
-    if len(left) < 10 * width:
+    # What never changes (the direction of a motion that never turns round) foretells nothing.
+    spread = np.std(table, axis=0)
+    table = table[:, spread > 0] / spread[spread > 0]
+    width = table.shape[1]
+    if not width or len(left) < 10 * width:
         return Structure(view, 0.0, np.inf)
-    table = table / np.maximum(np.std(table, axis=0), 1e-12)
     shares, weights = [], []
     for index in range(FOLDS):
         test = fold == index
+        power = float(left[test] @ left[test])
+        if power <= 0:
+            continue
         train = table[~test]
         inner = train.T @ train + HISTORY_RIDGE * len(train) * np.eye(width)
         guess = table[test] @ np.linalg.solve(inner, train.T @ left[~test])
-        power = float(left[test] @ left[test])
-        shares.append(1 - float(np.sum((left[test] - guess) ** 2)) / max(power, 1e-300))
+        shares.append(1 - float(np.sum((left[test] - guess) ** 2)) / power)
         weights.append(power)
+    if len(shares) < FEWEST_FOLDS:
+        return Structure(view, 0.0, np.inf)
     share = float(np.average(shares, weights=weights))
-    return Structure(view, share, float(np.std(shares, ddof=1) / np.sqrt(FOLDS)))
+    return Structure(view, share, float(np.std(shares, ddof=1) / np.sqrt(len(shares))))
 
 
 def _line_over_time(predictions: Sequence[Prediction]) -> Structure:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identify.diagnosis.selection import LEAST_OF_TORQUE
+from identify.diagnosis.finding import LEAST_OF_TORQUE
 from identify.diagnosis.structure import Structure
 from identify.results.diagnosis import Verdict
 

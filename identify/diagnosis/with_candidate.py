@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 
 from identify.diagnosis.diagnosis import Diagnosis
-from identify.diagnosis.selection import Finding
+from identify.diagnosis.finding import Finding
 from identify.estimation.fitting import fit_model
 from identify.estimation.prediction import Prediction, predict
 from identify.estimation.small_algebra import single_threaded

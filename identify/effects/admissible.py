@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identify.effects.model import Term
 from identify.effects.motion import Array, BlockMemory, JointMotion, JointSummary
@@ -30,6 +31,15 @@ class Admissible:
     upper: Array
     matrix: Array
     least: Array
+
+    def of(self, columns: NDArray[np.bool_], scale: Array) -> "Admissible":
+        """The same for some of the columns, the others being zero, with parameters in units of 1/scale."""
+        return Admissible(
+            self.lower[columns] * scale,
+            self.upper[columns] * scale,
+            self.matrix[:, columns] / scale,
+            self.least,
+        )
 
     def violation(self, values: Array) -> float:
         """By how much values (parameters,) are outside, in units of the worst bound or relation; 0 inside."""
@@ -77,15 +87,27 @@ def admissible_values(
             if term.joint == joint and term.effect.dissipates
         ]
         if friction:
-            opposing = np.zeros((len(steady_states(summaries[joint])), width))
             motion = steady_motion(summaries[joint])
-            for term, constants, own in friction:
-                opposing[:, own] = term.effect.columns(motion, constants) * motion.direction[:, None]
-            distinct = np.unique(np.round(opposing, 12), axis=0)
-            distinct = distinct[(distinct != 0).any(axis=1)]
-            rows += list(distinct)
+            opposing = np.hstack([t.effect.columns(motion, c) for t, c, _ in friction])
+            opposing *= motion.direction[:, None]
+            own = np.concatenate([np.arange(width)[part] for *_, part in friction])
+            if opposing.min(initial=0.0) >= 0 and lower[own].min(initial=0.0) >= 0:
+                continue  # each by itself opposes the motion already
+            distinct = _distinct(opposing)
+            spread = np.zeros((len(distinct), width))
+            spread[:, own] = distinct
+            rows += list(spread)
             least += [0.0] * len(distinct)
     return Admissible(lower, upper, np.array(rows).reshape(-1, width), np.array(least))
+
+
+def _distinct(rows: Array) -> Array:
+    """Different rows (m, k) up to rounding, those of zeros left out; relations through zero, so of unit length."""
+    size = np.linalg.norm(rows, axis=1)
+    kept = rows[size > 0] / size[size > 0, None]
+    whole = np.ascontiguousarray(np.round(kept, 9) + 0.0)
+    _, first = np.unique(whole.view([("", whole.dtype)] * whole.shape[1]).ravel(), return_index=True)
+    return kept[np.sort(first)]
 
 
 def named_parameters(
@@ -100,6 +122,27 @@ def named_parameters(
         return listed
     first = listed[0] if len(listed) == 1 else EffectParameter(listed[0].name, listed[0].unit)
     return tuple(replace(first, name=f"{first.name}[{index + 1}]") for index in range(count))
+
+
+def own_values(term: Term, constants: Mapping[str, float], count: int, summary: JointSummary) -> Admissible:
+    """What the parameters of one term's columns can be whatever else is in the model."""
+    listed = named_parameters(term, constants, count, summary)
+    name = term.effect.name
+    own = [
+        relation
+        for relation in term.effect.relations(summary, constants)
+        if all(effect == name for effect, _ in relation.coefficients)
+    ]
+    matrix = np.zeros((len(own), count))
+    for row, relation in zip(matrix, own, strict=True):
+        for (_, index), coefficient in relation.coefficients.items():
+            row[index] = coefficient
+    return Admissible(
+        np.array([parameter.lower for parameter in listed]),
+        np.array([parameter.upper for parameter in listed]),
+        matrix,
+        np.array([relation.least for relation in own]),
+    )
 
 
 def steady_states(summary: JointSummary) -> Array:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from identify.estimation.constrained import admissible_columns, admissible_fit
 from identify.estimation.estimate import ESTIMATORS
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.instrumental_variable import instrumental
@@ -32,8 +33,11 @@ def checked_estimator(name: str | None, joints: int) -> str:
 def with_estimator(fitted: FittedModel, estimator: str) -> FittedModel:
     """The same model with its parameters estimated by `estimator`, one of `ESTIMATORS`."""
     record, observation = fitted.record, fitted.observation
+    if estimator == "ordinary" and record.joints == 1:
+        return replace(fitted, estimator=estimator)  # with one joint the weighted fit is the ordinary one
     if estimator == "ordinary":
         fit = least_squares(observation, fitted.fit.fitted, weights=np.ones(record.joints))
+        fit = admissible_fit(observation, fit, admissible_columns(observation, record.summaries))
         return replace(fitted, fit=replace(fit, dropped=fitted.fit.dropped), estimator=estimator)
     if estimator == "weighted":
         return replace(fitted, estimator=estimator)

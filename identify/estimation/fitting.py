@@ -12,9 +12,10 @@ from identify.effects.catalogue import effects
 from identify.effects.model import Model, Term
 from identify.effects.motion import JointSummary
 from identify.effects.payload_errors import PayloadMass
+from identify.estimation.constrained import admissible_columns, admissible_fit
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.informed_summary import informed_summaries, joint_predictions
-from identify.estimation.least_squares import least_squares
+from identify.estimation.least_squares import LeastSquares, least_squares
 from identify.estimation.observation import FittedTorque, Observation, Slot, observe
 from identify.estimation.record import Record
 from identify.recording import InputError, SessionEntry
@@ -24,6 +25,9 @@ Progress = Callable[[float, str], None]
 
 RANK = 1e-10
 """Eigenvalue of a matrix of products of unit columns, in parts of the largest, below which it counts as zero."""
+
+MOST_SWEEPS = 4
+"""Times that the constants of all terms are chosen one after the other; the second sweep changes few, the fourth none."""
 
 LOAD_ROUNDS = 3
 """Passes in which the load of load-dependent effects is taken from the last fit; chi moves by less than a
@@ -48,6 +52,7 @@ def fit_model(
     inertial: bool = True,
     refine: bool = False,
     progress: Progress | None = None,
+    start: FittedModel | None = None,
 ) -> FittedModel:
     """Fit a model to sessions (the identification sessions if not said).
 
@@ -55,6 +60,7 @@ def fit_model(
     declared
     load_from     : a fitted model whose load is used throughout, instead of one that follows the fit
     refine        : search around the constants that the model's terms have, instead of keeping them
+    start         : a fitted model that this one widens: the load of the first pass, so that no term added fits worse
     inertial      : whether the base parameters' own columns take part; eq. (30) replaces them
     """
     chosen = list(record.entries() if entries is None else entries)
@@ -65,30 +71,42 @@ def fit_model(
     open_constants = any(len(t.effect.grid(record.summaries[t.joint])) > 1 for t in open_terms)
     summaries = record.summaries
     rounds = 1 + (LOAD_ROUNDS if loaded and load_from is None else int(open_constants))
-    fitted = load_from
+    fitted = load_from or (None if start is None else start.torque)
+    if start is not None:
+        rounds = max(1, rounds - 1)
+        summaries = _informed(start) if loaded else summaries
     settled: dict[tuple[str, int], dict[str, float]] = {
         t.key: dict(t.constants) for t in terms if t.constants is not None
     }
     fixed = set() if refine else set(settled)
     result: FittedModel | None = None
+    best: FittedModel | None = None
     for index in range(rounds):
         if progress:
             progress(index / rounds, f"pass {index + 1} of {rounds} over the samples")
         active = [term for term in terms if fitted is not None or not loaded or _without_load(term)]
-        if index == 1 and any(term.effect.uses_load or term.effect.from_residual for term in open_terms):
+        if (
+            start is None
+            and index == 1
+            and any(term.effect.uses_load or term.effect.from_residual for term in open_terms)
+        ):
             summaries = _informed(result)
         variants = [_variants(term, settled, fixed, summaries[term.joint]) for term in active]
         slots = [
             Slot.of(t, constants) for t, found in zip(active, variants, strict=True) for constants in found
         ]
         observation = observe(record, chosen, slots, fitted)
-        picked = choose_constants(observation, variants, inertial)
+        starts = [_place(found, settled.get(t.key)) for t, found in zip(active, variants, strict=True)]
+        picked = choose_constants(observation, variants, inertial, starts)
+        searched = observation
+        observation, fit = _fit_chosen(searched, variants, picked, inertial, summaries)
+        if fit.free is not None and picked != starts:
+            # what the search found best without bounds need not be best inside them
+            other, kept = _fit_chosen(searched, variants, starts, inertial, summaries)
+            if _left(kept) < _left(fit):
+                observation, fit, picked = other, kept, starts
         for term, found, pick in zip(active, variants, picked, strict=True):
             settled[term.key] = found[pick]
-        if any(len(found) > 1 for found in variants):
-            starts = np.concatenate([[0], np.cumsum([len(found) for found in variants])])[:-1]
-            observation = only_slots(observation, [int(s) + p for s, p in zip(starts, picked, strict=True)])
-        fit = least_squares(observation, None if inertial else np.arange(observation.base, observation.width))
         result = FittedModel(
             record,
             model.with_constants([t.chosen(settled[t.key]) for t in model.terms if t.key in settled]),
@@ -100,8 +118,34 @@ def fit_model(
             ratio is not None,
         )
         fitted = load_from or result.torque
-    assert result is not None  # there is at least one round
-    return result
+        # where the load follows the fit, nothing makes the next pass better than the last
+        if len(active) == len(terms) and (best is None or _left(result.fit) < _left(best.fit)):
+            best = result
+    assert best is not None  # the last round has all terms
+    return best
+
+
+def _left(fit: LeastSquares) -> float:
+    """Sum over the joints of the squared relative error."""
+    norm = np.where(fit.norm > 0, fit.norm, 1.0)
+    return float(np.sum((fit.residual / norm) ** 2))
+
+
+def _fit_chosen(
+    observation: Observation,
+    variants: Sequence[Sequence[dict[str, float]]],
+    picked: Sequence[int],
+    inertial: bool,
+    summaries: Sequence[JointSummary],
+) -> tuple[Observation, LeastSquares]:
+    """The fit with one choice of each term's constants, its parameters inside what they can be."""
+    if any(len(found) > 1 for found in variants):
+        firsts = np.concatenate([[0], np.cumsum([len(found) for found in variants])])[:-1]
+        observation = only_slots(observation, [int(s) + p for s, p in zip(firsts, picked, strict=True)])
+    if not inertial:
+        return observation, least_squares(observation, np.arange(observation.base, observation.width))
+    fit = least_squares(observation)
+    return observation, admissible_fit(observation, fit, admissible_columns(observation, summaries))
 
 
 def _without_load(term: Term) -> bool:
@@ -138,16 +182,21 @@ def _variants(
 
 
 def choose_constants(
-    observation: Observation, variants: Sequence[Sequence[dict[str, float]]], inertial: bool = True
+    observation: Observation,
+    variants: Sequence[Sequence[dict[str, float]]],
+    inertial: bool = True,
+    starts_at: Sequence[int] | None = None,
 ) -> list[int]:
-    """For every term the variant of its constants with the least residual, one term after the other,
-    twice.
+    """For every term the variant of its constants with the least residual, one term after the other until none changes.
+
+    starts_at : the variants that the search starts from, so that it never ends at a worse fit than theirs; the middle
+                ones if not given
 
     All variants' columns are projected off those of the model once for each term; a variant is then a problem of as
     many unknowns as it has columns.
     """
     starts = np.concatenate([[0], np.cumsum([len(found) for found in variants])]).astype(int)
-    picked = [len(found) // 2 for found in variants]
+    picked = [len(found) // 2 for found in variants] if starts_at is None else list(starts_at)
     several = [index for index, found in enumerate(variants) if len(found) > 1]
     if not several:
         return picked
@@ -159,12 +208,20 @@ def choose_constants(
 
     weights = least_squares(observation, columns_of(range(len(variants)))).weights
     products = _weighted_products(observation, weights)
-    for _ in range(2 if len(several) > 1 else 1):
+    for _ in range(MOST_SWEEPS if len(several) > 1 else 1):
+        before = list(picked)
         for index in several:
             others = columns_of([i for i in range(len(variants)) if i != index])
             options = [observation.slot_columns[starts[index] + o] for o in range(len(variants[index]))]
             picked[index] = int(np.argmax(_explained(products, others, options)))
+        if picked == before:
+            break
     return picked
+
+
+def _place(found: Sequence[dict[str, float]], present: dict[str, float] | None) -> int:
+    """Index of the present constants among those to try; the middle where there are none."""
+    return found.index(present) if present in found else len(found) // 2
 
 
 def _weighted_products(observation: Observation, weights: Array) -> Array:

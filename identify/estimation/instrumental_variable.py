@@ -42,7 +42,7 @@ def instrumental(
 ) -> Estimate:
     """The instrumental-variable estimate of the columns that least squares could fit, weighted as it was."""
     scale = np.linalg.norm(start.r, axis=0)
-    referenced = all(_has_reference(record.session(entry)) for entry in entries)
+    referenced = all(has_reference(record.session(entry)) for entry in entries)
     pairs = _reference_pairs if referenced else _split_pairs
     products = _Products(start, scale)
     sessions: list[int] = []
@@ -159,11 +159,13 @@ class _Products:
         return cross, target, square, columns
 
 
-def _has_reference(session: Session) -> bool:
+def has_reference(session: Session) -> bool:
+    """Whether a session recorded the reference motion of every joint."""
     return all(f"qref{joint + 1}" in session.extra for joint in range(session.n))
 
 
-def _reference(session: Session) -> Array:
+def reference_positions(session: Session) -> Array:
+    """(N, n) the reference motion, rad or m."""
     return np.column_stack([session.extra[f"qref{joint + 1}"] for joint in range(session.n)])
 
 
@@ -192,7 +194,7 @@ def _reference_pairs(
     record: Record, entry: SessionEntry, slots: Sequence[Slot], fitted: FittedTorque | None
 ) -> Pairs:
     measured = decimated_rows(record, entry, slots, fitted)
-    planned = decimated_rows(record.with_positions(_reference), entry, slots, fitted)
+    planned = decimated_rows(record.with_positions(reference_positions), entry, slots, fitted)
     for recorded, other in zip(measured, planned, strict=True):
         joints = [
             _Pair([Z[:, :-2]], [W[:, :-2]], [W[:, -2]])

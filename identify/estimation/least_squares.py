@@ -32,6 +32,7 @@ class LeastSquares:
     residual : (n,) norm of each joint's residual, unweighted
     norm     : (n,) norm of each joint's measured torque
     rows     : (n,) samples
+    free     : (width,) what least squares alone would find, where `chi` was brought inside what parameters can be
     """
 
     chi: Array
@@ -42,6 +43,7 @@ class LeastSquares:
     residual: Array
     norm: Array
     rows: NDArray[np.intp]
+    free: Array | None = None
 
     @property
     def relative_error(self) -> float:
@@ -99,6 +101,11 @@ def least_squares(
     chi, fitted, r = _solve(_weighted(rows, present), wanted)
     dropped = np.setdiff1d(wanted, fitted)
     return LeastSquares(chi, fitted, dropped, r, present, _residual_norms(rows, chi), norm, counts)
+
+
+def residual_norms(observation: Observation, chi: Array) -> Array:
+    """(n,) norm of Y - W chi of each joint, over all blocks."""
+    return _residual_norms([joint_rows(observation, j) for j in range(len(observation.joint_columns))], chi)
 
 
 def _weighted(rows: Sequence[Array], weights: Array) -> Array:

@@ -133,6 +133,8 @@ class Record:
     _gathered: dict[str, tuple[Samples, Array, Array]] = field(default_factory=dict)
     _held: dict[str, list[PreparedBlock]] = field(default_factory=dict)
     _held_bytes: int = 0
+    instruments: "Record | None" = field(default=None, repr=False)
+    """the same record with positions that disturbances do not reach, once somebody asked for it"""
 
     @classmethod
     def of(cls, experiment: Experiment, settings: SignalSettings | None = None) -> "Record":

@@ -86,6 +86,11 @@ def motion_spectrum(session: Session, joint: int) -> MotionSpectrum | None:
     return MotionSpectrum(bandwidth, _reversal_bandwidth(pieces, period, valley), valley, frequency, power)
 
 
+def velocity_bandwidth(pieces: list[Array], period: float, part: float) -> float:
+    """Hz; holds a part of the power of the velocity of positions recorded in pieces of equal length, (N,) each."""
+    return _holding(*_mean_power([np.diff(piece) for piece in pieces], period), part)
+
+
 def _levelled(values: Array) -> Array:
     """Values without the straight line through their ends."""
     return values - np.linspace(values[0], values[-1], len(values))

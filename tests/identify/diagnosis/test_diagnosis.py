@@ -88,7 +88,7 @@ def test_an_error_that_only_a_validation_session_shows_is_not_adequate(hidden, t
     (folder / "experiment.yaml").write_text(yaml.safe_dump(described))
     said = identify.diagnose(identify.load_experiment(folder)).joints[0]
     assert said.verdict == "unexplained"
-    assert {"session", "payload"} & {row["variable"] for row in said.where[:3]}
+    assert {"session", "payload"} & {row.variable for row in said.where[:3]}
 
 
 def test_nothing_is_blamed_where_nothing_is_hidden(diagnosed):

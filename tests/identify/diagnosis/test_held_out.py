@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identify.diagnosis.evidence import group_p_value
+from identify.diagnosis.evidence import group_evidence
 from identify.diagnosis.held_out import FoldedProducts, Trial
 from identify.estimation.observation import Observation, TimeBlock
 from identify.estimation.triangular_factor import TriangularFactor
@@ -70,7 +70,7 @@ def test_the_evidence_cries_wolf_no_more_often_than_it_says_under_coloured_noise
             [np.ones(count), coloured(random, count, 0.95), coloured(random, count, 0.95)]
         )
         observation = observed(columns, coloured(random, count, 0.8), 60)
-        alarms += group_p_value(observation, 0, np.arange(2), np.array([2]))[0] < 0.05
+        alarms += group_evidence(observation, 0, np.arange(2), np.array([2]))[0] < 0.05
     assert alarms <= 0.09 * tries  # three standard deviations of a binomial above 5 %
 
 
@@ -78,7 +78,7 @@ def test_the_evidence_sees_what_is_there():
     random = np.random.default_rng(6)
     columns = np.column_stack([np.ones(2000), coloured(random, 2000, 0.95), coloured(random, 2000, 0.95)])
     target = 0.3 * columns[:, 2] + coloured(random, 2000, 0.8)
-    assert group_p_value(observed(columns, target, 60), 0, np.arange(2), np.array([2]))[0] < 1e-4
+    assert group_evidence(observed(columns, target, 60), 0, np.arange(2), np.array([2]))[0] < 1e-4
 
 
 def test_the_evidence_takes_no_rounding_for_an_effect():
@@ -89,7 +89,7 @@ def test_the_evidence_takes_no_rounding_for_an_effect():
         twin = known * (1 + 1e-8 * random.standard_normal(2000))
         columns = np.column_stack([np.ones(2000), known, twin])
         observation = observed(columns, known + coloured(random, 2000, 0.8), 60)
-        assert group_p_value(observation, 0, np.arange(2), np.array([2]))[0] == 1.0
+        assert group_evidence(observation, 0, np.arange(2), np.array([2]))[0] == 1.0
 
 
 def test_what_all_the_data_say_of_an_effect_stands_in_where_a_fold_left_out_leaves_nothing_that_tells():

@@ -1,0 +1,99 @@
+"""What is said of one joint, and its part of the document."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from identify.diagnosis.finding import Finding
+from identify.diagnosis.probability import JointProbabilities
+from identify.diagnosis.structure import Structure
+from identify.effects.model import Term
+from identify.results import diagnosis as documents
+from identify.results.diagnosis import Verdict, Where
+
+
+@dataclass(frozen=True)
+class JointDiagnosis:
+    """What is said of one joint.
+
+    verdict   : missing, adequate or unexplained
+    missing   : effects that are justified, the strongest first
+    evidence  : what each of them is worth beside all the others
+    findings  : every candidate beside the model, the best first; what stands out only beside the missing ones, beside them
+    rivals    : for an effect those that explain the data alike, judged in the look that found it
+    probable  : how probable each candidate is, and that nothing, or nothing known, is missing
+    cautions  : for a candidate what these data cannot tell of it
+    structure : what a predictor without any model still finds, after the missing effects are added
+    """
+
+    joint: str
+    verdict: Verdict
+    missing: tuple[Term, ...]
+    evidence: tuple[Finding, ...]
+    findings: tuple[Finding, ...]
+    rivals: dict[str, tuple[str, ...]]
+    structure: tuple[Structure, ...]
+    where: tuple[Where, ...]
+    noise_floor: float | None
+    superfluous: tuple[str, ...]
+    probable: JointProbabilities
+    cautions: dict[str, str] = field(default_factory=dict)
+
+    def document(self) -> documents.JointDiagnosis:
+        """Its part of the document."""
+        return documents.JointDiagnosis(
+            joint=self.joint,
+            verdict=self.verdict,
+            missing=tuple(term.effect.name for term in self.missing),
+            candidates=self._candidates(self.findings),
+            evidence=self._candidates(self.evidence),
+            where=self.where,
+            noise_floor=self.noise_floor,
+            structure=tuple(
+                documents.LeftoverStructure(
+                    variables=each.variables, share=each.share, deviation=each.deviation, found=each.found
+                )
+                for each in self.structure
+            ),
+            superfluous=self.superfluous,
+            probability_adequate=self.probable.adequate,
+            probability_unexplained=self.probable.unexplained,
+        )
+
+    def _candidates(self, findings: Sequence[Finding]) -> tuple[documents.Candidate, ...]:
+        return tuple(self._candidate(finding, rank) for rank, finding in enumerate(findings, start=1))
+
+    def _candidate(self, finding: Finding, rank: int) -> documents.Candidate:
+        effect = finding.candidate.term.effect
+        return documents.Candidate(
+            effect=effect.name,
+            rank=rank,
+            relative_error_before=finding.relative(finding.before.trained),
+            relative_error_after=finding.relative(finding.after.trained),
+            heldout_error_before=finding.relative(finding.before.total),
+            heldout_error_after=finding.relative(finding.after.total),
+            p_value=finding.p_value,
+            justified=finding.justified,
+            indistinguishable_from=self.rivals.get(effect.name, ()),
+            caution=self.cautions.get(effect.name),
+            explanation=effect.explanation,
+            equation=effect.equation,
+            variable=effect.variable,
+            constants=finding.candidate.constants[finding.variant],
+            probability=self.probable.effects.get(effect.name),
+            estimates=_estimates(finding),
+        )
+
+
+def _estimates(finding: Finding) -> tuple[documents.Estimate, ...] | None:
+    """A candidate's parameters beside the model; None where it lowers no error."""
+    if finding.estimated is None:
+        return None
+    return tuple(
+        documents.Estimate(name=name, value=value, std_robust=deviation, unit=unit)
+        for (name, unit), value, deviation in zip(
+            finding.candidate.parameters(len(finding.estimated.estimates), finding.variant),
+            (finding.estimated.estimates + finding.candidate.reported_offset(finding.variant)).tolist(),
+            finding.estimated.deviations.tolist(),
+            strict=True,
+        )
+    )
