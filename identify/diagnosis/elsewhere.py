@@ -35,7 +35,8 @@ def _residual(parts: Sequence[Prediction]) -> NDArray[np.float64]:
 
 
 def worse_elsewhere(fitted: FittedModel, added: Sequence[tuple[Term, int]]) -> list[tuple[Term, int]]:
-    """Terms of a model, each with the joint it is judged on, that raise that joint's error on the validation sessions.
+    """Terms of a model, each with the joint it is judged on, that raise that joint's error on the validation sessions, or
+    that of all joints together.
 
     Each is compared with the model without it, all constants as they are.
     """
@@ -52,6 +53,7 @@ def worse_elsewhere(fitted: FittedModel, added: Sequence[tuple[Term, int]]) -> l
                 rest = np.setdiff1d(fitted.fit.fitted, columns)
                 other = least_squares(fitted.observation, rest, weights=fitted.fit.weights)
                 other = admissible_fit(fitted.observation, other, bounds)
-                if block_errors(unseen, other.chi).sum(axis=0)[judged, 0] < present[judged]:
+                left = block_errors(unseen, other.chi).sum(axis=0)[:, 0]
+                if left[judged] < present[judged] or left.sum() < present.sum():
                     worse.append((term, judged))
     return worse

@@ -193,7 +193,7 @@ class _Reduced:
         if bounds is not None and len(bounds.lower) == len(option):
             own = bounds.of(seen, scale)
             if own.violation(solved) > 0:
-                solved = nearest_admissible(np.asarray(np.linalg.cholesky(inner).T, float), solved, own)
+                solved = _inside(inner, product, solved, own)
         values[seen] = solved / scale
         return values, float(2 * product @ solved - solved @ inner @ solved)
 
@@ -205,6 +205,28 @@ class _Reduced:
     def power(self, option: Index, values: Array) -> float:
         """Squared norm of the columns' share on the judged rows with these parameters."""
         return float(values @ self.judged[np.ix_(option, option)] @ values)
+
+
+def _inside(inner: Array, product: Array, free: Array, bounds: Admissible) -> Array:
+    """The admissible values with the least squared error, `free` being where it is least.
+
+    inner, product : WᵀW and WᵀY of the columns; one or two columns with a range each need no general solver, and they
+                     are most of the catalogue
+    """
+    if len(bounds.least) or len(free) > 2:
+        return nearest_admissible(np.asarray(np.linalg.cholesky(inner).T, float), free, bounds)
+    if len(free) == 1:
+        return np.clip(free, bounds.lower, bounds.upper)
+    tried = []
+    for held in range(2):
+        other = 1 - held
+        for bound in (bounds.lower[held], bounds.upper[held]):
+            if np.isfinite(bound):
+                values = np.full(2, bound)
+                best = (product[other] - inner[other, held] * bound) / inner[other, other]
+                values[other] = np.clip(best, bounds.lower[other], bounds.upper[other])
+                tried.append(values)
+    return max(tried, key=lambda values: float(2 * product @ values - values @ inner @ values))
 
 
 def base_within(base: Array, others: Array) -> Array:

@@ -133,7 +133,7 @@ def improve(
                     record, steps[-1].fitted.model.with_terms([term]), refine=True, start=steps[-1].fitted
                 )
                 step = _step(term, grown)
-                if step.joints[term.joint].no_worse_than(steps[-1].joints[term.joint]):
+                if _holds(steps[-1], step):
                     steps.append(step)
                 else:
                     later.append(term)  # it may only help beside another one
@@ -145,6 +145,20 @@ def improve(
             break
     told(1.0, "done")
     return Improvement(experiment, model, tuple(steps), diagnosis, frozenset(refused))
+
+
+def _holds(before: Step, after: Step) -> bool:
+    """Whether an addition lowers the error, also on the validation sessions, and raises none of its own joint's."""
+    assert after.added is not None  # every step but the first adds
+    joint = after.added.joint
+    if not after.joints[joint].no_worse_than(before.joints[joint]):
+        return False
+    if before.relative_error_validation is None or after.relative_error_validation is None:
+        return after.relative_error < before.relative_error
+    return (
+        after.relative_error < before.relative_error
+        and after.relative_error_validation < before.relative_error_validation
+    )
 
 
 def _step(added: Term | None, fitted: FittedModel) -> Step:
