@@ -6,6 +6,7 @@ from typing import Literal
 
 from identify.effects.model import Term
 from identify.estimation.block_errors import block_errors, ratio
+from identify.estimation.doubts import doubts
 from identify.estimation.essential import RULE
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.observation import Observation
@@ -122,7 +123,8 @@ class Identified:
     def all_remarks(self) -> list[str]:
         """What the reader of the result must know: of the model, the estimate, and the sessions."""
         record, fitted = self.fitted.record, self.fitted
-        found = list(self.remarks)
+        found = doubts(self.fitted, self.relative_error, self.relative_error_validation)
+        found += self.remarks
         if self.structured is not None:
             found += self.structured.remarks
         if fitted.estimate is not None:
