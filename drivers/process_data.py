@@ -114,8 +114,8 @@ class DriveStream:
         """`setpoint` as a function that is quick to call in every cycle."""
         pack = self.receive.packer.pack
         names = [entry.name for entry in self.receive.entries]
-        if names == ["controlword", "target"]:
-            return pack
+        if len(names) == 2 and not self.constants:
+            return pack if names[0] != "target" else lambda controlword, target: pack(target, controlword)
         rest = iter(self.constants)
         values = [0 if name in ("controlword", "target") else next(rest) for name in names]
         word, target_at = names.index("controlword"), names.index("target")

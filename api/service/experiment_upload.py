@@ -18,6 +18,7 @@ import h5py
 from api.service.database import ExperimentRow
 from api.service.experiment_store import ExperimentStore, session_id
 from api.service.problems import Problem
+from api.service.session_table import rewrite_by_contract
 from identify.recording import (
     DeclaredSession,
     Experiment,
@@ -95,6 +96,10 @@ def import_session(
         addition = DeclaredSession(file=name, payload=payload, role=role)
         alone = declared.model_copy(update={"sessions": (), "effects": ()})
         try:
+            if ending.startswith(".csv"):
+                if ending.endswith(".gz"):
+                    _check_decompressed_size(folder / name, limit)
+                rewrite_by_contract(folder / name, declared.robot)
             write_experiment(folder, alone)
             append_session(folder, addition, None if payload in known else new_payload)
             _check_sessions(load_experiment(folder), folder, limit)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from api.service.accounts import Role
+from identify.recording import load_experiment
 
 YAML = """format: 1
 name: uploaded
@@ -216,6 +217,24 @@ def test_a_session_for_another_robot_or_of_an_unknown_payload_is_refused_and_cha
         assert answer.status_code == status, answer.text
         assert words in answer.json()["detail"]
     assert {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()} == before
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "cp1252", "utf-16"])
+def test_a_table_of_another_dialect_becomes_a_session_by_the_contract(operator, service, encoding):
+    content = archive(**{"experiment.yaml": YAML.replace("SESSION", "a.csv"), "a.csv": CSV})
+    operator.post("/experiments/import", files={"file": ("a.zip", content)})
+    rows = CSV.replace(",", ";").replace(".", ",").splitlines()
+    table = "\r\n".join(["Messung Prüfstand", "t;q1 [deg];v1 [mA]", *rows[1:]])
+    answer = operator.post(
+        "/experiments/uploaded/sessions/import",
+        files={"file": ("b.csv", table.encode(encoding))},
+        data={"payload": "none"},
+    )
+    assert answer.status_code == 201, answer.text
+    experiment = load_experiment(service.service.experiments.folder("uploaded"))
+    first, second = (experiment.read(entry) for entry in experiment.sessions)
+    np.testing.assert_allclose(second.position, np.deg2rad(first.position), atol=1e-12)
+    np.testing.assert_allclose(second.command, first.command / 1000, atol=1e-12)
 
 
 def test_a_session_with_a_new_payload_adds_the_payload(operator):

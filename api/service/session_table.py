@@ -1,0 +1,64 @@
+"""An uploaded session whose table is written in another dialect than ours, rewritten by the contract."""
+
+import re
+from pathlib import Path
+
+from identify.recording import InputError, Robot
+from identify.recording.csv_mistakes import check_header
+from identify.recording.foreign import ColumnMap, ForeignTable, measure, read_foreign
+from identify.recording.session_csv import write_csv_session
+
+_OWN_NAME = re.compile(r"^(q|v|ext|temp)\d+$")
+
+
+def rewrite_by_contract(path: Path, robot: Robot) -> tuple[str, ...]:
+    """Rewrite a table with the columns t, q1 ... qn, v1 ... vn in any dialect and unit; what was decided, in words.
+
+    Nothing is done, and nothing returned, where the first line is already one of the contract.
+
+    :raises InputError: its columns are not those of a session; says what is wrong by the contract.
+    """
+    n = len(robot.joints)
+    try:
+        check_header(path, n)
+        return ()
+    except InputError as mistake:
+        try:
+            table = read_foreign(path)
+        except InputError:
+            raise mistake from None
+        columns = _columns(table, n)
+        if columns is None:
+            raise mistake from None
+    found = measure(table, columns, [not joint.revolute for joint in robot.joints])
+    written = path.with_name(f"rewritten-{path.name}")
+    write_csv_session(
+        written, found.time, found.position, found.command, found.external, found.temperature, found.extra
+    )
+    written.replace(path)
+    return found.remarks
+
+
+def _columns(table: ForeignTable, n: int) -> ColumnMap | None:
+    """The contract's columns by their names, units in them or not; None where one is missing or belongs to
+    a further joint."""
+    names = {column.base_name: column.name for column in reversed(table.columns)}
+    groups = {
+        kind: tuple(f"{kind}{joint}" for joint in range(1, n + 1)) for kind in ("q", "v", "ext", "temp")
+    }
+    own = {"t", *(each for group in groups.values() for each in group)}
+    others = {name for name in names if _OWN_NAME.match(name)} - own
+    if others or not {"t", *groups["q"], *groups["v"]} <= names.keys():
+        return None
+    named = {
+        kind: tuple(names[each] for each in group) if group[0] in names else ()
+        for kind, group in groups.items()
+    }
+    extra = tuple(
+        column.name
+        for column in table.columns
+        if column.name and column.base_name not in own and column.numbers is not None
+    )
+    return ColumnMap(
+        named["q"], named["v"], names["t"], external=named["ext"], temperature=named["temp"], extra=extra
+    )
