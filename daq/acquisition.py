@@ -129,7 +129,9 @@ class Acquisition:
                     reason = StopReason(StopCause.INTERNAL, str(error))
                 except Exception as error:
                     traceback.print_exc()
-                    reason = StopReason(StopCause.INTERNAL, f"{type(error).__name__}: {error}")
+                    said = str(error) or "without words"
+                    words = f"an error of the software ended the session ({type(error).__name__}: {said}); please report it"
+                    reason = StopReason(StopCause.INTERNAL, words)
                 finally:
                     rows.finish()
                     frames.finish()

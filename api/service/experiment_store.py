@@ -11,10 +11,10 @@ import shutil
 import tempfile
 import unicodedata
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import h5py
 from sqlalchemy import delete, select
@@ -285,15 +285,26 @@ def _weighed_mass(file: Path) -> float | None:
 
 def _recorded_payload(file: Path) -> tuple[dict[str, Any], str]:
     """Payload and role of a recording of ours."""
+    unknown: dict[str, Any] = {"name": "unknown", "mass": None}
     try:
         attributes = _attributes(file)
         payload = json.loads(attributes["payload"])
     except (OSError, KeyError, ValueError):
-        return {"name": "unknown", "mass": None}, "identification"
-    return payload, attributes.get("role", "identification")
+        return unknown, "identification"
+    if not isinstance(payload, dict) or "name" not in payload:
+        return unknown, "identification"
+    return cast(dict[str, Any], payload), attributes.get("role", "identification")
 
 
 def _attributes(file: Path) -> dict[str, str]:
-    """Texts among a recording's attributes; the file may be being written."""
+    """Texts among a recording's attributes; the file may be being written.
+
+    What cannot be read, an attribute of a type that NumPy has not, for instance, is passed over: one odd file must not keep
+    the service from starting.
+    """
+    found: dict[str, str] = {}
     with h5py.File(file, "r", swmr=True, locking=False) as recording:
-        return {name: str(value) for name, value in recording.attrs.items()}
+        for name in recording.attrs:
+            with suppress(TypeError, ValueError, OSError, RuntimeError, KeyError):
+                found[name] = str(recording.attrs[name])
+    return found
