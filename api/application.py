@@ -30,6 +30,7 @@ from api.service.routes import rigs as rig_routes
 from api.service.routes import sessions as session_routes
 from api.service.service import create_service
 from api.service.settings import ServiceSettings
+from daq.recording_file import software_version
 from identify.recording.errors import InputError
 
 DESCRIPTION = (
@@ -67,7 +68,7 @@ def create_application(settings: ServiceSettings) -> FastAPI:
     application = FastAPI(
         title="coulomb",
         description=DESCRIPTION,
-        version="0.1.0",
+        version=software_version(),
         lifespan=lifespan,
         docs_url=None,  # its scripts come from outside the host
         redoc_url=None,

@@ -85,7 +85,7 @@ class RegressorModel:
         self._regressor: tuple[Array, list[Array]] | None = None
         self._body = RigidBody(
             base_parameters(Geometry.from_robot(rig.robot)),
-            tuple(Payload.model_validate(payload.model_dump()) for payload in self._payloads),
+            tuple(self._payloads),
             rig.drive_gain,
         )
         base = self._body.base

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-SYNC_ID = 0x080
+from drivers.sync_producer import SYNC_ID
 
 _PENDING = np.dtype([("column", "<i4"), ("seen", "?"), ("stamp", "<i8"), ("data", "u1", (8,))])
 

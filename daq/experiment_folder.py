@@ -15,7 +15,6 @@ from identify.recording import (
     ExperimentFile,
     Joint,
     JointLimits,
-    Payload,
     Robot,
     append_session,
     write_experiment,
@@ -70,7 +69,7 @@ def open_experiment(folder: Path, rig: Rig, name: str | None = None) -> bool:
             format=1,
             name=name or folder.resolve().name,
             robot=experiment_robot(rig),
-            payloads=tuple(map(_payload, rig.payloads)),
+            payloads=tuple(payload.declared() for payload in rig.payloads),
         )
         write_experiment(folder, experiment)
     (folder / INCOMPLETE).mkdir(exist_ok=True)
@@ -146,10 +145,6 @@ def admit(folder: Path, recording: Path, payload: KnownPayload, role: Role) -> P
             os.replace(log, raw_log_of(final))
         os.replace(recording, final)
         append_session(
-            folder, DeclaredSession(file=final.name, payload=payload.name, role=role), _payload(payload)
+            folder, DeclaredSession(file=final.name, payload=payload.name, role=role), payload.declared()
         )
     return final
-
-
-def _payload(payload: KnownPayload) -> Payload:
-    return Payload(**payload.model_dump())

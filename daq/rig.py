@@ -21,7 +21,7 @@ from drivers.profile import PROFILE_ENDINGS, DriveProfile, is_path, load_profile
 from drivers.profile_against_dictionary import mismatches
 from drivers.safety_output import SafetyOutputSettings
 from identify.recording.errors import InputError
-from identify.recording.experiment_file import check_settings
+from identify.recording.experiment_file import Payload, check_settings
 from identify.recording.strict_yaml import read_strict_yaml
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=64)]
@@ -176,16 +176,14 @@ class Storage(_Settings):
     """MB that must stay free; below, the motion is stopped"""
 
 
-class KnownPayload(_Settings):
-    """A payload of the lab, in the last link's frame."""
+class KnownPayload(Payload):
+    """A payload of the lab: its name can be typed in a command and stand in an address."""
 
     name: Name
-    mass: float = Field(ge=0, allow_inf_nan=False)
-    """kg"""
-    com: Vector3 = (0.0, 0.0, 0.0)
-    """m, centre of mass"""
-    inertia: tuple[Finite, Finite, Finite, Finite, Finite, Finite] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    """kg m² about the centre of mass: XX XY XZ YY YZ ZZ"""
+
+    def declared(self) -> Payload:
+        """The same as an experiment's file declares it; payloads of one class can be compared."""
+        return Payload.model_validate(self.model_dump())
 
 
 class Rig(_Settings):

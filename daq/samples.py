@@ -13,12 +13,7 @@ from numpy.typing import NDArray
 
 from daq.alignment import AlignedRows
 from drivers.process_data import DriveStream
-
-POSITION_CAME = 0x01
-COMMAND_CAME = 0x02
-CAME_LATE = 0x04
-SYNC_NOT_SEEN = 0x08
-CAME_AGAIN = 0x10
+from identify.recording.session_hdf5 import CAME_AGAIN, CAME_LATE, COMMAND_CAME, POSITION_CAME, SYNC_NOT_SEEN
 
 
 class Phase(IntEnum):

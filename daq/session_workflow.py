@@ -8,7 +8,6 @@ import json
 import secrets
 import subprocess
 import threading
-import time
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -533,10 +532,3 @@ def _unheard(event: SessionEvent) -> None:
 def _seed_of(recording: Path) -> int:
     """A simulated session's seed: its number, so that sessions differ and each is the same every time."""
     return int(recording.stem.rpartition("-")[2])
-
-
-def wait_for_end(session: PayloadSession, period: float = 0.2) -> SessionState:
-    """Wait for the end in steps short enough for Ctrl-C to be noticed."""
-    while not session.wait(period).ended:
-        time.sleep(0)
-    return session.state

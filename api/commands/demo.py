@@ -63,7 +63,7 @@ def demo(
         recorded = session.pop("recorded")
         sessions.append(session)
         say(f"Session with payload {payload}: {session['words']}.")
-        result = identify_so_far(recorded)
+        result = identify_so_far(recorded, "demo")
         identifications.append(result)
         print_errors(console, result, lambda words: say(f"  {words}"))
     say()

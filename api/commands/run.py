@@ -58,15 +58,16 @@ def run(
     folder = experiment or Path("experiments") / settings.name
     console = Console(stderr=True)
     results: list[dict[str, Any]] = []
+    user = operator or getpass.getuser()
     session = PayloadSession(
         settings,
         folder,
         motion,
         known,
-        operator or getpass.getuser(),
+        user,
         role="validation" if validation else "identification",
         on_event=lambda event: _sound(console, event),
-        after_session=lambda recorded: results.append(identify_so_far(recorded)),
+        after_session=lambda recorded: results.append(identify_so_far(recorded, user)),
     )
     with session:
         try:
@@ -197,17 +198,21 @@ def _figures(session: "PayloadSession") -> Any:
     return table
 
 
-def identify_so_far(recorded: "Recorded", model: str = "usual") -> dict[str, Any]:
-    """Fit a model to all sessions of the experiment so far; the result is stored beside them and returned."""
-    from identify.identification import identify
-    from identify.recording import load_experiment
+def identify_so_far(recorded: "Recorded", user: str) -> dict[str, Any]:
+    """Fit the model that stands (at first the usual one) to all sessions of the experiment so far.
 
-    result = identify(load_experiment(recorded.experiment), model).to_json()
-    folder = recorded.experiment / "results"
-    folder.mkdir(exist_ok=True)
-    text = json.dumps(result, ensure_ascii=False, indent=1)
-    (folder / f"{recorded.file.stem}.{model}.json").write_text(text + "\n", encoding="utf-8")
-    return result
+    The fit becomes a part of the story of the experiment's models, as after a session of the service. Returns its document.
+    """
+    from api.service.computations import fit
+    from api.service.model_story import ModelStory
+    from api.service.refit import fresh_folder, next_refit, store_refit
+
+    story = ModelStory(recorded.experiment)
+    refit = next_refit(story)
+    output = fresh_folder(story, refit.version, refit.fit)
+    found = fit(lambda _done, _words: None, str(recorded.experiment), refit.model, refit.add, str(output))
+    store_refit(story, found, user)
+    return found["identification"]
 
 
 def percent(error: float | None) -> str:

@@ -17,8 +17,8 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from api.service.atomic_file import write_atomically
 from api.service.problems import Problem, not_found
+from identify.recording.atomic_file import write_atomically
 from identify.recording.errors import InputError
 
 Cause = Literal["fit", "effect added", "effect removed", "improved"]

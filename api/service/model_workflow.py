@@ -11,12 +11,11 @@ from typing import Any
 
 from api.service.experiment_store import ExperimentStore
 from api.service.jobs import Job, JobRunner
-from api.service.model_story import Cause, Fit, ModelStory, ModelVersion, data_fingerprint, now_text
+from api.service.model_story import Cause, ModelStory, ModelVersion, data_fingerprint
 from api.service.problems import Problem
+from api.service.refit import fit_entry, fresh_folder, next_refit, store_refit
 from identify.effects.model import IN_EVERY_MODEL, NAMED_MODELS
 
-FIRST_MODEL = "usual"
-"""What is fitted by itself after the first session: the model that the diagnosis starts from."""
 COMPUTATIONS = "api.service.computations"
 NO_RIVALS = "Only weak candidates explain the data alike here; no experiment is worth running for them."
 
@@ -128,24 +127,11 @@ class ModelWorkflow:
         self._experiments.folder(experiment)
 
         def arguments() -> dict[str, Any]:
-            current = self.story(experiment).read().current
-            if current is None:
-                version, fit, model, add = "m1", "f1", FIRST_MODEL, []
-            else:
-                version, fit = current.id, f"f{len(current.fits) + 1}"
-                model, add = current.model, current.add
-            return self._fit_arguments(experiment, version, fit, model, add)
+            refit = next_refit(self.story(experiment))
+            return self._fit_arguments(experiment, refit.version, refit.fit, refit.model, refit.add)
 
         def store(found: dict[str, Any]) -> dict[str, Any]:
-            story = self.story(experiment)
-            current = story.read().current
-            fit = _fit(f"f{len(current.fits) + 1}" if current else "f1", found)
-            if current is not None:
-                return {"model": story.add_fit(current.id, fit).id}
-            version = story.add_version(
-                model=FIRST_MODEL, add=[], cause="fit", change=None, user=user, fit=fit
-            )
-            return {"model": version.id}
+            return {"model": store_refit(self.story(experiment), found, user).id}
 
         return self._jobs.submit(
             "identify", f"{COMPUTATIONS}:fit", arguments, store, user=user, experiment=experiment
@@ -238,7 +224,7 @@ class ModelWorkflow:
                     cause="improved",
                     change=step["change"],
                     user=user,
-                    fit=_fit("f1", step),
+                    fit=fit_entry("f1", step),
                 )
             standing = story.read().line[-1]
             return {"model": standing, "improvement": found["improvement"]}
@@ -293,7 +279,7 @@ class ModelWorkflow:
             return self._fit_arguments(experiment, story.next_version_id(), "f1", model, add)
 
         def store(found: dict[str, Any]) -> dict[str, Any]:
-            fit = _fit("f1", found)
+            fit = fit_entry("f1", found)
             version = story.add_version(model=model, add=add, cause=cause, change=change, user=user, fit=fit)
             return {"model": version.id}
 
@@ -309,19 +295,5 @@ class ModelWorkflow:
         self, experiment: str, version: str, fit: str, model: str, add: list[str]
     ) -> dict[str, Any]:
         folder = self._experiments.folder(experiment)
-        output = ModelStory(folder).new_fit_folder(version, fit)
-        shutil.rmtree(output, ignore_errors=True)  # left over from a computation that was cancelled
+        output = fresh_folder(ModelStory(folder), version, fit)
         return {"experiment": str(folder), "model": model, "add": add, "output": str(output)}
-
-
-def _fit(identifier: str, found: dict[str, Any]) -> Fit:
-    """The story's entry of what `computations.fit` found."""
-    document = found["identification"]
-    return Fit(
-        id=identifier,
-        data=found["data"],
-        sessions=len(document["sessions"]),
-        created=now_text(),
-        relative_error=document["relative_error"],
-        relative_error_validation=document["relative_error_validation"],
-    )

@@ -5,9 +5,9 @@ import re
 from pathlib import Path
 from typing import Any
 
-from api.service.atomic_file import write_atomically
 from api.service.problems import not_found
 from daq.excitation.excitation_plan import ExcitationPlan
+from identify.recording.atomic_file import write_atomically
 from identify.recording.errors import InputError
 
 REPORTS = "reports"

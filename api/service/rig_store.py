@@ -5,7 +5,7 @@ from pathlib import Path
 from api.service.problems import not_found
 from daq.experiment_folder import experiment_robot
 from daq.rig import RIGS, Rig
-from identify.recording import ExperimentFile, InputError, Payload
+from identify.recording import ExperimentFile, InputError
 
 
 class RigStore:
@@ -40,5 +40,9 @@ class RigStore:
         if rig_id not in self.files():
             raise InputError(f"rig: {rig_id!r} is not known; known are {', '.join(self.files())}")
         rig = self.rig(rig_id)
-        payloads = [Payload.model_validate(payload.model_dump()) for payload in rig.payloads]
-        return ExperimentFile(format=1, name=name, robot=experiment_robot(rig), payloads=tuple(payloads))
+        return ExperimentFile(
+            format=1,
+            name=name,
+            robot=experiment_robot(rig),
+            payloads=tuple(payload.declared() for payload in rig.payloads),
+        )

@@ -19,7 +19,7 @@ from api.service.rig_operators import RigOperators
 from api.service.rig_stop import RigStop
 from api.service.rig_store import RigStore
 from api.service.separating_plans import SeparatingPlanner
-from api.service.session_cache import SessionCache
+from api.service.session_samples import SessionSamples
 from api.service.settings import ServiceSettings
 from api.service.sign_in_throttle import SignInThrottle
 from api.service.weighing import WeighingScale
@@ -47,7 +47,7 @@ class Service:
     homings: Homings
     drive_resets: DriveResets
     rig_stop: RigStop
-    samples: SessionCache
+    samples: SessionSamples
     live: LiveFeed
     scale: WeighingScale
 
@@ -88,7 +88,7 @@ def create_service(settings: ServiceSettings) -> Service:
         homings=homings,
         drive_resets=DriveResets(rigs, operators, claims, audit),
         rig_stop=RigStop(sessions, homings),
-        samples=SessionCache(),
+        samples=SessionSamples(),
         live=LiveFeed(operators, sessions, settings.live_rate),
         scale=WeighingScale(settings.scale_port),
     )

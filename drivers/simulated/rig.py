@@ -28,10 +28,10 @@ from drivers.simulated.link import Link, open_link
 from drivers.simulated.mechanism import Mechanism
 from drivers.simulated.node import SimulatedNode
 from drivers.simulated.settings import SimulatedDrivesSettings
+from drivers.sync_producer import SYNC_ID
 
 logger = logging.getLogger(__name__)
 
-_SYNC_ID = 0x80
 _SYNC_LOST = 0x8700
 _MASTER_LOST = 0x8130
 _HOUSEKEEPING = 0.005  # s between two looks at heartbeats and time-outs
@@ -120,7 +120,7 @@ class SimulatedRig:
         self._node_of_rpdo = {can_id: node for node in self.nodes for can_id in node.receive_ids}
 
     def _on_frame(self, can_id: int, data: bytes) -> None:
-        if can_id == _SYNC_ID:
+        if can_id == SYNC_ID:
             with self._lock:
                 self._on_sync()
                 self._hear_foreign_syncs()
@@ -146,7 +146,7 @@ class SimulatedRig:
         for node in self.nodes:
             if node.faults.foreign_syncs:
                 node.faults.foreign_syncs -= 1
-                self._link.send(_SYNC_ID, b"")
+                self._link.send(SYNC_ID, b"")
                 self._on_sync()
 
     def _sample(self) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import os
 import re
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, get_args
@@ -11,6 +10,7 @@ from typing import Annotated, Any, Literal, TypeVar, get_args
 import yaml
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
+from identify.recording.atomic_file import write_atomically
 from identify.recording.errors import InputError
 from identify.recording.strict_yaml import Lines, read_strict_yaml
 
@@ -289,16 +289,7 @@ def write_experiment(folder: Path, experiment: ExperimentFile) -> Path:
         if not document.get(optional):
             document.pop(optional, None)
     text = yaml.safe_dump(document, sort_keys=False, allow_unicode=True, default_flow_style=None, width=110)
-    temporary = folder / f".{EXPERIMENT_FILE}-{os.getpid()}"
-    try:
-        with temporary.open("w", encoding="utf-8") as stream:
-            stream.write(text)
-            stream.flush()
-            os.fsync(stream.fileno())
-        temporary.replace(path)
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise
+    write_atomically(path, text.encode())
     return path
 
 

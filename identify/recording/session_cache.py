@@ -27,9 +27,13 @@ MOST_SESSIONS = 64
 
 class SessionCache(Generic[Key, Value]):
     """Holds what was used last, within bounds. Safe to use from several threads; a copy sent elsewhere
-    starts empty."""
+    starts empty.
 
-    def __init__(self) -> None:
+    largest : bytes in memory of all that is held; the newest is held whatever its size
+    """
+
+    def __init__(self, largest: int = LARGEST_IN_MEMORY) -> None:
+        self._largest = largest
         self._held: OrderedDict[Key, Value] = OrderedDict()
         self._lock = threading.Lock()
 
@@ -44,10 +48,10 @@ class SessionCache(Generic[Key, Value]):
             self._held[key] = value
             while len(self._held) > 1 and (
                 len(self._held) > MOST_SESSIONS
-                or sum(held.in_memory() for held in self._held.values()) > LARGEST_IN_MEMORY
+                or sum(held.in_memory() for held in self._held.values()) > self._largest
             ):
                 self._held.popitem(last=False)
         return value
 
-    def __reduce__(self) -> tuple[type[SessionCache[Key, Value]], tuple[()]]:
-        return SessionCache, ()
+    def __reduce__(self) -> tuple[type[SessionCache[Key, Value]], tuple[int]]:
+        return SessionCache, (self._largest,)

@@ -45,7 +45,9 @@ SCALE = "scale"
 POSITION_CAME = 1
 COMMAND_CAME = 2
 CAME_LATE = 4
-"""Bits of `valid`."""
+SYNC_NOT_SEEN = 8
+CAME_AGAIN = 16
+"""Bits of `valid`: what came in this cycle, what came late, a SYNC whose time is interpolated, what came more than once."""
 
 RECORDING = "recording"
 COMPLETE = "complete"

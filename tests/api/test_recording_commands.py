@@ -12,6 +12,7 @@ import pytest
 from pyarrow import parquet
 from scipy.io import loadmat
 
+from api.service.model_story import ModelStory
 from identify.recording import load_experiment
 
 ROOT = Path(__file__).parents[2]
@@ -44,7 +45,9 @@ def test_run_records_a_session_and_identifies_over_all_so_far(recorded):
     assert said["state"] == "done"
     assert said["file"] == str(folder / "session-00.h5")
     assert said["identification"]["sessions"][0]["payload"] == "disk-7"
-    assert json.loads((folder / "results" / "session-00.usual.json").read_text()) == said["identification"]
+    story = ModelStory(folder)
+    assert [(version.id, version.model) for version in story.read().versions] == [("m1", "usual")]
+    assert json.loads((story.fit_folder("m1") / "identification.json").read_text()) == said["identification"]
     assert [entry.payload.name for entry in load_experiment(folder).sessions] == ["disk-7"]
 
 
