@@ -99,7 +99,6 @@ class RegressorModel:
             (name, joint, unit, None)
             for name, joint, unit in zip(base.names, base.joints, base.units, strict=True)
         ]
-        known = identified.values if identified else self._assumed_friction()
         values = self._chi.tolist()
         self._columns: list[NDArray[np.intp]] = []
         probe = self._views(self._probe(payloads))
@@ -108,8 +107,7 @@ class RegressorModel:
             width = term.effect.columns(probe(self._rows_of(term)[0], term.joint), constants).shape[1]
             self._columns.append(np.arange(len(named), len(named) + width))
             names = _names(term, width, summaries[term.joint])
-            reported_offset = term.effect.reported_offset(constants)
-            values += [known.get(name, reported_offset) - reported_offset for name, *_ in names]
+            values += self._term_values(term, [name for name, *_ in names], identified)
             named += names
         self._values = np.array(values)
         self.parameters = tuple(
@@ -227,14 +225,16 @@ class RegressorModel:
         q, dq, ddq = random.standard_normal((3, 8, len(self._rig.axes)))
         return PlannedMotion(payloads[0], 0.01 * np.arange(8.0), q, dq, ddq, 0.01)
 
-    def _assumed_friction(self) -> dict[str, float]:
-        """Values of viscous and dry friction by name."""
-        friction = FRICTION_SHARE * torque_limits(self._rig)
-        found: dict[str, float] = {}
-        for j, axis in enumerate(self._rig.axes):
-            found[f"FC{j + 1}"] = float(friction[j])
-            found[f"FV{j + 1}"] = float(friction[j] / axis.limits.velocity)
-        return found
+    def _term_values(
+        self, term: Term, names: Sequence[str], identified: Identified | None
+    ) -> Sequence[float]:
+        """Values of a term's parameters: as identified, else what the effect assumes; 0 where it assumes nothing."""
+        if identified:
+            offset = term.effect.reported_offset(dict(term.constants or ()))
+            return [identified.values.get(name, offset) - offset for name in names]
+        friction = FRICTION_SHARE * float(torque_limits(self._rig)[term.joint])
+        speed = self._rig.axes[term.joint].limits.velocity
+        return term.effect.assumed(friction, speed) or [0.0] * len(names)
 
     def _views(self, motion: PlannedMotion) -> "_Views":
         """The motion as effects see it; sessions that share a motion share its regressor."""
@@ -366,7 +366,7 @@ def _names(term: Term, width: int, summary: JointSummary) -> list[tuple[str, str
 
 def _identified_base(names: Sequence[str], identified: Identified) -> Array:
     """(b,) base parameters; of eq. (30)'s products a_m·X and a_g·X the mean, since a_m + a_g is about 2."""
-    found = []
+    chi: list[float] = []
     for name in names:
         products = [
             value
@@ -374,11 +374,11 @@ def _identified_base(names: Sequence[str], identified: Identified) -> Array:
             if key.partition("@")[0] in (f"a_m·{name}", f"a_g·{name}")
         ]
         if name in identified.values:
-            found.append(identified.values[name])
+            chi.append(identified.values[name])
         elif products:
-            found.append(float(np.mean(products)))
+            chi.append(float(np.mean(products)))
         else:
             raise InputError(
                 f"{identified.source}: has no parameter '{name}' of this rig; it was identified on another robot"
             )
-    return np.array(found)
+    return np.array(chi)

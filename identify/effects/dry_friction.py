@@ -45,6 +45,9 @@ class Coulomb(Effect):
     def formulas(self, constants: Constants) -> tuple[str, ...] | None:
         return ("direction",)
 
+    def assumed(self, friction: float, speed: float) -> tuple[float, ...]:
+        return (friction,)
+
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         return motion.direction[:, None]
 

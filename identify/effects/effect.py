@@ -124,6 +124,14 @@ class Effect(ABC):
         """What is added to the fitted values when they are reported: 1 where they are deviations of a ratio from 1."""
         return 0.0
 
+    def assumed(self, friction: float, speed: float) -> tuple[float, ...] | None:
+        """Values of the parameters that a plan takes before anything was measured; None for nothing of the effect.
+
+        friction : N m or N, of dry friction, and again of viscous friction at the highest speed
+        speed    : rad/s or m/s, the highest
+        """
+        return None
+
     def replaces_payload_ratio(self, constants: Constants) -> bool:
         """Whether a model that has it leaves no column for the payload ratio of eq. (35)."""
         return False

@@ -29,6 +29,9 @@ class Viscous(Effect):
     def formulas(self, constants: Constants) -> tuple[str, ...] | None:
         return ("dq",)
 
+    def assumed(self, friction: float, speed: float) -> tuple[float, ...]:
+        return (friction / speed,)
+
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         return motion.dq[:, None]
 

@@ -160,15 +160,19 @@ def stribeck_velocities(loaded: FittedModel) -> list[float]:
     besides = [Slot.of(Term(known[name], joint)) for joint in range(record.joints) for name in SMOOTH]
     tried = [gear.grid(summary) for summary in record.summaries]
     for last in (False, True):
-        slots = [Slot.of(Term(gear, joint), c) for joint, own in enumerate(tried) for c in own]
+        slots = [Slot.of(Term(gear, joint), c) for joint, choices in enumerate(tried) for c in choices]
         observation = observe(record, loaded.entries, [*slots, *besides], loaded.torque)
-        errors = np.split(_gear_errors(observation, len(slots)), np.cumsum([len(own) for own in tried])[:-1])
+        errors = np.split(
+            _gear_errors(observation, len(slots)), np.cumsum([len(choices) for choices in tried])[:-1]
+        )
         if not last:
-            best = [own[int(np.argmin(error))] for own, error in zip(tried, errors, strict=True)]
+            best = [choices[int(np.argmin(error))] for choices, error in zip(tried, errors, strict=True)]
             listed = zip(best, record.summaries, strict=True)
             tried = [gear.refine(choice, summary) for choice, summary in listed]
-    velocities = [np.array([c["stribeck_velocity"] for c in own]) for own in tried]
-    return [least_between(own, error) for own, error in zip(velocities, errors, strict=True)]
+    velocities = [np.array([c["stribeck_velocity"] for c in choices]) for choices in tried]
+    return [
+        least_between(tried_values, error) for tried_values, error in zip(velocities, errors, strict=True)
+    ]
 
 
 def least_between(values: Array, errors: Array) -> float:

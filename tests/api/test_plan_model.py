@@ -164,3 +164,15 @@ def test_page_and_plan_report_say_the_same_of_the_same_plan_of_90_seconds(rig):
         assert words.lower().startswith(hidden.reason.lower())
         assert all(titles[effect] in words for effect in hidden.effects)
         assert hidden.remedy in words
+
+
+def test_before_anything_is_measured_dry_and_viscous_friction_take_their_share_of_the_current(rig):
+    """A twentieth each: dry friction at standstill, and both at the highest speed."""
+    speed = rig.axes[0].limits.velocity * np.array([1e-9, 1.0, -1.0])[:, np.newaxis]
+    still = np.zeros_like(speed)
+    motion = PlannedMotion(rig.payloads[0], np.arange(3.0), still, speed, still, 1.0)
+    usual, rigid = (
+        RegressorModel(rig, name, rig.payloads).torque(motion)[:, 0] for name in ("usual", "rigid")
+    )
+    share = 0.05 * torque_limits(rig)[0]
+    assert usual - rigid == pytest.approx(np.array([share, 2 * share, -2 * share]))
