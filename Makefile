@@ -1,5 +1,6 @@
 # make demo   set up, then the whole loop on the simulated drive
 # make test   set up with everything the tests want, then all tests
+# make test-random   the properties with other examples; make mutants   do the tests notice?
 # make docs   the reference of modules, classes and functions, from their docstrings
 # All need python3, git and make, and nothing else done before.
 
@@ -8,7 +9,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 
-.PHONY: demo test lint docs setup setup-test lock blind faults benchmark clean
+.PHONY: demo test test-random mutants lint docs setup setup-test lock blind faults benchmark clean
 
 demo: setup
 	$(BIN)/coulomb demo
@@ -19,6 +20,18 @@ test: setup-test lint
 	if [ $$status = 125 ]; then echo "tests/vcan: no SocketCAN here; these tests are skipped below with their reason"; \
 	elif [ $$status != 0 ]; then exit $$status; fi
 	$(BIN)/python -m pytest
+
+# Properties with examples drawn anew, RUNS times; stops at the first that fails and says how to repeat it.
+RUNS ?= 1
+test-random: setup-test
+	for run in $$(seq $(RUNS)); do \
+		$(BIN)/python -m pytest -x -q -m "hypothesis and not browser" --hypothesis-profile=random || exit 1; done
+
+# Do the tests notice small changes to the code? Hours for the whole sample; SAMPLE, SEED and MODULE choose less.
+SAMPLE ?= 200
+SEED ?= 2026
+mutants: setup-test
+	$(BIN)/python -m tests.mutants --sample $(SAMPLE) --seed $(SEED) $(foreach module,$(MODULE),--module $(module))
 
 lint: setup-test
 	$(BIN)/ruff check .

@@ -16,3 +16,10 @@ RecordTip = Annotated[str | None, typer.Option("--tip", help="link of the URDF a
 ModelName = Annotated[str, typer.Option(help="rigid, usual, load-velocity, or rigid+effect,effect…")]
 Additions = Annotated[list[str] | None, typer.Option(help="EFFECT or EFFECT@JOINT; may be repeated")]
 AsJson = Annotated[bool, typer.Option("--json", help="one JSON document on stdout")]
+Workers = Annotated[
+    int, typer.Option(min=1, max=256, help="processes of this machine that sessions are divided among")
+]
+Cluster = Annotated[
+    str | None,
+    typer.Option(help="a Dask scheduler whose workers are used instead (tcp://host:8786; extra 'dask')"),
+]

@@ -43,6 +43,8 @@ def main() -> None:
     # Read when NumPy is loaded. The computations use one thread for linear algebra anyway (`single_threaded`), and
     # threads that OpenBLAS starts all the same spin while they wait: a sixth of the processor time of `identify`.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # pydantic would look through the entry points of everything that is installed for plug-ins; no command has a use for one.
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     try:
         _run()
     finally:

@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from api.command_arguments import AsJson, Cluster, Experiment, Workers
+
 if TYPE_CHECKING:
     from identify.results.comparison import ComparisonDocument
 
@@ -15,9 +17,7 @@ def register(application: typer.Typer) -> None:
 
 
 def compare_command(
-    experiment: Annotated[
-        str, typer.Argument(help="folder, experiment.yaml, or name of a stored experiment")
-    ],
+    experiment: Experiment,
     out: Annotated[Path, typer.Option(help="folder for the figures (PNG and SVG), made if need be")],
     model: Annotated[
         list[str] | None,
@@ -29,16 +29,20 @@ def compare_command(
             help="EFFECT or EFFECT@JOINT for the last model, which is also compared without it if alone"
         ),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="one JSON document on stdout")] = False,
+    workers: Workers = 1,
+    cluster: Cluster = None,
+    as_json: AsJson = False,
 ) -> None:
     """Draw measured, predicted and error of every model, and set their errors side by side."""
+    from api.computing import Computing
     from api.stored_experiments import resolve
     from identify.comparison import compare, comparison_document, write_figures
     from identify.recording import load_experiment
 
-    found = compare(load_experiment(resolve(experiment)), model or [], add or [])
-    figures = [str(out / file) for file in write_figures(found, out)]
-    document = comparison_document(found, figures)
+    with Computing(workers, cluster)():
+        found = compare(load_experiment(resolve(experiment)), model or [], add or [])
+        figures = [str(out / file) for file in write_figures(found, out)]
+        document = comparison_document(found, figures)
     if as_json:
         print(document.json_text())
     else:

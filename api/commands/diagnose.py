@@ -2,7 +2,16 @@
 
 import typer
 
-from api.command_arguments import Additions, AsJson, Experiment, ModelName, RecordRobot, RecordTip
+from api.command_arguments import (
+    Additions,
+    AsJson,
+    Cluster,
+    Experiment,
+    ModelName,
+    RecordRobot,
+    RecordTip,
+    Workers,
+)
 
 
 def register(application: typer.Typer) -> None:
@@ -17,14 +26,17 @@ def diagnose_command(
     add: Additions = None,
     robot: RecordRobot = None,
     tip: RecordTip = None,
+    workers: Workers = 1,
+    cluster: Cluster = None,
     as_json: AsJson = False,
 ) -> None:
     """Say where a model fails and which physical effect is missing."""
+    from api.computing import Computing
     from api.diagnosis_text import diagnosis_text
     from api.record_experiment import opened_experiment
     from identify.diagnosis.diagnosis import diagnose
 
-    with opened_experiment(experiment, robot, tip) as loaded:
+    with Computing(workers, cluster)(), opened_experiment(experiment, robot, tip) as loaded:
         document = diagnose(loaded, model, add or []).document()
     print(document.json_text() if as_json else diagnosis_text(document))
 
@@ -34,13 +46,16 @@ def improve_command(
     model: ModelName = "usual",
     robot: RecordRobot = None,
     tip: RecordTip = None,
+    workers: Workers = 1,
+    cluster: Cluster = None,
     as_json: AsJson = False,
 ) -> None:
     """Diagnose a model and add what is missing, step by step, until nothing more is justified."""
+    from api.computing import Computing
     from api.diagnosis_text import improvement_text
     from api.record_experiment import opened_experiment
     from identify.diagnosis.improvement import improve
 
-    with opened_experiment(experiment, robot, tip) as loaded:
+    with Computing(workers, cluster)(), opened_experiment(experiment, robot, tip) as loaded:
         document = improve(loaded, model).document()
     print(document.json_text() if as_json else improvement_text(document))

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from api.command_arguments import Additions, AsJson, Experiment, ModelName
+from api.command_arguments import Additions, AsJson, Cluster, Experiment, ModelName, Workers
 
 
 def register(application: typer.Typer) -> None:
@@ -39,23 +39,27 @@ def identify_command(
         bool,
         typer.Option("--feasible", help="also the nearest physically consistent inertias (extra 'feasible')"),
     ] = False,
+    workers: Workers = 1,
+    cluster: Cluster = None,
     as_json: AsJson = False,
 ) -> None:
     """Fit a model to all identification sessions at once and check it on the validation sessions."""
+    from api.computing import Computing
     from api.stored_experiments import resolve
     from identify.identification import identify
     from identify.recording import load_experiment
 
-    result = identify(
-        load_experiment(resolve(experiment)),
-        model,
-        add or [],
-        estimator=estimator,
-        essential=essential,
-        payloads=payload or [],
-        unknown_payloads=unknown_payload or [],
-    )
-    document = result.document()
+    with Computing(workers, cluster)():
+        result = identify(
+            load_experiment(resolve(experiment)),
+            model,
+            add or [],
+            estimator=estimator,
+            essential=essential,
+            payloads=payload or [],
+            unknown_payloads=unknown_payload or [],
+        )
+        document = result.document()
     if feasible:
         from identify.estimation.feasible import feasible_parameters
 

@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from api.command_arguments import Additions, AsJson, Experiment, ModelName
+from api.command_arguments import Additions, AsJson, Cluster, Experiment, ModelName, Workers
 
 
 def register(application: typer.Typer) -> None:
@@ -19,16 +19,20 @@ def next_command(
     between: Annotated[
         list[str] | None, typer.Option(help="an effect to separate from another; give it twice")
     ] = None,
+    workers: Workers = 1,
+    cluster: Cluster = None,
     as_json: AsJson = False,
 ) -> None:
     """Plan the experiment (payload, speed, range, repeats) that would separate what the diagnosis cannot tell apart."""
+    from api.computing import Computing
     from api.stored_experiments import resolve
     from identify.diagnosis.next_experiment import next_experiment
     from identify.recording import InputError, load_experiment
 
     if between and len(between) != 2:
         raise InputError("--between: give it twice, once for each of the two effects")
-    result = next_experiment(load_experiment(resolve(experiment)), model, add or [], between or [])
+    with Computing(workers, cluster)():
+        result = next_experiment(load_experiment(resolve(experiment)), model, add or [], between or [])
     if as_json:
         print(result.json_text())
         return

@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from api.command_arguments import Cluster, Workers
+
 
 def register(application: typer.Typer) -> None:
     """Add the command."""
@@ -31,7 +33,9 @@ def serve(
         list[str] | None, typer.Option(help="A name under which browsers reach this service; repeatable.")
     ] = None,
     scale: Annotated[str | None, typer.Option(help="Serial port of the weighing scale.")] = None,
-    workers: Annotated[int, typer.Option(min=1, max=64, help="Computations at the same time.")] = 1,
+    jobs: Annotated[int, typer.Option(min=1, max=64, help="Computations at the same time.")] = 1,
+    workers: Workers = 1,
+    cluster: Cluster = None,
     tls_certificate: Annotated[
         Path | None, typer.Option(help="Certificate (PEM), to answer by https.", exists=True, dir_okay=False)
     ] = None,
@@ -43,6 +47,7 @@ def serve(
     ] = False,
 ) -> None:
     """Serve experiments, rigs and models over REST and as pages, until interrupted."""
+    from api.computing import Computing
     from api.data_folder import default_data_folder
     from api.server import run_service
     from api.service.settings import ServiceSettings
@@ -50,6 +55,7 @@ def serve(
 
     if (tls_certificate is None) != (tls_key is None):
         raise InputError("--tls-certificate and --tls-key go together: give both, or neither")
+    Computing(workers, cluster).check()
     run_service(
         ServiceSettings(
             data_folder=data or default_data_folder(),
@@ -59,7 +65,9 @@ def serve(
             allowed_hosts=tuple(name.lower() for name in allow_host or ()),
             secure_cookies=behind_tls or tls_certificate is not None,
             scale_port=scale,
+            simultaneous_jobs=jobs,
             workers=workers,
+            cluster=cluster,
         ),
         certificate=tls_certificate,
         key=tls_key,

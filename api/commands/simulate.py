@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from api.command_arguments import Additions, AsJson, Experiment, ModelName
+from api.command_arguments import Additions, AsJson, Cluster, Experiment, ModelName, Workers
 
 
 def register(application: typer.Typer) -> None:
@@ -34,15 +34,19 @@ def simulate_command(
         bool,
         typer.Option(help="also run the model from each session's start to its end, which takes longest"),
     ] = True,
+    workers: Workers = 1,
+    cluster: Cluster = None,
     as_json: AsJson = False,
 ) -> None:
     """Run an identified model forward on the record: how well it predicts motion, not only torque."""
+    from api.computing import Computing
     from api.simulation_text import simulation_text
     from api.stored_experiments import resolve
     from identify.recording import load_experiment
     from identify.simulation.simulate import HORIZONS, simulate
 
-    document = simulate(
-        load_experiment(resolve(experiment)), model, add or [], horizon or HORIZONS, controller, free_run
-    )
+    with Computing(workers, cluster)():
+        document = simulate(
+            load_experiment(resolve(experiment)), model, add or [], horizon or HORIZONS, controller, free_run
+        )
     print(document.json_text() if as_json else simulation_text(document))

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from multiprocessing.connection import Connection
 from typing import Any
 
+from api.computing import Computing
 from identify.recording.errors import InputError
 
 Progress = Callable[[float, str], None]
@@ -50,14 +51,15 @@ class JobProcess:
 
     function  : `module:name` of a function `f(progress, **arguments)` whose result can be pickled
     arguments : its keyword arguments
+    computing : where it reduces sessions
     """
 
-    def __init__(self, function: str, arguments: dict[str, Any]) -> None:
+    def __init__(self, function: str, arguments: dict[str, Any], computing: Computing) -> None:
         context = _context()
         self._receiver, sender = context.Pipe(duplex=False)
         self._stop = context.Event()
         self._process = context.Process(
-            target=_work, args=(sender, self._stop, function, arguments), daemon=True
+            target=_work, args=(sender, self._stop, function, arguments, computing), daemon=True
         )
         self._process.start()
         sender.close()
@@ -85,7 +87,9 @@ class JobProcess:
         self._receiver.close()
 
 
-def _work(sender: Connection, stop: Any, function: str, arguments: dict[str, Any]) -> None:
+def _work(
+    sender: Connection, stop: Any, function: str, arguments: dict[str, Any], computing: Computing
+) -> None:
     os.nice(NICENESS)
 
     def progress(fraction: float, words: str) -> None:
@@ -95,7 +99,8 @@ def _work(sender: Connection, stop: Any, function: str, arguments: dict[str, Any
 
     module, _, name = function.partition(":")
     try:
-        result = getattr(importlib.import_module(module), name)(progress, **arguments)
+        with computing():
+            result = getattr(importlib.import_module(module), name)(progress, **arguments)
     except Cancelled:
         sender.send(("cancelled", None))
     except InputError as error:

@@ -12,6 +12,7 @@ from typing import Any
 
 from sqlalchemy import select, update
 
+from api.computing import Computing
 from api.service.database import LONGEST_WORDS, Database, JobRow
 from api.service.job_process import JobProcess
 from api.service.problems import Problem
@@ -75,12 +76,21 @@ Listener = Callable[[Job], None]
 
 
 class JobRunner:
-    """Runs jobs one after another in `workers` processes.
+    """Runs jobs one after another, as many at the same time as `simultaneous` says, each in a process.
+
+    computing : where each of them reduces its sessions
 
     Jobs of one experiment never overlap: each begins with what the one before has stored.
     """
 
-    def __init__(self, database: Database, clock: Callable[[], float], workers: int = 1) -> None:
+    def __init__(
+        self,
+        database: Database,
+        clock: Callable[[], float],
+        simultaneous: int = 1,
+        computing: Computing | None = None,
+    ) -> None:
+        self._computing = computing or Computing()
         self._database = database
         self._clock = clock
         self._tasks: dict[str, _Task] = {}
@@ -90,7 +100,7 @@ class JobRunner:
         self._listeners: set[Listener] = set()
         self._closing = False
         self._threads = [
-            threading.Thread(target=self._run, name=f"jobs-{n}", daemon=True) for n in range(workers)
+            threading.Thread(target=self._run, name=f"jobs-{n}", daemon=True) for n in range(simultaneous)
         ]
         self._mark_lost()
 
@@ -211,7 +221,7 @@ class JobRunner:
         except Problem as problem:
             self._change(task, state=JobState.FAILED, words=problem.detail)
             return
-        process = JobProcess(task.function, arguments)
+        process = JobProcess(task.function, arguments, self._computing)
         try:
             kind, content = self._follow(task, process)
         finally:

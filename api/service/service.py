@@ -61,7 +61,7 @@ def create_service(settings: ServiceSettings) -> Service:
     clock = settings.clock
     audit = AuditLog(database, clock)
     experiments = ExperimentStore(database, settings.experiments_folder, clock)
-    jobs = JobRunner(database, clock, settings.workers)
+    jobs = JobRunner(database, clock, settings.simultaneous_jobs, settings.computing)
     models = ModelWorkflow(experiments, jobs)
     rigs = RigStore(settings.data_folder / "rigs")
     claims = BusClaims()

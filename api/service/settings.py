@@ -7,6 +7,7 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from api.computing import Computing
 from api.data_folder import default_data_folder
 
 MEBIBYTE = 1024 * 1024
@@ -34,14 +35,23 @@ class ServiceSettings(BaseModel):
     """Largest uploaded file."""
     unpacked_limit: int = 2048 * MEBIBYTE
     """Largest sum of what an uploaded archive unpacks to."""
-    workers: int = 1
+    simultaneous_jobs: int = 1
     """Jobs that compute at the same time, each in a process of its own."""
+    workers: int = 1
+    """Processes that a job divides the sessions of its experiment among."""
+    cluster: str | None = None
+    """Address of a Dask scheduler whose workers jobs use instead; None where they compute on this machine."""
     live_rate: float = 20.0
     """Blocks of live samples per second that viewers are sent, Hz."""
     scale_port: str | None = None
     """Serial port of the weighing scale; None where masses are typed."""
     clock: Callable[[], float] = time.time
     """Seconds since 1970; tests hand in their own."""
+
+    @property
+    def computing(self) -> Computing:
+        """Where jobs reduce sessions."""
+        return Computing(self.workers, self.cluster)
 
     @property
     def experiments_folder(self) -> Path:

@@ -25,7 +25,7 @@ from identify.diagnosis.where import where_it_fails
 from identify.effects.model import Model, Term
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.fitting import Progress, fit_model
-from identify.estimation.prediction import Prediction, mean_error, predict
+from identify.estimation.prediction import Prediction, mean_error, predict_sessions
 from identify.estimation.record import Record
 from identify.estimation.requested_model import known_effects, open_record, requested_model
 from identify.estimation.small_algebra import single_threaded
@@ -150,7 +150,7 @@ def diagnose_record(
     held = {term.key: words for term, _ in added if (words := made_by_recording(present, term))}
     added.sort(key=lambda row: row[0].key in held)
     floors = noise_floors(record)
-    checked = [predict(present, entry) for entry in record.entries("validation")]
+    checked = predict_sessions(present, record.entries("validation"))
     unseen = [[parts[joint] for parts in checked] for joint in range(record.joints)]
     joints = tuple(
         _conclude(

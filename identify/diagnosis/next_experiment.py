@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -18,10 +20,11 @@ from numpy.typing import NDArray
 from identify.diagnosis.diagnosis import Diagnosis, diagnose_record
 from identify.diagnosis.finding import Finding
 from identify.effects.model import Model, Term, terms_of
+from identify.estimation.executor import SERIAL, chosen_executor, computed_by
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.fitting import fit_model
 from identify.estimation.least_squares import joint_rows
-from identify.estimation.observation import Observation, Slot, observe
+from identify.estimation.observation import FittedTorque, Slot, observe
 from identify.estimation.record import Record
 from identify.estimation.requested_model import known_effects, open_record, requested_model
 from identify.estimation.small_algebra import single_threaded
@@ -151,10 +154,14 @@ def separate_terms(
     beside = [term for term in missing if term.key not in keys]
     base = fit_model(record, model.with_terms(beside))
     fits = [fit_model(record, base.model.with_terms([term])) for term in terms]
-    now = _separation(fits, terms, joint, None, base)
+    question = _Question.of(record, fits, terms, joint, base)
+    now = question.separation(question.known)
+    options = list(_options(record, joint))
+    expected = chosen_executor()(
+        partial(_expected, question), [(motion, payload) for payload, *_, motion in options]
+    )
     proposals = []
-    for payload, speed, low, high, shape, repeats, motion in _options(record, joint):
-        expected = _expected(record, fits, terms, joint, base, motion, payload)
+    for (payload, speed, low, high, shape, repeats, _), separation in zip(options, expected, strict=True):
         proposal = Proposal(
             payload=payload,
             shape=shape,
@@ -162,10 +169,10 @@ def separate_terms(
             position_from=low,
             position_to=high,
             repeats=repeats,
-            separation=expected,
-            decides=expected >= SEPARATED,
+            separation=separation,
+            decides=separation >= SEPARATED,
         )
-        proposals.append((expected, proposal))
+        proposals.append((separation, proposal))
     proposals.sort(key=lambda pair: pair[0], reverse=True)
     return NextExperimentDocument(
         experiment=record.experiment.name,
@@ -243,20 +250,61 @@ def _course(shape: Shape, speed: float, middle: float, half: float) -> tuple[int
     return repeats, middle - half + 2 * half * (position - position.min()) / (size if size > 0 else 1.0)
 
 
-def _expected(
-    record: Record,
-    fits: Sequence[FittedModel],
-    terms: Sequence[Term],
-    joint: int,
-    base: FittedModel,
-    motion: Array,
-    payload: str,
-) -> float:
-    """Separation with the new motion added to the data so far."""
-    with tempfile.TemporaryDirectory() as scratch:
-        planned = _planned_experiment(record.experiment, Path(scratch), motion, payload)
+@dataclass(frozen=True)
+class _Question:
+    """Two rivals on a joint, and what the data so far say of them.
+
+    torque : of the fitted model with the first rival: the load of every column
+    known  : (rows, width) the joint's rows of the data so far, `joint_rows`
+    sides  : for each rival its columns, the other columns but the rival's own of the other, and its parameters
+    noise  : deviation of the residual, N m
+    """
+
+    record: Record
+    joint: int
+    slots: list[Slot]
+    torque: FittedTorque
+    known: Array
+    sides: list[tuple[Index, Index, Array]]
+    noise: float
+
+    @classmethod
+    def of(
+        cls, record: Record, fits: Sequence[FittedModel], terms: Sequence[Term], joint: int, base: FittedModel
+    ) -> _Question:
+        slots = [*base.slots, *(Slot.of(term) for term in terms)]
+        torque = fits[0].torque
+        known = observe(record, base.entries, slots, torque)
+        sides = []
+        for own, other in ((0, 1), (1, 0)):
+            mine = known.slot_columns[len(base.slots) + own]
+            theirs = known.slot_columns[len(base.slots) + other]
+            beside = np.setdiff1d(np.arange(known.width), np.concatenate([mine, theirs]))
+            sides.append((mine, np.concatenate([beside, theirs]), _values(fits[own], terms[own])))
+        noise = min(float(fit.fit.residual[joint] / np.sqrt(max(fit.fit.rows[joint], 1))) for fit in fits)
+        return cls(record, joint, slots, torque, joint_rows(known, joint), sides, noise)
+
+    def separation(self, rows: Array) -> float:
+        """What neither model can follow of the other's effect on these rows, in standard deviations of the noise.
+
+        The smaller counts, unless one effect is a special case of the other: then what the special case cannot follow.
+        """
+        found = [_unfollowed(rows, *side) for side in self.sides]
+        apart = [left for left, whole in found if left > CONTAINED * whole]
+        return float(min(apart, default=0.0)) / max(self.noise, 1e-300)
+
+
+def _expected(question: _Question, option: tuple[Array, str]) -> float:
+    """Separation with a new motion added to the data so far: its positions (samples, n), and the payload's name."""
+    record = question.record
+    # The scratch folder is here, whatever the record's own sessions are reduced by.
+    with tempfile.TemporaryDirectory() as scratch, computed_by(SERIAL):
+        planned = _planned_experiment(record.experiment, Path(scratch), *option)
         imagined = Record(planned, record.settings, record.body)
-        return _separation(fits, terms, joint, imagined, base)
+        rows = joint_rows(
+            observe(imagined, imagined.entries(), question.slots, question.torque), question.joint
+        )
+    return question.separation(np.vstack([question.known, rows]))
 
 
 def _planned_experiment(experiment: Experiment, folder: Path, motion: Array, payload: str) -> Experiment:
@@ -276,33 +324,6 @@ def _planned_experiment(experiment: Experiment, folder: Path, motion: Array, pay
     return load_experiment(folder)
 
 
-def _separation(
-    fits: Sequence[FittedModel],
-    terms: Sequence[Term],
-    joint: int,
-    imagined: Record | None,
-    fitted: FittedModel,
-) -> float:
-    """What neither model can follow of the other's effect, in standard deviations of the noise.
-
-    The smaller counts, unless one effect is a special case of the other: then what the special case cannot follow.
-    """
-    record = fitted.record
-    slots = [*fitted.slots, *(Slot.of(term) for term in terms)]
-    known = observe(record, fitted.entries, slots, fits[0].torque)
-    planned = None if imagined is None else observe(imagined, imagined.entries(), slots, fits[0].torque)
-    noise = min(float(fit.fit.residual[joint] / np.sqrt(max(fit.fit.rows[joint], 1))) for fit in fits)
-    found = []
-    for own, other in ((0, 1), (1, 0)):
-        mine = known.slot_columns[len(fitted.slots) + own]
-        theirs = known.slot_columns[len(fitted.slots) + other]
-        values = _values(fits[own], terms[own])
-        base = np.setdiff1d(np.arange(known.width), np.concatenate([mine, theirs]))
-        found.append(_unfollowed(known, planned, joint, mine, np.concatenate([base, theirs]), values))
-    apart = [left for left, whole in found if left > CONTAINED * whole]
-    return float(min(apart, default=0.0)) / max(noise, 1e-300)
-
-
 def _values(fit: FittedModel, term: Term) -> Array:
     for slot, columns in zip(fit.slots, fit.observation.slot_columns, strict=True):
         if slot.term.key == term.key:
@@ -310,16 +331,10 @@ def _values(fit: FittedModel, term: Term) -> Array:
     return np.zeros(0)
 
 
-def _unfollowed(
-    known: Observation, planned: Observation | None, joint: int, mine: Index, others: Index, values: Array
-) -> tuple[float, float]:
-    """Norm of what the other columns leave of an effect's torque over known and planned motion, and of that torque."""
-    rows = [joint_rows(known, joint)]
-    if planned is not None:
-        rows.append(joint_rows(planned, joint))
-    stacked = np.vstack(rows)
-    torque = stacked[:, mine] @ values
-    columns = stacked[:, others]
+def _unfollowed(rows: Array, mine: Index, others: Index, values: Array) -> tuple[float, float]:
+    """Norm of what the other columns leave of an effect's torque, and of that torque."""
+    torque = rows[:, mine] @ values
+    columns = rows[:, others]
     scale = np.linalg.norm(columns, axis=0)
     columns = columns[:, scale > 0] / scale[scale > 0]
     solution = np.linalg.lstsq(columns, torque, rcond=1e-10)[0]

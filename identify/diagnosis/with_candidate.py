@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from identify.diagnosis.diagnosis import Diagnosis
 from identify.diagnosis.finding import Finding
 from identify.estimation.fitting import fit_model
-from identify.estimation.prediction import Prediction, predict
+from identify.estimation.prediction import Prediction, predict_sessions
 from identify.estimation.small_algebra import single_threaded
 from identify.recording import SessionEntry
 
@@ -31,4 +31,4 @@ def predictions_with(
     term = candidate.term.chosen(candidate.constants[finding.variant])
     record = diagnosis.fitted.record
     better = fit_model(record, diagnosis.fitted.model.with_terms([term]))
-    return [predict(better, entry)[candidate.judged] for entry in entries]
+    return [parts[candidate.judged] for parts in predict_sessions(better, entries)]

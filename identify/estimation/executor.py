@@ -1,10 +1,17 @@
 """Where sessions are reduced to factors: here, in other processes, or on a cluster.
 
-Factors are merged exactly, so the place changes the time that it takes and nothing else.
+Factors are merged exactly, so the place changes the time that it takes and nothing else. A place is chosen for
+a stretch of code, as joblib and Dask do it, so that whatever is computed there (a fit, a diagnosis, its lazily
+computed figures) goes over the samples at that place:
+
+    with computed_by(Processes(2)):
+        identify.diagnose(experiment)
 """
 
-from collections.abc import Callable, Iterable, Sequence
-from typing import Any, Protocol, TypeVar
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import Protocol, TypeVar
 
 Item = TypeVar("Item")
 Found = TypeVar("Found")
@@ -16,38 +23,28 @@ class Executor(Protocol):
     def __call__(self, function: Callable[[Item], Found], items: Sequence[Item], /) -> Iterable[Found]: ...
 
 
+class WorkerLost(RuntimeError):
+    """Workers ended again and again at the same item, or none is left."""
+
+
 def SERIAL(function: Callable[[Item], Found], items: Sequence[Item], /) -> Iterable[Found]:
     """One after the other in this process: least memory, and quickest for records of a few minutes."""
-    return [function(item) for item in items]
+    return map(function, items)
 
 
-class Processes:
-    """In processes of this machine; each reads and filters its own sessions.
-
-    workers : how many; as many as there are processors if not said
-    """
-
-    def __init__(self, workers: int | None = None) -> None:
-        self.workers = workers
-
-    def __call__(self, function: Callable[[Item], Found], items: Sequence[Item], /) -> Iterable[Found]:
-        import multiprocessing
-        from concurrent.futures import ProcessPoolExecutor
-
-        # spawn: a process that was forked from one with threads may hang
-        context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(self.workers, mp_context=context) as pool:
-            return list(pool.map(function, items))
+_chosen: ContextVar[Executor] = ContextVar("executor", default=SERIAL)
 
 
-class Dask:
-    """On a Dask cluster (extra `dask`).
+def chosen_executor() -> Executor:
+    """The executor of the innermost `computed_by` around the caller in this thread; without one `SERIAL`."""
+    return _chosen.get()
 
-    client : `distributed.Client`; the experiment's files must be reachable under the same path from every worker
-    """
 
-    def __init__(self, client: Any) -> None:
-        self.client = client
-
-    def __call__(self, function: Callable[[Item], Found], items: Sequence[Item], /) -> Iterable[Found]:
-        return self.client.gather(self.client.map(function, list(items), pure=False))
+@contextmanager
+def computed_by(executor: Executor) -> Iterator[None]:
+    """Passes over the samples inside this block are made by an executor."""
+    token = _chosen.set(executor)
+    try:
+        yield
+    finally:
+        _chosen.reset(token)

@@ -11,7 +11,7 @@ from identify.estimation.essential import RULE
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.observation import Observation
 from identify.estimation.parameters import Parameter, number, parameters_of
-from identify.estimation.prediction import Prediction, predict
+from identify.estimation.prediction import Prediction, predict_sessions
 from identify.estimation.structured import StructuredFit
 from identify.recording import Experiment, InputError, SessionEntry
 from identify.results.identification import Role
@@ -72,11 +72,8 @@ class Identified:
     @cached_property
     def predictions(self) -> dict[tuple[str, str], Prediction]:
         """Predictions by session file and joint."""
-        found = {}
-        for entry in self.experiment.sessions:
-            for prediction in predict(self.fitted, entry):
-                found[entry.file, prediction.joint] = prediction
-        return found
+        by_session = predict_sessions(self.fitted, self.experiment.sessions)
+        return {(own.file, own.joint): own for parts in by_session for own in parts}
 
     def prediction(self, file: str, joint: str) -> Prediction:
         """What the model predicts for a joint in a session.

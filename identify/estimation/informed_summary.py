@@ -8,7 +8,7 @@ import numpy as np
 from identify.effects.motion import JointSummary
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.position_lines import position_lines
-from identify.estimation.prediction import Prediction, predict
+from identify.estimation.prediction import Prediction, predict_sessions
 
 POSTURES = 50
 """Every so many samples one posture is looked at for the smallest inertia of a joint."""
@@ -16,7 +16,7 @@ POSTURES = 50
 
 def joint_predictions(fitted: FittedModel) -> list[list[Prediction]]:
     """For every joint its predictions in the sessions of the fit."""
-    by_session = [predict(fitted, entry) for entry in fitted.entries]
+    by_session = predict_sessions(fitted, fitted.entries)
     return [list(parts) for parts in zip(*by_session, strict=True)]
 
 

@@ -1,7 +1,7 @@
 """One pass over the samples: columns of the model and of every candidate, filtered, decimated, reduced to factors.
 
 Idea 4 of the design: a block of time of one session and one joint becomes the triangular factor of [W  Y  tau].
-Sessions are independent of each other, so they may be reduced anywhere (`executor`).
+Sessions are independent of each other, so they may be reduced anywhere (`identify.estimation.executor`).
 """
 
 from collections.abc import Iterable, Sequence
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from identify.estimation.context import FittedTorque, Slot, rows_of
 from identify.estimation.decimated_rows import ColumnTable, DecimatedRows, decimated_rows
-from identify.estimation.executor import SERIAL, Executor
+from identify.estimation.executor import chosen_executor
 from identify.estimation.record import Record
 from identify.estimation.reversal_noise import ReversalNoise
 from identify.estimation.triangular_factor import TriangularFactor
@@ -98,16 +98,14 @@ def observe(
     slots: Sequence[Slot],
     fitted: FittedTorque | None = None,
     reversals: ReversalNoise | None = None,
-    executor: Executor = SERIAL,
 ) -> Observation:
-    """Pass once over the samples of some sessions and reduce them to factors.
+    """Pass once over the samples of some sessions and reduce them to factors, where the executor says (`computed_by`).
 
     fitted    : the model that columns of load-dependent effects take the load from
     reversals : weigh samples by what is not known of the instants of reversal; all samples alike if not given
-    executor  : where the sessions are reduced; the result does not depend on it
     """
     listed = list(entries)
-    reduced = executor(partial(_observe_session, record, list(slots), fitted, reversals), listed)
+    reduced = chosen_executor()(partial(_observe_session, record, list(slots), fitted, reversals), listed)
     return assemble(listed, list(slots), list(reduced))
 
 

@@ -2,12 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.estimation.context import contexts, slot_rows
+from identify.estimation.context import FittedTorque, Slot, contexts, slot_rows
+from identify.estimation.executor import chosen_executor
 from identify.estimation.fitted_model import FittedModel
+from identify.estimation.record import Record
 from identify.recording import SessionEntry
 
 Array = NDArray[np.float64]
@@ -58,22 +61,49 @@ def mean_error(predictions: Sequence[Prediction]) -> float:
 
 def predict(fitted: FittedModel, entry: SessionEntry) -> list[Prediction]:
     """Every joint of a session: the columns of the fit times its parameters, through the same filter."""
+    return predict_sessions(fitted, [entry])[0]
+
+
+def predict_sessions(fitted: FittedModel, entries: Sequence[SessionEntry]) -> list[list[Prediction]]:
+    """`predict` for several sessions, computed where the executor says."""
     record, fit = fitted.record, fitted.fit
     base = fitted.observation.base
-    chi = fit.chi[:base]
-    used = np.zeros(base, bool)
-    used[fit.fitted[fit.fitted < base]] = True
+    factors = [
+        (slot, fit.chi[columns])
+        for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True)
+    ]
+    inertial = bool(np.any(fit.fitted < base))
+    torques = partial(_session_torques, record, fit.chi[:base], factors, inertial, fitted.load_from)
+    return [
+        _predictions(record, entry, *found)
+        for entry, found in zip(entries, chosen_executor()(torques, list(entries)), strict=True)
+    ]
+
+
+def _session_torques(
+    record: Record,
+    chi: Array,
+    factors: Sequence[tuple[Slot, Array]],
+    inertial: bool,
+    load_from: FittedTorque | None,
+    entry: SessionEntry,
+) -> tuple[Array, Array]:
+    """Predicted torque and load of a session, decimated, (samples, joints) each."""
     parts: list[tuple[Array, Array]] = []
-    for context in contexts(record, entry, fitted.load_from):
+    for context in contexts(record, entry, load_from):
         torque = context.known.copy()
         for joint, columns in enumerate(context.inertial):
             torque[:, joint] += columns @ chi[record.body.base.acts[joint]]
-        load = torque.copy() if used.any() else context.load
-        for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True):
-            for joint, values in slot_rows(context, slot):
-                torque[:, joint] += values @ fit.chi[columns]
+        load = torque.copy() if inertial else context.load
+        for slot, values in factors:
+            for joint, columns in slot_rows(context, slot):
+                torque[:, joint] += columns @ values
         parts.append((context.block.decimate(torque), context.block.at_decimated(load).copy()))
     predicted, load = (np.concatenate(list(part)) for part in zip(*parts, strict=True))
+    return predicted, load
+
+
+def _predictions(record: Record, entry: SessionEntry, predicted: Array, load: Array) -> list[Prediction]:
     samples = record.samples[entry.file]
     return [
         Prediction(

@@ -1,14 +1,16 @@
 """The record of an experiment: its sessions, the signal settings chosen, each joint summarised."""
 
-from collections.abc import Callable, Iterator
+import os
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identify.effects.model import coupled_motors
 from identify.effects.motion import JointSummary
+from identify.estimation.executor import chosen_executor
 from identify.estimation.rigid_body import RigidBody
 from identify.recording import Experiment, InputError, Session, SessionEntry
 from identify.signals import MotionBlock, SignalSettings, choose_signal_settings, motion_blocks
@@ -135,6 +137,8 @@ class Record:
     _held_bytes: int = 0
     instruments: "Record | None" = field(default=None, repr=False)
     """the same record with positions that disturbances do not reach, once somebody asked for it"""
+    _token: str = field(default_factory=lambda: os.urandom(16).hex())
+    """under which a worker process holds its copy"""
 
     @classmethod
     def of(cls, experiment: Experiment, settings: SignalSettings | None = None) -> "Record":
@@ -252,6 +256,14 @@ class Record:
 
         return _ByFile(gather)
 
+    def _gather_all(self, entries: Sequence[SessionEntry]) -> None:
+        """Gather the sessions that are not gathered yet, where the executor says."""
+        open_ = [entry for entry in entries if entry.file not in self._gathered]
+        for entry, gathered in zip(
+            open_, chosen_executor()(partial(Record._gather, self), open_), strict=True
+        ):
+            self._gathered[entry.file] = gathered
+
     def _gather(self, entry: SessionEntry) -> tuple[Samples, Array, Array]:
         """Samples of a session, and the stopping speeds around each, filtered and recorded, (samples, joints)."""
         if entry.file not in self._gathered:
@@ -286,7 +298,8 @@ class Record:
     @cached_property
     def top_speed(self) -> Array:
         """(n,): 99.9 % quantile of |dq|, rad/s."""
-        speeds = [np.abs(self._gather(entry)[0].dq) for entry in self.experiment.sessions]
+        self._gather_all(self.experiment.sessions)
+        speeds = [np.abs(self._gathered[entry.file][0].dq) for entry in self.experiment.sessions]
         return np.max([np.quantile(speed, 0.999, axis=0) for speed in speeds], axis=0)
 
     @cached_property
@@ -348,20 +361,35 @@ class Record:
             loaded_sessions=sum(entry.payload.mass > 0 for entry in entries),
         )
 
-    def __getstate__(self) -> dict[str, object]:
+    def __reduce__(self) -> tuple[Callable[..., "Record"], tuple[object, ...]]:
         """For another process: the figures found so far go along, samples are read and filtered there."""
-        kept = {
-            "experiment",
-            "settings",
-            "body",
-            "positions_of",
-            "_facts",
-            "position_resolution",
-            "top_speed",
-            "rest_speed",
-        }
-        state: dict[str, object] = {name: value for name, value in vars(self).items() if name in kept}
-        return state | {"_gathered": {}, "_held": {}, "_held_bytes": 0}
+        figures = ("_facts", "position_resolution", "top_speed", "rest_speed", "shows_stops")
+        known = {name: vars(self)[name] for name in figures if name in vars(self)}
+        return _arrived, (self.experiment, self.settings, self.body, self.positions_of, self._token, known)
+
+
+_copy_here: dict[str, Record] = {}
+"""The copy that this worker process has of the record that it was sent last, by its token."""
+
+
+def _arrived(
+    experiment: Experiment,
+    settings: SignalSettings,
+    body: RigidBody,
+    positions_of: Callable[[Session], Array] | None,
+    token: str,
+    known: dict[str, object],
+) -> Record:
+    """The record in a process that it was sent to: the copy that is there from an earlier pass, with the motion
+    that it holds, or a new one in the place of another record's.
+    """
+    record = _copy_here.get(token)
+    if record is None:
+        record = Record(experiment, settings, body, positions_of, _token=token)
+        _copy_here.clear()
+        _copy_here[token] = record
+    vars(record).update(known)
+    return record
 
 
 def stopping_speed(block: MotionBlock) -> Array:

@@ -171,7 +171,7 @@ def test_a_job_that_a_restart_interrupted_is_lost_and_its_id_stays_good(database
 
 
 def test_jobs_of_one_experiment_come_one_after_the_other(database, clock, work):
-    runner = JobRunner(database, clock, workers=2)
+    runner = JobRunner(database, clock, simultaneous=2)
     runner.start()
     follower = Follower(runner)
     jobs = [submit(runner, f"{work}:double", value=number) for number in range(4)]

@@ -227,6 +227,9 @@ def test_plotted_torque_is_the_identifiers_own(imported, service):
     own = identify.identify(identify.load_experiment(folder)).prediction("session-01.csv", "j1")
     np.testing.assert_allclose(values[names.index("measured")], own.measured, rtol=1e-5, atol=1e-5)
     np.testing.assert_allclose(values[names.index("predicted")], own.predicted, rtol=1e-5, atol=1e-5)
+    # The error is what the model lacks: positive where more was measured than predicted.
+    np.testing.assert_allclose(values[names.index("error")], own.residual, rtol=1e-4, atol=1e-4)
+    np.testing.assert_allclose(values[names.index("velocity")], own.velocity, rtol=1e-5, atol=1e-5)
     np.testing.assert_allclose(
         values[0] + float(answer.headers["X-Time-Origin"]), own.time, rtol=0, atol=1e-5
     )

@@ -1,14 +1,21 @@
-"""The blind bench: `python -m tests.blind [--cases N] [--rigs N] [--seed S] [--write docs/blind.md]`."""
+"""The blind bench: `python -m tests.blind [--cases N] [--rigs N] [--seed S] [--workers N | --cluster ADDRESS]
+[--write docs/blind.md]`.
+
+A case is drawn, recorded and diagnosed by one worker. Those of a cluster need this checkout on their path.
+"""
 
 from __future__ import annotations
 
 import argparse
-import multiprocessing
+import sys
 from collections import defaultdict
-from concurrent.futures import ProcessPoolExecutor
-from itertools import chain, repeat
+from functools import partial
+from itertools import chain
 from pathlib import Path
 
+from api.computing import Computing
+from identify.estimation.executor import chosen_executor
+from identify.recording.errors import InputError
 from tests.blind.score import Score, of_a_joint, of_a_rig
 
 AIM = {
@@ -68,24 +75,30 @@ def table(scores: list[Score], seed: int) -> str:
 
 
 def main() -> None:
-    """Draw the cases, diagnose them in two processes, print the table."""
+    """Draw the cases, diagnose them where the options say, print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--cases", type=int, default=200, help="of the test joint")
     parser.add_argument("--rigs", type=int, default=40, help="simulated rigs")
     parser.add_argument("--seed", type=int, default=2026)
-    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--workers", type=int, default=2, help="processes of this machine")
+    parser.add_argument("--cluster", help="a Dask scheduler whose workers are used instead (tcp://host:8786)")
     parser.add_argument("--write", type=Path)
     options = parser.parse_args()
     scores: list[Score] = []
-    # A session starts processes of its own, so that none may be forked from one that has threads.
-    start = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(options.processes, mp_context=start) as pool:
-        joints = pool.map(of_a_joint, repeat(options.seed), range(options.cases))
-        rigs = pool.map(of_a_rig, repeat(options.seed), range(options.rigs))
-        for score in chain(joints, rigs):
-            scores.append(score)
-            mark = "right" if score.right else "WRONG"
-            print(mark, score.case.kind, score.case, score.verdict, *score.missing, flush=True)
+    if options.workers < 1:
+        parser.error("--workers: must be 1 or more")
+    try:
+        with Computing(1 if options.cluster else options.workers, options.cluster)():
+            place = chosen_executor()
+            joints = place(partial(of_a_joint, options.seed), range(options.cases))
+            rigs = place(partial(of_a_rig, options.seed), range(options.rigs))
+            for score in chain(joints, rigs):
+                scores.append(score)
+                mark = "right" if score.right else "WRONG"
+                print(mark, score.case.kind, score.case, score.verdict, *score.missing, flush=True)
+    except InputError as error:
+        print(error, file=sys.stderr)
+        raise SystemExit(2) from None
     text = table(scores, options.seed)
     print(text)
     if options.write:

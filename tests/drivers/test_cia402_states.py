@@ -163,3 +163,13 @@ def test_a_drive_that_shall_switch_off_on_faults_does_so_at_once(machine):
     machine.fault_reaction_option = 0
     machine.fail()
     assert machine.state is State.FAULT
+
+
+def test_transitions_have_the_standard_s_numbers():
+    """CiA 402-2, figure of the state machine."""
+    names = (
+        "START INITIALISED SHUTDOWN_FROM_DISABLED SWITCH_ON ENABLE_OPERATION DISABLE_OPERATION SHUTDOWN_FROM_SWITCHED_ON"
+        " DISABLE_VOLTAGE_FROM_READY SHUTDOWN_FROM_ENABLED DISABLE_VOLTAGE_FROM_ENABLED DISABLE_VOLTAGE_FROM_SWITCHED_ON"
+        " QUICK_STOP DISABLE_VOLTAGE_FROM_QUICK_STOP FAULT_REACTION FAULT FAULT_RESET ENABLE_OPERATION_FROM_QUICK_STOP"
+    )
+    assert [(one.name, one.value) for one in Transition] == [(n, k) for k, n in enumerate(names.split())]

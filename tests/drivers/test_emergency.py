@@ -49,3 +49,14 @@ def test_short_emcy_frames_are_read_as_far_as_they_go(data):
     assert emergency.register == (data[2] if len(data) > 2 else 0)
     assert emergency.vendor == data[3:8]
     assert str(emergency).startswith("node 7: 0x")
+
+
+# As the standards print them: CiA 301 (section 7.2.7.1) and CiA 402-2 (table of error codes).
+STANDARD = (
+    "0000 2220 2250 2310 2320 2340 3110 3120 3210 3220 3310 4210 4220 4310 5112 5400 5441 6100 6320 7121 7122 7300"
+    " 7305 7306 7500 8110 8120 8130 8140 8150 8210 8220 8240 8250 8500 8600 8611 8612 8700 8A00 9000 FF00"
+)
+
+
+def test_the_codes_with_words_of_their_own_are_the_standards():
+    assert sorted(CODES) == [int(code, 16) for code in STANDARD.split()]

@@ -32,3 +32,12 @@ def test_an_empty_bus_has_no_nodes_and_scanning_writes_nothing(open_bench):
     sent = bench.receiver.read()
     assert {int(can_id) for can_id in sent["can_id"]} == set(range(0x600 + 50, 0x600 + 60))
     assert set(sent["data"][:, 0]) == {0x40}  # uploads only
+
+
+def test_unless_told_otherwise_every_node_that_may_be_is_asked_and_no_other(open_bench):
+    """CiA 301: node ids are 1 to 127; 0x600 and 0x680 are nobody's."""
+    bench = open_bench()
+    bench.receiver.read()
+    assert [node.node for node in scan(bench.bus, wait=0.05)] == [axis.node for axis in bench.settings.axes]
+    sent = {int(can_id) for can_id in bench.receiver.read()["can_id"]}
+    assert {can_id for can_id in sent if 0x600 <= can_id <= 0x680} == set(range(0x601, 0x680))

@@ -8,7 +8,7 @@ import pytest
 from drivers.bus import BusSettings
 from drivers.canopen_network import CanopenNetwork
 from drivers.errors import DriveError
-from drivers.sdo import SdoAccess
+from drivers.sdo import SdoAccess, _answers
 from drivers.virtual_bus import InProcessBus
 
 NODE = 5
@@ -59,3 +59,27 @@ def test_a_node_that_answers_only_for_other_objects_has_not_answered(slow_node):
     sdo = slow_node(withheld=1, timeout=0.02, retries=0)
     with pytest.raises(DriveError, match=r"no answer within 0\.02 s, asked 1 times"):
         sdo.read(0x6064, 0, "uint32")
+
+
+@pytest.mark.parametrize(
+    ("asked", "answered"),
+    [
+        (0x23, 0x60),
+        (0x21, 0x60),
+        (0x40, 0x43),
+        (0x40, 0x41),
+        (0x00, 0x20),
+        (0x10, 0x30),
+        (0x60, 0x00),
+        (0x70, 0x11),
+    ],
+)
+def test_an_answer_has_the_server_s_command_specifier_of_cia_301(asked, answered):
+    """7.2.4.3: initiate download 1 → 3, initiate upload 2 → 2, download segment 0 → 1, upload segment 3 → 0."""
+    multiplexer = b"\x64\x60\x00"
+    request = bytes([asked]) + multiplexer + bytes(4)
+    assert _answers(request, bytes([answered]) + multiplexer + bytes(4))
+    others = {0x00, 0x20, 0x40, 0x60} - {answered & 0xE0}
+    assert not any(_answers(request, bytes([other]) + multiplexer + bytes(4)) for other in others)
+    assert _answers(request, b"\x80" + multiplexer + bytes(4))  # abort
+    assert not _answers(request, bytes([answered]) + multiplexer)  # too short

@@ -150,11 +150,12 @@ def test_a_mapping_longer_than_a_frame_is_aborted(open_bench):
         write(bench, 0x1A00, 0, "uint8", 3)
 
 
-def test_a_mapping_is_not_changed_while_its_pdo_is_in_use(open_bench):
+@pytest.mark.parametrize("mapping", [0x1600, 0x1A00])
+def test_a_mapping_is_not_changed_while_its_pdo_is_in_use(open_bench, mapping):
     bench = open_bench()
     bench.bring_up()
     with pytest.raises(DriveError, match="0x08000022"):
-        write(bench, 0x1A00, 0, "uint8", 0)
+        write(bench, mapping, 0, "uint8", 0)
 
 
 def test_long_objects_are_read_in_segments(open_bench):
@@ -236,3 +237,19 @@ def test_drives_and_motors_must_match(open_bench, axis):
     settings = SimulatedDrivesSettings(axes=(axis(node=1), axis(node=2)))
     with pytest.raises(ValueError, match="2 drives cannot move a mechanism with 1 motors"):
         SimulatedRig(settings, bench.bus, bench.flywheels)
+
+
+def test_a_master_reads_the_ratings_of_the_drive_as_the_profile_scales_them(open_bench, axis):
+    """CiA 402: currents in parts of a thousand, encoder counts by turns of the motor (0x608F)."""
+    set_up = axis(
+        counts_per_turn=4096, current_limit=1.5, rated_current=2.5, rated_torque=0.4, max_speed=100.0
+    )
+    sdo = open_bench(set_up).drive.sdo
+
+    def value(index, subindex=0):
+        return int.from_bytes(sdo.read_bytes(index, subindex), "little")
+
+    assert (value(0x608F, 1), value(0x608F, 2)) == (4096, 1)
+    assert value(0x6072) == value(0x6073) == 1500
+    assert (value(0x6075), value(0x6076)) == (2500, 400)
+    assert value(0x6080) == round(100.0 * 60 / (2 * np.pi))  # rpm

@@ -1,42 +1,74 @@
-"""Where the sessions are reduced changes nothing of what comes out."""
+"""Passes over the samples are made by the executor that is chosen for a stretch of code."""
 
 from __future__ import annotations
 
-import numpy as np
+import pickle
+import threading
+
 import pytest
 
 import identify
-from identify.estimation.executor import SERIAL, Dask, Processes
-from identify.estimation.observation import Slot, observe
-from identify.estimation.requested_model import open_record, requested_model
+from identify.estimation.executor import SERIAL, chosen_executor, computed_by
+from identify.estimation.record import Record
 
 
-@pytest.fixture(scope="module")
-def observe_with(tx40):
-    record = open_record(identify.load_experiment(tx40))
-    slots = [Slot.of(term) for term in requested_model(record, "usual").terms]
-    entries = list(record.experiment.sessions)
-    return lambda executor: observe(record, entries, slots, executor=executor)
+class Counting:
+    """Calls in this process, and counts."""
+
+    def __init__(self) -> None:
+        self.calls = 0
+
+    def __call__(self, function, items):
+        self.calls += 1
+        return SERIAL(function, items)
 
 
-def assert_identical(found, expected):
-    assert found.blocks == expected.blocks
-    for own, other in zip(found.factors, expected.factors, strict=True):
-        for factor, expected_factor in zip(own, other, strict=True):
-            np.testing.assert_array_equal(factor.r, expected_factor.r)
-            assert factor.rows == expected_factor.rows
+def test_without_a_choice_and_behind_its_end_sessions_are_reduced_here():
+    counting = Counting()
+    assert chosen_executor() is SERIAL
+    with computed_by(counting), computed_by(SERIAL):
+        assert chosen_executor() is SERIAL
+    with pytest.raises(KeyError), computed_by(counting):
+        raise KeyError
+    assert chosen_executor() is SERIAL
 
 
-def test_processes_give_the_factors_that_one_process_gives(observe_with):
-    assert_identical(observe_with(Processes(2)), observe_with(SERIAL))
+def test_the_choice_of_one_thread_is_not_that_of_another():
+    seen = []
+    with computed_by(Counting()):
+        thread = threading.Thread(target=lambda: seen.append(chosen_executor()))
+        thread.start()
+        thread.join()
+    assert seen == [SERIAL]
 
 
-def test_a_dask_cluster_gives_the_factors_that_one_process_gives(observe_with):
-    distributed = pytest.importorskip("distributed", reason="the extra 'dask' is not installed")
-    with (
-        distributed.LocalCluster(
-            n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
-        ) as cluster,
-        distributed.Client(cluster) as client,
-    ):
-        assert_identical(observe_with(Dask(client)), observe_with(SERIAL))
+@pytest.mark.parametrize("what", ["fit", "predictions", "validation"])
+def test_every_pass_of_an_identification_is_made_by_the_chosen_executor(three_sessions, what):
+    counting = Counting()
+    with computed_by(counting):
+        result = identify.identify(identify.load_experiment(three_sessions))
+        fitting = counting.calls
+        assert fitting > 0
+        if what == "predictions":
+            assert len(result.predictions) == 3
+            assert counting.calls == fitting + 1
+        if what == "validation":
+            result.to_json()
+            assert counting.calls > fitting
+
+
+def test_a_record_that_is_sent_again_is_the_copy_that_is_there_with_what_it_holds(three_sessions):
+    record = Record.of(identify.load_experiment(three_sessions))
+    other = Record.of(identify.load_experiment(three_sessions))
+    copy = pickle.loads(pickle.dumps(record))
+    assert copy is not record
+    assert not copy._held
+    for _ in copy.blocks(copy.experiment.sessions[0]):
+        pass
+    assert record.rest_speed is not None  # found in between, and sent along
+    again = pickle.loads(pickle.dumps(record))
+    assert again is copy
+    assert list(again._held) == [copy.experiment.sessions[0].file]
+    assert (again.rest_speed == record.rest_speed).all()
+    assert pickle.loads(pickle.dumps(other)) is not copy
+    assert pickle.loads(pickle.dumps(record)) is not copy  # one record is held, the last

@@ -69,3 +69,25 @@ def test_selected_columns_are_those_of_the_rows():
 
 def test_nothing_merged_is_an_empty_factor_of_the_right_width():
     assert TriangularFactor.merge([], 4).r.shape == (0, 4)
+
+
+@given(blocks_of_rows(), st.floats(1e-3, 1e3))
+def test_scaled_rows_have_the_products_of_rows_each_multiplied_by_the_weight(drawn, weight):
+    blocks, _ = drawn
+    rows = np.vstack(blocks)
+    scaled = TriangularFactor.of(rows).scaled(weight)
+    expected = (weight * rows).T @ (weight * rows)
+    assert np.all(np.abs(scaled.gram() - expected) <= 1e-11 * np.sqrt(np.outer(*[np.diag(expected)] * 2)))
+    assert scaled.rows == len(rows)
+
+
+def test_a_block_of_fewer_rows_than_columns_is_kept_and_one_of_no_rows_too():
+    rows = np.arange(6.0).reshape(2, 3)
+    factor = TriangularFactor.of(rows)
+    np.testing.assert_array_equal(factor.r, rows)
+    rows[:] = 0.0  # a copy is kept
+    assert factor.r.any()
+    nothing = TriangularFactor.merge([], 4)
+    assert (nothing.r.shape, nothing.rows) == ((0, 4), 0)
+    np.testing.assert_array_equal(factor.select([2, 0]).r, [[2.0, 0.0], [5.0, 3.0]])
+    assert factor.select([1]).rows == 2

@@ -159,3 +159,16 @@ def test_the_cubic_interpolates_cubics_exactly(steps, coefficients):
     expected = np.polyval(coefficients, new)
     found = interpolate(old, np.polyval(coefficients, old)[:, None], new, cubic=True)[:, 0]
     np.testing.assert_allclose(found, expected, atol=1e-9)
+
+
+def test_holes_are_counted_placed_and_the_longest_is_measured():
+    """Every 2 ms but for 0.5 s after 2 s and 0.25 s after 5 s of motion; the clock began at 100 s."""
+    time = 100.0 + 0.002 * np.arange(5000)
+    time[1001:] += 0.5
+    time[2501:] += 0.25
+    session = session_at(time)
+    assert len(session.segments) == 3
+    assert session.remarks == (
+        "2 holes in the record (after 102 s, 105.5 s; the longest 0.502 s): split into 3 segments,"
+        " nothing interpolated across",
+    )

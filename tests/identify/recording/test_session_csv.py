@@ -1,6 +1,9 @@
 """A session in CSV: read as the contract says, wrong lines named."""
 
 import gzip
+import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -177,3 +180,29 @@ def test_columns_are_the_same_in_memory_and_in_a_file(sizes, width, limit):
     for block in blocks:
         columns.append(block)
     np.testing.assert_array_equal(columns.array(), np.concatenate(blocks))
+
+
+def test_reading_does_not_import_pandas_where_it_is_installed(tmp_path):
+    """A third of the time of a whole `identify` went into that import."""
+    installed = tmp_path / "installed" / "pandas"
+    installed.mkdir(parents=True)
+    (installed / "__init__.py").write_text("raise RuntimeError('pandas was imported')\n")
+    file = tmp_path / "session.csv"
+    rows = [
+        f"{0.001 * k},{0.1 * k},{k},{'' if k % 2 else k},{'warm' if k < 20 else 'cold'}" for k in range(40)
+    ]
+    file.write_text("\n".join(["t,q1,v1,gap,mood", *rows]) + "\n")
+    program = (
+        "import sys; from pathlib import Path; from identify.recording.session_csv import read_csv_session;"
+        f"found = read_csv_session(Path({str(file)!r}), 1);"
+        "print(found.position[5, 0], found.extra['gap'][:3], found.extra['mood'][[0, 39]], 'pandas' in sys.modules)"
+    )
+    path = os.pathsep.join([str(tmp_path / "installed"), *(entry for entry in sys.path if entry)])
+    told = subprocess.run(
+        [sys.executable, "-c", program],
+        capture_output=True,
+        text=True,
+        env=os.environ | {"PYTHONPATH": path},
+        check=False,
+    )
+    assert told.stdout == "0.5 [ 0. nan  2.] ['warm' 'cold'] False\n", told.stderr

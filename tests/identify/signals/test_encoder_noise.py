@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 import identify
 from identify.signals import choose_signal_settings
-from identify.signals.encoder_noise import NEGLIGIBLE, SHARE, EncoderNoise
+from identify.signals.encoder_noise import NEGLIGIBLE, SHARE, EncoderNoise, _SessionPower, encoder_noise
+from identify.signals.motion_spectrum import motion_spectrum
 
 INERTIA, VISCOUS, DRY = 0.1, 0.05, 0.02
 PERIOD = 2e-3
@@ -82,3 +83,29 @@ def test_up_to_the_highest_cutoff_the_encoder_adds_what_it_may(density, torque_d
     added = np.trapezoid(density * (2 * np.pi * frequency) ** 4, frequency)
     allowed = max(SHARE * torque_density * cutoff, NEGLIGIBLE**2 * power)
     assert added == pytest.approx(allowed, rel=1e-3)
+
+
+def test_the_torques_power_is_its_mean_square_over_all_pieces_of_a_session(tmp_path):
+    """Three gaps cut the session into four segments, each of which counts alike."""
+    experiment = written(tmp_path, 2 * np.pi / 2**18)
+    table = np.loadtxt(tmp_path / "session.csv", delimiter=",", skiprows=1)
+    table[:, 0] += np.floor(np.arange(len(table)) / 5000) * 1.0  # s, a hole after every 10 s
+    np.savetxt(tmp_path / "session.csv", table, delimiter=",", header="t,q1,v1", comments="", fmt="%.9g")
+    experiment = identify.load_experiment(tmp_path)
+    session = experiment.read(experiment.sessions[0])
+    assert len(session.segments) == 4
+    spectra = [motion_spectrum(session, 0)]
+    noise = encoder_noise([session], spectra, np.array([[2.0]]), 0)
+    assert noise is not None
+    assert noise.torque_power == pytest.approx(np.mean((2.0 * table[:, 2]) ** 2), rel=0.05)
+
+
+def test_the_floor_of_a_flat_spectrum_is_its_level_up_to_the_end_of_the_band(tmp_path):
+    experiment = written(tmp_path, 0.0)
+    session = experiment.read(experiment.sessions[0])
+    power = _SessionPower(session, np.array([[1.0]]), 0)
+    flat = np.full(len(power.frequency), 3.0)
+    assert power.floor(flat, 1.0) == pytest.approx(3.0)
+    # An octave that begins above all frequencies there are still has a mean, that of the last.
+    power.frequency = power.frequency[: len(flat) // 50]
+    assert power.floor(flat[: len(flat) // 50], 1.0) == pytest.approx(3.0)

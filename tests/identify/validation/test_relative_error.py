@@ -1,10 +1,14 @@
 """Relative errors, against norms taken by hand."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from identify.estimation.prediction import Prediction
-from identify.validation.relative_error import SPEED_RANGES, by_speed, ratio, squares_in
+from identify.recording import SessionEntry
+from identify.recording.experiment_file import Payload
+from identify.validation.relative_error import SPEED_RANGES, by_payload, by_speed, ratio, squares_in
 
 
 def course(joint, velocity, measured, residual, moving=None):
@@ -62,3 +66,21 @@ def test_errors_by_speed_are_pooled_over_joints_and_kept_apart_by_role():
     high = {joint.joint: joint for joint in rows["high"].joints}
     assert (high["j1"].samples, high["j1"].relative_error) == (1, pytest.approx(0.5))
     assert high["j2"].relative_error_validation is None
+
+
+def test_errors_by_payload_add_the_sessions_of_a_role_and_tell_no_mass_that_is_not_known():
+    def entry(payload, mass):
+        return SessionEntry("s.csv", Path("s.csv"), Payload(name=payload, mass=mass), "identification")
+
+    sessions = [
+        (entry("disk", 3.0), "identification", np.array([1.0, 100.0])),
+        (entry("none", 0.0), "identification", np.array([4.0, 16.0])),
+        (entry("disk", 3.0), "identification", np.array([3.0, 300.0])),
+        (entry("disk", 3.0), "validation", np.array([9.0, 81.0])),
+    ]
+    found = {(row.payload, row.role): row for row in by_payload(sessions)}
+    assert found["disk", "identification"].relative_error == pytest.approx(0.1)
+    assert found["disk", "validation"].relative_error == pytest.approx(1 / 3)
+    assert found["none", "identification"].relative_error == pytest.approx(0.5)
+    assert [row.mass for row in found.values()] == [3.0, 0.0, 3.0]
+    assert {row.payload: row.mass for row in by_payload(sessions, ["disk"])} == {"disk": None, "none": 0.0}
