@@ -45,6 +45,11 @@ class Candidate:
         return self.term.effect.declared_load
 
     @property
+    def from_derivatives(self) -> bool:
+        """Whether it lives in derivatives of the motion."""
+        return self.term.effect.from_derivatives
+
+    @property
     def beside_ratio(self) -> bool:
         """Whether it is judged beside a payload ratio that is estimated with it (eq. 35)."""
         return self.declared_load is DeclaredLoad.CORRECTED

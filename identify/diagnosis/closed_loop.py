@@ -23,8 +23,6 @@ from identify.estimation.reversal_noise import ReversalNoise
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
-FROM_DERIVATIVES = ("delay", "elasticity", "backlash")
-"""Effects that live in derivatives of the motion, where a disturbance shows the most."""
 SINGULAR = 1e-9
 """Of unit columns and instruments: a direction that is seen less is not seen."""
 

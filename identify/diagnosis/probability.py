@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.diagnosis.closed_loop import FROM_DERIVATIVES
 from identify.diagnosis.finding import Finding
 from identify.diagnosis.held_out import HeldOut
 from identify.diagnosis.structure import DECIDED, Structure
@@ -142,7 +141,7 @@ def joint_probabilities(
 
 def _evident(finding: Finding) -> HeldOut:
     """The errors with a candidate; those without it where what it explains may be the disturbance's (closed loop)."""
-    if finding.candidate.name in FROM_DERIVATIVES and (finding.loop is None or not finding.justified):
+    if finding.candidate.from_derivatives and (finding.loop is None or not finding.justified):
         return finding.before
     return finding.after
 

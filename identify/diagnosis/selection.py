@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.diagnosis.candidates import Candidate
-from identify.diagnosis.closed_loop import FROM_DERIVATIVES, Asked
+from identify.diagnosis.closed_loop import Asked
 from identify.diagnosis.evidence import GroupEvidence, group_evidence
 from identify.diagnosis.finding import LEAST_DROP, LEAST_OF_TORQUE, SIGNIFICANCE, Finding
 from identify.diagnosis.held_out import FoldedProducts, HeldOut, Trial, folds_of_motion, folds_of_sessions
@@ -185,7 +185,7 @@ class Selection:
 
     def _seen_with_instruments(self, joint: int, found: list[Finding]) -> list[Finding]:
         """The findings with what instruments say of those made of derivatives that the evidence would call missing."""
-        asked = [f for f in found if f.candidate.name in FROM_DERIVATIVES and f.justified]
+        asked = [f for f in found if f.candidate.from_derivatives and f.justified]
         if not asked:
             return found
         said = self.loop(joint, [(finding.candidate, finding.variant) for finding in asked])
@@ -194,7 +194,7 @@ class Selection:
 
     def _refuted(self, joint: int, listed: Sequence[tuple[Candidate, int]]) -> bool:
         """Whether instruments see nothing of one of some candidates."""
-        asked = [(c, variant) for c, variant in listed if c.name in FROM_DERIVATIVES]
+        asked = [(c, variant) for c, variant in listed if c.from_derivatives]
         return bool(asked) and any(e.p_value >= SIGNIFICANCE for e in self.loop(joint, asked))
 
     def _sessions_agree(

@@ -123,6 +123,7 @@ class Delay(Effect):
     variable = "ddq"
     picture = OVER_ACCELERATION
     confusable = ("elasticity",)
+    from_derivatives = True
     uses_load = True
     uses_torque = True
     simulated = "command"

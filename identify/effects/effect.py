@@ -66,6 +66,8 @@ class Effect(ABC):
     declared_load: DeclaredLoad = DeclaredLoad.CORRECTED
     estimates_ratio: bool = False
     """whether its parameters, as fitted, are how far ratios of the load are from 1 (`reported_offset`)"""
+    from_derivatives: bool = False
+    """whether it lives in derivatives of the motion, where a disturbance inside the position loop shows the most"""
     from_residual: bool = False
     """whether what to search is found in what a first fit leaves (lines over position)"""
     nonlinear: bool = False

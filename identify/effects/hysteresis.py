@@ -101,6 +101,7 @@ class Backlash(Effect):
     variable = "load"
     picture = OVER_TRAVEL
     confusable = ("presliding", "elasticity")
+    from_derivatives = True
     uses_load = True
     simulated = "record"
 

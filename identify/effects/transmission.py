@@ -28,6 +28,7 @@ class Elasticity(Effect):
     variable = "ddq"
     picture = OVER_ACCELERATION
     confusable = ("delay", "backlash")
+    from_derivatives = True
     uses_load = True
     simulated = "record"
 
