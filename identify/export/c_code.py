@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from identify.export.exported_model import ExportedModel, Torque
-from identify.export.expression_code import C, literal, render
+from identify.export.expression_code import C, literal, one_line, render
 
 HEADER = """/* Inverse dynamics of {experiment}, model {name}: torque of each joint from its motion. Written by coulomb.
  * SI units, joint space: rad or m, s, kg, N m or N. Joints in their order from the base: {joints}. */
@@ -136,15 +136,13 @@ void {prefix}_rigid_torque(const double q[N], const double dq[N], const double d
     }}
     for (int j = N - 1; j >= 0; j--) {{
         torque[j] = (FRAMES[j][4] != 0.0 ? force[j][2] : moment[j][2]) + LINKS[j][10] * ddq[j];
-        if (j > 0) {{
-            double carried[3], a[3], b[3];
-            forth(turn[j], force[j], carried);
-            forth(turn[j], moment[j], a);
-            cross(place[j], carried, b);
-            for (int i = 0; i < 3; i++) {{
-                force[j - 1][i] += carried[i];
-                moment[j - 1][i] += a[i] + b[i];
-            }}
+        double carried[3], a[3], b[3];
+        forth(turn[j], force[j], carried);
+        forth(turn[j], moment[j], a);
+        cross(place[j], carried, b);
+        for (int i = 0; j > 0 && i < 3; i++) {{
+            force[j - 1][i] += carried[i];
+            moment[j - 1][i] += a[i] + b[i];
         }}
     }}
 }}
@@ -265,5 +263,5 @@ def _rows(table: list[list[float]]) -> str:
 
 
 def _comment(text: str) -> str:
-    """Text that cannot end a comment."""
-    return text.replace("*/", "* /").replace("\n", " ")
+    """Text that can neither end a comment nor seem to begin one, which compilers warn of."""
+    return one_line(text).replace("*/", "* /").replace("/*", "/ *")

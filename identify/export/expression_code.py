@@ -7,6 +7,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 
+def one_line(text: str) -> str:
+    """Somebody's name of something, to stand in a comment: no line ends and no signs that a compiler refuses."""
+    return " ".join("".join(sign if sign.isprintable() else " " for sign in text).split())
+
+
 @dataclass(frozen=True)
 class Dialect:
     """How a language writes a formula.

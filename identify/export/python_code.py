@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from identify.export.exported_model import ExportedModel
-from identify.export.expression_code import PYTHON, literal, render
+from identify.export.expression_code import PYTHON, literal, one_line, render
 
 TEMPLATE = '''"""Inverse dynamics of {experiment}, model {name}: torque of each joint from its motion. Written by coulomb.
 
@@ -131,8 +131,8 @@ def python_code(model: ExportedModel) -> str:
         lines.append("    before = whole.copy()")
         lines += [_line(model, own) for own in late]
     return TEMPLATE.format(
-        experiment=model.experiment,
-        name=model.name,
+        experiment=_quoted(model.experiment),
+        name=_quoted(model.name),
         joints=list(geometry.names),
         gravity=_array(geometry.gravity),
         frames=frames,
@@ -154,6 +154,11 @@ def _line(model: ExportedModel, own) -> str:
         "motor_share": literal(float(model.shares[own.row, own.motor])),
     }
     return f"    whole[{own.row}] += {render(own.formula, names, PYTHON)}  # {own.effect}"
+
+
+def _quoted(text: str) -> str:
+    """Text inside a docstring of one line: it can neither end the docstring nor be read as an escape."""
+    return one_line(text).replace("\\", "\\\\").replace('"', '\\"')
 
 
 def _array(values) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from identify.export.c_code import c_name
 from identify.export.exported_model import ExportedModel, Torque
-from identify.export.expression_code import STRUCTURED_TEXT, literal, render
+from identify.export.expression_code import STRUCTURED_TEXT, literal, one_line, render
 
 FUNCTIONS = """FUNCTION SIGN_OF : LREAL
 VAR_INPUT
@@ -235,5 +235,5 @@ def _line(model: ExportedModel, own: Torque) -> str:
 
 
 def _comment(text: str) -> str:
-    """Text that cannot end a comment."""
-    return text.replace("*)", "* )").replace("\n", " ")
+    """Text that can neither end a comment nor begin one inside it, where comments nest (IEC 61131-3, third edition)."""
+    return one_line(text).replace("*)", "* )").replace("(*", "( *")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 import shutil
 import tempfile
 from collections.abc import Callable, Sequence
@@ -79,13 +80,27 @@ def export(
 def checked_target(target: Path) -> str:
     """The ending of a target.
 
-    Raises InputError: there is no such format, or no folder to write to.
+    Raises InputError: there is no such format, no folder to write to, a folder stands where a file is to be written, or
+        C could not include the header.
     """
     if target.suffix not in KINDS:
         listed = ", ".join(f"{ending} ({kind})" for ending, kind in KINDS.items())
         raise InputError(f"{target}: a model is written as {listed}")
     if not target.resolve().parent.is_dir():
         raise InputError(f"{target}: there is no folder {target.resolve().parent}")
+    if not os.access(target.resolve().parent, os.W_OK):
+        raise InputError(f"{target}: the folder {target.resolve().parent} cannot be written to")
+    if target.suffix == ".c" and (not target.stem.isprintable() or set(target.stem) & set('"\\')):
+        raise InputError(f"{target}: C cannot include a header of this name; use letters, digits and '_'")
+    beside = [target.with_name(f"{target.name}.certificate.json")]
+    if target.suffix == ".c":
+        beside.append(target.with_suffix(".h"))
+    try:
+        folders = [written for written in (target, *beside) if written.is_dir()]
+    except OSError as problem:
+        raise InputError(f"{target}: cannot be written: {problem.strerror}") from problem
+    if folders:
+        raise InputError(f"{folders[0]}: is a folder, but a file of this name is to be written")
     return target.suffix
 
 
@@ -97,7 +112,11 @@ def write_export(result: Identification, target: Path) -> Certificate:
         made = _link_file(result, model, target, ending.removeprefix("."))
     else:
         made = _code(model, target, ending)
-    with tempfile.TemporaryDirectory(dir=target.resolve().parent, prefix=".coulomb-export-") as folder:
+    try:
+        workspace = tempfile.TemporaryDirectory(dir=target.resolve().parent, prefix=".coulomb-export-")
+    except OSError as problem:
+        raise InputError(f"{target}: cannot be written: {problem.strerror}") from problem
+    with workspace as folder:
         for name, text in made.texts.items():
             (Path(folder) / name).write_text(text, encoding="utf-8")
         errors = errors_on_record(result, made.torque_of(Path(folder)))

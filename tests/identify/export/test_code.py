@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ast
 import shutil
 import subprocess
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -20,6 +22,7 @@ from identify.export.record_error import Motion
 from identify.export.structured_text import structured_text
 from identify.export.write import module_torque, write_export
 from identify.identification import identify
+from identify.recording import InputError
 from identify.results.certificate import Certificate
 from identify.results.exported_model import ExportedModelDocument
 from identify.simulation.torque_model import TorqueModel, Windows
@@ -183,3 +186,64 @@ def test_targets_are_written_whole_with_a_certificate(plant, tmp_path):
     document = ExportedModelDocument.model_validate_json((tmp_path / "arm.json").read_text())
     assert [own.effect for own in document.torques] == ["viscous", "coulomb", "offset", "stribeck"]
     assert not [path.name for path in tmp_path.iterdir() if path.name.startswith(".")]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        'Übung "A"',
+        "ends with \\",
+        "a\\N{x}",
+        '"""\nraise SystemExit(1)\n"""',
+        "a*/ b /* c",
+        "(* a *) b",
+        "two\nlines\r\x00\x85",
+    ],
+)
+def test_a_name_of_an_experiment_or_joint_stays_a_comment(plant, name, tmp_path):
+    model = exported_model(identify(plant, "usual"))
+    base = replace(model.base, geometry=replace(model.geometry, names=(name,)))
+    model = replace(model, experiment=name, base=base)
+    text = python_code(model)
+    tree = ast.parse(text)
+    assert ast.unparse(tree.body[1]) == "import numpy as np"
+    assert ast.get_docstring(tree).startswith("Inverse dynamics of " + name[:1])
+    shown = Block(structured_text(model, "arm"), "ARM")
+    assert shown is not None
+    comments = structured_text(model, "arm").split("\nFUNCTION", 1)[0]
+    assert comments.count("(*") == comments.count("*)") == 1
+    if COMPILER is not None:
+        source, header = c_code(model, "arm")
+        (tmp_path / "arm.c").write_text(source, encoding="utf-8")
+        (tmp_path / "arm.h").write_text(header, encoding="utf-8")
+        strict = [
+            COMPILER,
+            "-std=c99",
+            "-Wall",
+            "-Wextra",
+            "-Werror",
+            "-pedantic",
+            "-c",
+            "-o",
+            "arm.o",
+            "arm.c",
+        ]
+        subprocess.run(strict, check=True, capture_output=True, cwd=tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("target", "folder"),
+    [
+        ("arm.py", "arm.py"),
+        ("arm.urdf", "arm.urdf.certificate.json"),
+        ("arm.c", "arm.h"),
+        ('a".c', None),
+        ("a" * 300 + ".py", None),
+    ],
+)
+def test_a_target_that_cannot_be_written_is_refused_before_anything_is(plant, tmp_path, target, folder):
+    if folder is not None:
+        (tmp_path / folder).mkdir()
+    with pytest.raises(InputError, match="is a folder" if folder else "include|cannot be written"):
+        write_export(identify(plant, "usual"), tmp_path / target)
+    assert [path.name for path in tmp_path.iterdir()] == ([folder] if folder else [])
