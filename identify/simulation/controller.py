@@ -11,9 +11,10 @@ from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field
 
 from identify.recording.errors import InputError
+from identify.recording.experiment_file import check_settings
 from identify.recording.strict_yaml import read_strict_yaml
 from identify.simulation.measured_motion import MeasuredMotion
 
@@ -102,14 +103,7 @@ def read_controllers(path: Path, joint_names: list[str]) -> Controllers:
     Raises InputError: the file is wrong, or names other joints than the robot's; names file, line and field.
     """
     content, lines = read_strict_yaml(path)
-    try:
-        declared = ControllerFile.model_validate(content)
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"]) or "the file"
-        line = lines.get(tuple(part for part in first["loc"] if not isinstance(part, bytes)))
-        at = f" line {line}:" if line else ""
-        raise InputError(f"{path}:{at} {where}: {first['msg']}") from None
+    declared = check_settings(ControllerFile, content, lines, path)
     by_name = {own.joint: own for own in declared.joints}
     if set(by_name) != set(joint_names) or len(by_name) != len(declared.joints):
         raise InputError(
