@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from identify.export.c_code import c_name
 from identify.export.exported_model import ExportedModel, Torque
 from identify.export.expression_code import STRUCTURED_TEXT, literal, one_line, render
@@ -30,6 +32,22 @@ E := EXP(-2.0 * ABS(X));
 TANH_OF := SIGN_OF(X) * (1.0 - E) / (1.0 + E);
 END_FUNCTION
 """
+
+TAKEN = frozenset(
+    re.findall(
+        r"\w+",
+        """
+    ABS ACOS ADD AND ARRAY ASIN AT ATAN BOOL BY BYTE CASE CONCAT CONFIGURATION CONTINUE COS DATE DELETE DIV DO DT DWORD ELSE
+    ELSIF EQ EXIT EXP EXPT FALSE FIND FOR FROM FUNCTION GE GT IF INSERT INT LE LEFT LEN LIMIT LINT LN LOG LREAL LT LWORD MAX MID
+    MIN MOD MOVE MUL MUX NE NOT NULL OF ON OR PROGRAM REAL REF REPEAT REPLACE RESOURCE RETURN RIGHT ROL ROR SEL SHL SHR SIN SINT
+    SQRT STEP STRING STRUCT SUB TAN TASK THEN TIME TO TOD TRANSITION TRUE TRUNC TYPE UDINT UINT ULINT UNTIL USINT VAR WHILE WITH
+    WORD WSTRING XOR SIGN_OF TANH_OF X E
+    Q DQ DDQ T TEMP TORQUE LAST GRAVITY ALPHA D THETA R PRISMATIC LINK LOAD DIRECTION WHOLE MOTOR_DQ MOTOR_DDQ TURN PLACE FORCE
+    MOMENT RATE CHANGE ACCELERATION WA WB ANGLE ALONG CA SA CT ST AX AY AZ BX BY_ BZ J K STATE BEFORE BEGUN TRAVEL
+    """,
+    )
+)
+"""words of IEC 61131-3, and names inside the exported text"""
 
 RECURSION = """(* tau_out of eq. (6): inertia, Coriolis, centrifugal and gravity torque, by the recursion of Newton and Euler *)
 FOR K := 0 TO 2 DO
@@ -145,7 +163,7 @@ def structured_text(model: ExportedModel, stem: str) -> str:
    torque of each joint from its motion. Written by coulomb.
    SI units, joint space: rad or m, s, kg, N m or N. Joints from the base: {names}. *)
 {FUNCTIONS}
-FUNCTION_BLOCK {c_name(stem).upper()}
+FUNCTION_BLOCK {block_name(stem)}
 VAR_INPUT
     Q : {one};
     DQ : {one};
@@ -232,6 +250,15 @@ def _line(model: ExportedModel, own: Torque) -> str:
     }
     text = render(own.formula, names, STRUCTURED_TEXT)
     return f"(* {own.effect} *)\nTORQUE[{own.row}] := TORQUE[{own.row}] + {text};\n"
+
+
+def block_name(stem: str) -> str:
+    """A name that the standard allows for the block, made of a file's name: letters, digits and single underscores.
+
+    A name of one word could be a word of the language or a variable of the block (IF, REAL, LOAD); those get a prefix.
+    """
+    name = re.sub("_+", "_", c_name(stem).upper())
+    return f"MODEL_{name}" if name in TAKEN else name
 
 
 def _comment(text: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import shutil
 import subprocess
 from dataclasses import replace
@@ -19,7 +20,7 @@ from identify.export.exported_model import exported_model
 from identify.export.expression_code import literal
 from identify.export.python_code import python_code
 from identify.export.record_error import Motion
-from identify.export.structured_text import structured_text
+from identify.export.structured_text import TAKEN, block_name, structured_text
 from identify.export.write import module_torque, write_export
 from identify.identification import identify
 from identify.recording import InputError
@@ -247,3 +248,23 @@ def test_a_target_that_cannot_be_written_is_refused_before_anything_is(plant, tm
     with pytest.raises(InputError, match="is a folder" if folder else "include|cannot be written"):
         write_export(identify(plant, "usual"), tmp_path / target)
     assert [path.name for path in tmp_path.iterdir()] == ([folder] if folder else [])
+
+
+@pytest.mark.parametrize(
+    ("stem", "name"),
+    [
+        ("arm-1", "ARM_1"),
+        ("if", "MODEL_IF"),
+        ("Load", "MODEL_LOAD"),
+        ("a__b_ c", "A_B_C"),
+        ("2nd", "MODEL_2ND"),
+    ],
+)
+def test_the_block_s_name_is_one_that_the_standard_allows(stem, name):
+    assert block_name(stem) == name
+
+
+def test_no_name_inside_the_block_can_be_its_own(plant):
+    text = structured_text(exported_model(identify(plant, "usual", ["presliding"])), "arm")
+    declared = re.findall(r"^ +([A-Z_]+(?:, [A-Z_]+)*) :", text, flags=re.MULTILINE)
+    assert {name for line in declared for name in line.split(", ")} <= TAKEN
