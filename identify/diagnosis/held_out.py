@@ -69,27 +69,37 @@ class FoldedProducts:
         self.count = int(folds.max()) + 1
         self.local: list[dict[int, int]] = []
         self.products: list[Array] = []
+        self.whole: list[Array] = []
         for joint, columns in enumerate(observation.joint_columns):
             width = len(columns) + 2
             products = np.zeros((self.count, width, width))
             for block, factors in enumerate(observation.factors):
                 products[folds[block]] += factors[joint].gram()
             self.products.append(products)
+            self.whole.append(products.sum(0))
             self.local.append({int(column): place for place, column in enumerate(columns)})
 
     def measured(self, joint: int) -> float:
         """Squared norm of the joint's measured torque."""
-        return float(self.products[joint][:, -1, -1].sum())
+        return float(self.whole[joint][-1, -1])
 
     def evaluate(self, joint: int, base: Index, trials: Sequence[Trial]) -> list[HeldOut]:
         """Errors on a joint's rows of the base with each trial added."""
         columns = np.unique(np.concatenate([np.concatenate(trial.variants) for trial in trials] + [base[:0]]))
         columns = np.setdiff1d(columns, base)
         place = {int(column): index for index, column in enumerate(columns)}
+        wanted = np.concatenate([base, columns])
+        places = [self._places(own, wanted) for own in range(len(self.products))]
         # the scale of a column is its norm over all rows that it is on
-        everything = self._system(base, columns, None)
-        fold_systems = [self._reduced(joint, base, columns, everything, fold) for fold in range(self.count)]
-        whole = self._reduced(joint, base, columns, everything, None)
+        everything = self._assembled(self.whole, places, len(wanted) + 1)
+        fold_systems = []
+        for fold in range(self.count):
+            left_out = [products[fold] for products in self.products]
+            without = everything - self._assembled(left_out, places, len(wanted) + 1)
+            judged = _placed(left_out[joint], places[joint], len(wanted) + 1)
+            fold_systems.append(_Reduced.of(without, len(base), judged))
+        judged = _placed(self.whole[joint], places[joint], len(wanted) + 1)
+        whole = _Reduced.of(everything, len(base), judged)
         return [self._judge(trial, place, whole, fold_systems) for trial in trials]
 
     def _judge(
@@ -111,44 +121,29 @@ class FoldedProducts:
             power.append(reduced.power(options[chosen], fits[chosen][0]))
         return HeldOut(whole.error(options[best], trained[best][0]), np.array(errors), np.array(power), best)
 
-    def _system(self, base: Index, columns: Index, without: int | None) -> "_System":
-        """Weighted products over all joints, [base, columns, Y], less those of a fold."""
-        wanted = np.concatenate([base, columns])
-        size = len(wanted) + 1
+    def _assembled(
+        self, products: Sequence[Array], places: Sequence[tuple[Index, Index]], size: int
+    ) -> Array:
+        """(size, size) weighted products of the wanted columns and Y over all joints."""
         total = np.zeros((size, size))
-        for joint, products in enumerate(self.products):
-            own = products.sum(0) if without is None else products.sum(0) - products[without]
-            places, local = self._places(joint, wanted)
-            places = np.append(places, size - 1)
-            local = np.append(local, own.shape[0] - 2)
-            total[np.ix_(places, places)] += self.weights[joint] ** 2 * own[np.ix_(local, local)]
-        return _System(total, len(base))
+        for weight, own, (there, here) in zip(self.weights, products, places, strict=True):
+            total[there[:, None], there] += weight**2 * own[here[:, None], here]
+        return total
 
     def _places(self, joint: int, wanted: Index) -> tuple[Index, Index]:
+        """Where the wanted columns of a joint, and Y behind them, stand among all wanted, and among the joint's."""
         known = self.local[joint]
-        places = np.array([i for i, column in enumerate(wanted) if int(column) in known], np.intp)
-        return places, np.array([known[int(wanted[i])] for i in places], np.intp)
-
-    def _reduced(
-        self, joint: int, base: Index, columns: Index, everything: "_System", fold: int | None
-    ) -> "_Reduced":
-        system = everything if fold is None else self._system(base, columns, fold)
-        wanted = np.concatenate([base, columns])
-        own = self.products[joint].sum(0) if fold is None else self.products[joint][fold]
-        places, local = self._places(joint, wanted)
-        size = len(wanted) + 1
-        judged = np.zeros((size, size))
-        places, local = np.append(places, size - 1), np.append(local, own.shape[0] - 2)
-        judged[np.ix_(places, places)] = own[np.ix_(local, local)]
-        return _Reduced.of(system, judged)
+        listed = [(place, known[column]) for place, column in enumerate(wanted.tolist()) if column in known]
+        there = np.array([*(place for place, _ in listed), len(wanted)], np.intp)
+        return there, np.array([*(own for _, own in listed), len(known)], np.intp)
 
 
-@dataclass(frozen=True)
-class _System:
-    """Products [base, columns, Y] of a training set."""
-
-    products: Array
-    base: int
+def _placed(products: Array, places: tuple[Index, Index], size: int) -> Array:
+    """(size, size) products of one joint's rows at their places among the wanted columns."""
+    placed = np.zeros((size, size))
+    there, here = places
+    placed[there[:, None], there] = products[here[:, None], here]
+    return placed
 
 
 @dataclass(frozen=True)
@@ -163,8 +158,8 @@ class _Reduced:
     """(c + 1, c + 1) the same combinations on the rows to be judged"""
 
     @classmethod
-    def of(cls, system: _System, judged: Array) -> "_Reduced":
-        products, b = system.products, system.base
+    def of(cls, products: Array, b: int, judged: Array) -> "_Reduced":
+        """From products [base, columns, Y] of a training set, the first `b` of them the base, and those to be judged."""
         rest = products[b:, b:]
         combination = base_within(products[:b, :b], products[:b, b:])
         onto = np.vstack([-combination, np.eye(len(rest))])
