@@ -23,10 +23,16 @@ import httpx
 import numpy as np
 from numpy.typing import NDArray
 
-from api.contract import Diagnosis, Effect, Identification, NextExperiment
+from identify.results.diagnosis import DiagnosisDocument
+from identify.results.document import Json
+from identify.results.effect import CatalogueEffect
+from identify.results.identification import IdentificationDocument
+from identify.results.next_experiment import NextExperimentDocument
+from identify.results.reading import document_of
 
-Json = dict[str, Any]
 Signals = dict[str, NDArray[np.float32]]
+BESIDE_RESULTS = ("version", "stale", "job", "diagnosis")
+"""What `/results` answers beside the identification: where it comes from, and the diagnosis, which has a call of its own."""
 FINAL = frozenset({"done", "failed", "cancelled", "lost"})
 
 
@@ -156,7 +162,7 @@ class Client:
 
     # --- models
 
-    def results(self, experiment: str) -> Identification:
+    def results(self, experiment: str) -> IdentificationDocument:
         """What the identifier says over all sessions so far.
 
         Raises ServiceError with status 404 before the first session, and 202 while the first results are
@@ -165,7 +171,8 @@ class Client:
         answer = self._http.get(f"/experiments/{experiment}/results")
         if answer.status_code == 202:
             raise ServiceError(202, {"detail": "the first results are being computed", **answer.json()})
-        return Identification.model_validate(self._answer(answer))
+        found = {name: value for name, value in self._answer(answer).items() if name not in BESIDE_RESULTS}
+        return document_of(IdentificationDocument, found, str(answer.url))
 
     def models(self, experiment: str) -> Json:
         """All model versions and which of them is current."""
@@ -204,18 +211,19 @@ class Client:
         """Find what a model version misses (a job)."""
         return self._post(f"/experiments/{experiment}/models/{model}/diagnosis")
 
-    def diagnosis(self, experiment: str, model: str) -> Diagnosis:
+    def diagnosis(self, experiment: str, model: str) -> DiagnosisDocument:
         """What was found to be missing in a model version."""
-        return Diagnosis.model_validate(self._get(f"/experiments/{experiment}/models/{model}/diagnosis"))
+        address = f"/experiments/{experiment}/models/{model}/diagnosis"
+        return document_of(DiagnosisDocument, self._get(address), address)
 
     def find_next_experiment(self, experiment: str, model: str, joint: str) -> Json:
         """Find the experiment that tells apart what the diagnosis left open on a joint (a job)."""
         return self._post(f"/experiments/{experiment}/models/{model}/next-experiment", {"joint": joint})
 
-    def next_experiment(self, experiment: str, model: str, joint: str) -> NextExperiment:
+    def next_experiment(self, experiment: str, model: str, joint: str) -> NextExperimentDocument:
         """The experiment that would tell the rivals of a joint apart."""
-        found = self._get(f"/experiments/{experiment}/models/{model}/next-experiment", joint=joint)
-        return NextExperiment.model_validate(found)
+        address = f"/experiments/{experiment}/models/{model}/next-experiment"
+        return document_of(NextExperimentDocument, self._get(address, joint=joint), address)
 
     def plan_next_experiment(
         self, experiment: str, model: str, joint: str, proposal: int = 1, rig: str | None = None
@@ -245,9 +253,9 @@ class Client:
         query = {"session": session, "joint": joint, "from": start, "to": end, "points": points}
         return self._signals(address, query)
 
-    def effects(self) -> list[Effect]:
+    def effects(self) -> list[CatalogueEffect]:
         """The catalogue of physical effects."""
-        return [Effect.model_validate(entry) for entry in self._get("/effects")]
+        return [CatalogueEffect.model_validate(entry) for entry in self._get("/effects")]
 
     # --- jobs
 

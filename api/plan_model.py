@@ -1,6 +1,5 @@
 """A model of the identifier as the planner sees it: regressor, loads and torques for planned motion."""
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,6 +20,8 @@ from identify.effects.motion import BlockMemory, JointMotion, JointSummary
 from identify.estimation.rigid_body import RigidBody
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import Payload
+from identify.results.identification import IdentificationDocument
+from identify.results.reading import read_document
 
 Array = NDArray[np.float64]
 
@@ -45,17 +46,15 @@ class Identified:
         Raises InputError that names the file.
         """
         try:
-            document = json.loads(path.read_text(encoding="utf-8"))
+            return cls.of(read_document(IdentificationDocument, path))
         except (OSError, UnicodeDecodeError) as error:
             raise InputError(f"{path}: cannot be read ({error})") from None
-        except json.JSONDecodeError as error:
-            raise InputError(f"{path}, line {error.lineno}: not JSON ({error.msg})") from None
-        try:
-            values = {str(one["name"]): float(one["value"]) for one in document["parameters"]}
-            source = f"identified: {document['experiment']}, model {document['model']}"
-        except (KeyError, TypeError, ValueError):
-            raise InputError(f"{path}: not a result of `coulomb identify --json`") from None
-        return cls(values, source)
+
+    @classmethod
+    def of(cls, document: IdentificationDocument) -> "Identified":
+        """What an identification found."""
+        values = {parameter.name: parameter.value for parameter in document.parameters}
+        return cls(values, f"identified: {document.experiment}, model {document.model}")
 
 
 class RegressorModel:

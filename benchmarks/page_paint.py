@@ -8,7 +8,6 @@ ms, against the limit of 1000 ms; then the server's time for a zoom against 150 
 """
 
 import argparse
-import json
 import os
 import shutil
 import socket
@@ -28,6 +27,10 @@ from api.application import create_application
 from api.service.model_story import Fit, ModelStory, data_fingerprint, now_text
 from api.service.prediction_files import write_prediction
 from api.service.settings import ServiceSettings
+from identify.effects.catalogue import effects
+from identify.results.diagnosis import Candidate, DiagnosisDocument, JointDiagnosis
+from identify.results.effect import EffectOnJoint
+from identify.results.identification import IdentificationDocument, JointError, Parameter, SessionError
 
 PAINT_LIMIT = 1000.0  # ms
 ZOOM_LIMIT = 150.0  # ms
@@ -102,7 +105,7 @@ def write_experiment(folder: Path, samples: int) -> None:
         for index, length in enumerate(lengths.values()):
             write_prediction(fit, index, 0, motion(length, noise))
         (fit / "identification.json").write_text(
-            json.dumps(document(noise / 100, payloads, sum(lengths.values())))
+            document(noise / 100, payloads, sum(lengths.values())).json_text()
         )
         stored = Fit(
             id="f1",
@@ -139,59 +142,91 @@ def motion(samples: int, noise: float) -> SimpleNamespace:
     )
 
 
-def document(error: float, payloads: dict[str, str], samples: int) -> dict:
-    sessions = [
-        {"file": file, "payload": payload, "relative_error": error} for file, payload in payloads.items()
-    ]
-    joint = {"joint": "j1", "relative_error": error, "relative_error_validation": None, "noise_floor": 0.01}
-    parameter = {"joint": "j1", "value": 30.9, "std": 0.14, "std_robust": 0.4, "relative_std_percent": 0.46}
-    return {
-        "experiment": EXPERIMENT,
-        "model": "usual",
-        "effects": [{"effect": name, "joint": "j1"} for name in ("viscous", "coulomb", "offset")],
-        "relative_error": error,
-        "relative_error_validation": None,
-        "joints": [joint],
-        "sessions": sessions,
-        "parameters": [
-            {"name": name, "unit": "kg m^2", "grouping": "", **parameter}
+def document(error: float, payloads: dict[str, str], samples: int) -> IdentificationDocument:
+    """What a fit found, of the usual size."""
+    return IdentificationDocument(
+        experiment=EXPERIMENT,
+        model="usual",
+        effects=tuple(EffectOnJoint(effect=name, joint="j1") for name in ("viscous", "coulomb", "offset")),
+        relative_error=error,
+        relative_error_validation=None,
+        joints=(
+            JointError(joint="j1", relative_error=error, relative_error_validation=None, noise_floor=0.01),
+        ),
+        sessions=tuple(
+            SessionError(file=file, payload=payload, role="identification", relative_error=error)
+            for file, payload in payloads.items()
+        ),
+        parameters=tuple(
+            Parameter(
+                name=name,
+                joint="j1",
+                value=30.9,
+                std=0.14,
+                std_robust=0.4,
+                relative_std_percent=0.46,
+                unit="kg m^2",
+                grouping=None,
+            )
             for name in ("ZZ1R", "MX1", "MY1", "FV1", "FC1")
-        ],
-        "condition_number": 31.2,
-        "samples": samples,
-    }
+        ),
+        condition_number=31.2,
+        samples=samples,
+        form="linear",
+        estimator="ordinary",
+        eliminated=(),
+        constants=(),
+        relative_error_left_out=None,
+        payloads=(),
+        speeds=(),
+        signals=(),
+        not_identifiable=(),
+        remarks=(),
+    )
 
 
-def diagnosis(error: float) -> dict:
+def diagnosis(error: float) -> DiagnosisDocument:
+    """What a diagnosis found, of the usual size."""
     names = ("load-friction", "stribeck", "viscous-power", "backlash", "presliding", "delay")
-    candidates = [
-        {
-            "effect": name,
-            "rank": rank,
-            "relative_error_before": error,
-            "relative_error_after": error * (0.4 + 0.1 * rank),
-            "heldout_error_before": error,
-            "heldout_error_after": error * (0.4 + 0.1 * rank),
-            "p_value": 10.0 ** (rank - 12),
-            "indistinguishable_from": [],
-            "explanation": "Friction grows with the load that the gear carries.",
-        }
+    candidates = tuple(
+        Candidate(
+            effect=name,
+            rank=rank,
+            relative_error_before=error,
+            relative_error_after=error * (0.4 + 0.1 * rank),
+            heldout_error_before=error,
+            heldout_error_after=error * (0.4 + 0.1 * rank),
+            p_value=10.0 ** (rank - 12),
+            justified=True,
+            indistinguishable_from=(),
+            caution=None,
+            explanation="Friction grows with the load that the gear carries.",
+            equation=effects()[name].equation,
+            variable=effects()[name].variable,
+            constants={},
+        )
         for rank, name in enumerate(names, start=1)
-    ]
-    joint = {
-        "joint": "j1",
-        "verdict": "missing",
-        "missing": ["load-friction"],
-        "candidates": candidates,
-        "where": [],
-    }
-    return {
-        "experiment": EXPERIMENT,
-        "model": "usual",
-        "relative_error": error,
-        "noise_floor": 0.01,
-        "joints": [joint],
-    }
+    )
+    joint = JointDiagnosis(
+        joint="j1",
+        verdict="missing",
+        missing=("load-friction",),
+        candidates=candidates,
+        evidence=candidates[:1],
+        where=(),
+        noise_floor=0.01,
+        structure=(),
+        superfluous=(),
+    )
+    return DiagnosisDocument(
+        experiment=EXPERIMENT,
+        model="usual",
+        relative_error=error,
+        relative_error_with_missing=0.5 * error,
+        noise_floor=0.01,
+        joints=(joint,),
+        not_applicable=(),
+    )
 
 
 def listen(folder: Path):

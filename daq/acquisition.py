@@ -20,6 +20,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from daq.json_object import JsonObject
 from daq.motion import EndStory, Motion
 from daq.motion_sequence import MotionSequence
 from daq.plan_setpoints import approach_counts
@@ -74,7 +75,7 @@ class AcquisitionMessage:
     cycle: int = 0
     cycles: int = 0
     reason: StopReason | None = None
-    counters: dict[str, Any] = field(default_factory=dict[str, Any])
+    counters: JsonObject = field(default_factory=JsonObject)
     remarks: tuple[str, ...] = ()
     clock_source: str = ""
     alarm: str = ""
@@ -144,7 +145,7 @@ class Acquisition:
 
     def _session(
         self, rows: RingWriter, frames: RingWriter, closing: ExitStack
-    ) -> tuple[StopReason, dict[str, Any]]:
+    ) -> tuple[StopReason, JsonObject]:
         remarks: list[str] = []
         if self.rig.simulated is not None and self.rig.bus.interface == "virtual":
             closing.enter_context(simulated_rig(self.rig, self.order.payload, seed=self.order.seed))

@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from daq.json_object import JsonObject
 from drivers.sync_producer import SYNC_ID
 
 _PENDING = np.dtype([("column", "<i4"), ("seen", "?"), ("stamp", "<i8"), ("data", "u1", (8,))])
@@ -69,7 +70,7 @@ class AlignmentCounters:
     too_short: int = 0
     """PDOs with less data than their mapping, discarded"""
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> JsonObject:
         """Plain numbers and lists."""
         return {
             "lost": self.lost.tolist(),

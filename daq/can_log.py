@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.alignment import SYNC_ID, SyncAlignment
+from daq.json_object import JsonObject
 from daq.recording_file import RecordingFile, SessionDescription
 from daq.rig import KnownPayload, Rig
 from daq.rig_drives import MODES
@@ -39,7 +40,7 @@ class LoggedSession:
 
     rows: NDArray[Any]
     """(M,) of `daq.samples.sample_dtype`"""
-    counters: dict[str, Any]
+    counters: JsonObject
     """of the alignment"""
     remarks: tuple[str, ...]
     """What was decided, in an operator's words."""

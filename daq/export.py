@@ -9,6 +9,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from daq.json_object import JsonObject
 from identify.recording.errors import InputError
 from identify.recording.session_csv import write_csv_session
 from identify.recording.session_hdf5 import (
@@ -47,7 +48,7 @@ class ScaledSession:
     """(N, n) bits as in the recording"""
     temperature: NDArray[np.float64] | None
     """(N, n) °C"""
-    attributes: dict[str, Any]
+    attributes: JsonObject
     """of the recording: rig, plan, payload, counters, …"""
 
     @property
@@ -158,7 +159,7 @@ def _write_parquet(session: ScaledSession, target: Path) -> int:
     from pyarrow import parquet  # pyright: ignore[reportMissingTypeStubs]
 
     n = session.position.shape[1]
-    columns: dict[str, Any] = {"t": session.time, "cycle": session.cycle}
+    columns: JsonObject = {"t": session.time, "cycle": session.cycle}
     groups = {"q": session.position, "v": session.command, "qref": session.setpoint, "valid": session.valid}
     if session.temperature is not None:
         groups["temp"] = session.temperature

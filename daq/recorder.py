@@ -19,6 +19,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from daq.json_object import JsonObject
 from daq.raw_log import RawLog
 from daq.recording_file import RecordingFile, SessionDescription
 from daq.recording_verdict import RecordingVerdict
@@ -51,7 +52,7 @@ class Ending:
     """What the acquisition process says last: how the motion ended, and what was counted."""
 
     reason: StopReason
-    counters: dict[str, Any] = field(default_factory=dict[str, Any])
+    counters: JsonObject = field(default_factory=JsonObject)
 
 
 def raw_log_of(recording: Path) -> Path:

@@ -17,6 +17,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from daq.json_object import JsonObject
 from daq.rig import KnownPayload, Rig
 from identify.recording.session_hdf5 import (
     COMMAND,
@@ -37,7 +38,7 @@ class SessionDescription:
     """Everything that is needed to read a recording in ten years, beside the samples."""
 
     rig: Rig
-    plan: dict[str, Any]
+    plan: JsonObject
     payload: KnownPayload
     operator: str
     clock_source: str
@@ -47,7 +48,7 @@ class SessionDescription:
     started: datetime = field(default_factory=lambda: datetime.now(UTC))
     remarks: tuple[str, ...] = ()
 
-    def attributes(self) -> dict[str, Any]:
+    def attributes(self) -> JsonObject:
         """The attributes of the file's root."""
         return {
             "format": FORMAT,
@@ -184,7 +185,7 @@ class RecordingFile:
         finally:
             os.close(held)
 
-    def finish(self, status: str, reason: str, counters: dict[str, Any], cause: str) -> None:
+    def finish(self, status: str, reason: str, counters: JsonObject, cause: str) -> None:
         """Close the file with its final status: `complete`, `aborted` or `faulted`; cause: a `StopCause`.
 
         Raises OSError when the disk does not take it; the file then stays as after a kill.
@@ -197,7 +198,7 @@ class RecordingFile:
         set_status(self.path, status, reason, counters, cause)
 
 
-def set_status(path: Path, status: str, reason: str, counters: dict[str, Any], cause: str) -> None:
+def set_status(path: Path, status: str, reason: str, counters: JsonObject, cause: str) -> None:
     """Write the final attributes of a closed recording, and have them on disk."""
     # Without HDF5's lock: whoever reads the file at this moment would otherwise keep us from saying how it
     # ended.

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 import config
+from daq.json_object import JsonObject
 from drivers.bus import BusSettings
 from drivers.drive_gain import drive_gain
 from drivers.errors import DriverError
@@ -208,7 +209,7 @@ class Rig(_Settings):
     """an output that takes the drives' power away when they do not obey; nothing where left out"""
     record_temperature: bool = False
     """whether the drives' temperature travels in a PDO of its own and is recorded"""
-    simulated: dict[str, Any] | None = None
+    simulated: JsonObject | None = None
     """only for a simulated rig: the plant, its hidden effects and the drives' faults (`drivers.simulated`)"""
 
     @model_validator(mode="after")
@@ -328,7 +329,7 @@ class Rig(_Settings):
 def _resolve_drives(document: Any, folder: Path) -> None:
     """Drives that are named by files are found beside the rig file, wherever the command is run."""
     try:
-        axes: list[dict[str, Any]] = [axis for axis in document["axes"] if isinstance(axis, dict)]
+        axes: list[JsonObject] = [axis for axis in document["axes"] if isinstance(axis, dict)]
     except (TypeError, KeyError):
         return  # said when the fields are checked
     for axis in axes:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from daq.alignment import SyncAlignment
 from daq.foreign_frames import ForeignFrames, ids_of_ours
+from daq.json_object import JsonObject
 from daq.rig import Rig
 from daq.rig_drives import MASTER_NODE
 from daq.ring_buffer import RingWriter
@@ -246,7 +247,7 @@ class SamplingLoop:
             self._row_ring.finish()
             self._frame_ring.finish()
 
-    def counters(self) -> dict[str, Any]:
+    def counters(self) -> JsonObject:
         """What was counted so far, for the recording."""
         statistics = self._producer.statistics
         return {

@@ -3,7 +3,8 @@
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from enum import StrEnum
-from typing import Any
+
+from daq.json_object import JsonObject
 
 
 class SessionState(StrEnum):
@@ -63,10 +64,10 @@ class SessionEvent:
     kind: str
     state: SessionState
     words: str
-    data: dict[str, Any] = field(default_factory=dict[str, Any])
+    data: JsonObject = field(default_factory=JsonObject)
     time: datetime = field(default_factory=lambda: datetime.now(UTC))
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> JsonObject:
         """Plain values; time in ISO 8601, UTC."""
         return {
             "kind": self.kind,

@@ -10,6 +10,7 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from daq.json_object import JsonObject
 from daq.rig import KnownPayload, Rig
 from drivers.bus import BusSettings
 from drivers.simulated.mechanism import Mechanism
@@ -24,9 +25,9 @@ class SimulatedSection(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    plant: dict[str, Any]
+    plant: JsonObject
     """the mechanism behind the drives: `drivers.simulated.plant_settings`"""
-    drives: tuple[dict[str, Any], ...] = ()
+    drives: tuple[JsonObject, ...] = ()
     """one per axis: what differs from the rig, servo gains and planned faults: `SimulatedAxis`"""
     servo_period: float = Field(default=0.001, gt=0, le=0.01)
     """s"""

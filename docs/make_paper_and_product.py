@@ -234,7 +234,7 @@ def document(results: dict) -> str:
 
 def eliminated(result: Identification) -> str:
     """Names of the parameters that the elimination took out, in its order."""
-    names = [f"`{entry['name']}`" for entry in result.to_json()["eliminated"]]
+    names = [f"`{entry.name}`" for entry in result.document().eliminated]
     return ", ".join(names) or "none"
 
 
@@ -252,15 +252,15 @@ def identify_structured(result: Identification) -> str:
         },
     }
     rows = []
-    for parameter in result.to_json()["structured"]["parameters"]:
-        robust = parameter["std_robust"]
+    for parameter in result.document().structured.parameters:
+        robust = parameter.std_robust
         rows.append(
             [
-                f"`{parameter['name']}`",
-                figure(parameter["value"], 4),
+                f"`{parameter.name}`",
+                figure(parameter.value, 4),
                 figure(None if robust is None else 2 * robust, 4),
-                figure(true.get(parameter["name"]), 4),
-                parameter["unit"],
+                figure(true.get(parameter.name), 4),
+                parameter.unit,
             ]
         )
     return table(["", "product", "2σ robust", "plant", "unit"], rows)

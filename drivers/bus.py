@@ -48,6 +48,7 @@ class BusSettings(BaseModel):
 
 
 Filters = list[dict[str, Any]]
+"""python-can's own form of filters"""
 
 
 def pass_ids(ids: list[int]) -> Filters:
@@ -84,6 +85,7 @@ def _open_adapter(settings: BusSettings, **arguments: Any) -> can.BusABC:
     if settings.interface not in can.VALID_INTERFACES:
         known = ", ".join(sorted(can.VALID_INTERFACES))
         raise BusError(f"interface {settings.interface!r} is not known to python-can; known are {known}")
+    # whatever python-can's interface of that name takes
     options: dict[str, Any] = dict(settings.options) | arguments
     if settings.fd:
         options["fd"] = True

@@ -2,18 +2,34 @@
 
 import json
 import time
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 import config
+
+if TYPE_CHECKING:
+    from daq.excitation.excitation_plan import ExcitationPlan
+    from daq.rig import Rig
+    from identify.results.identification import IdentificationDocument
 
 _RIG = "rx130l-joint3-simulated"
 _PAYLOADS = ("none", "disk-3.5", "disk-7")
 """0, 3.4584 and 6.970 kg: those of section IV of the paper"""
 PLAN = Path(config.__file__).parent / "plans" / "rx130l-joint3-load-velocity.json"
 """made by `coulomb plan rx130l-joint3-simulated --model load-velocity --seconds 66`"""
+
+
+@dataclass(frozen=True)
+class DemoSession:
+    """A session of the demo. mass: kg, of the payload; words: how it ended."""
+
+    file: str
+    payload: str
+    mass: float
+    words: str
 
 
 def register(application: typer.Typer) -> None:
@@ -35,6 +51,7 @@ def demo(
     from api.data_folder import default_data_folder
     from daq.excitation.excitation_plan import ExcitationPlan
     from daq.rig import Rig
+    from daq.session_workflow import Recorded
     from identify.diagnosis.improvement import improve
     from identify.identification import identify
     from identify.recording import load_experiment
@@ -56,32 +73,30 @@ def demo(
         "each payload drives the same."
     )
     say()
-    sessions: list[dict[str, Any]] = []
-    identifications: list[dict[str, Any]] = []
+    sessions: list[DemoSession] = []
+    identifications: list[IdentificationDocument] = []
     for payload in _PAYLOADS:
         session = _record(rig, folder, plan, payload)
-        recorded = session.pop("recorded")
         sessions.append(session)
-        say(f"Session with payload {payload}: {session['words']}.")
-        result = identify_so_far(recorded, "demo")
+        say(f"Session with payload {payload}: {session.words}.")
+        result = identify_so_far(Recorded(folder, folder / session.file, payload), "demo")
         identifications.append(result)
         print_errors(console, result, lambda words: say(f"  {words}"))
     say()
     experiment = load_experiment(folder)
     story = improve(experiment, "usual")
-    document = story.to_json()
+    document = story.document()
     say("What does the usual model (inertia, gravity, viscous and constant dry friction) miss?")
-    for number, step in enumerate(document["steps"]):
-        added = step["added"]
-        what = "usual model" if added is None else f"+ {added['effect']}"
-        say(f"  {number}. {what}: relative error {percent(step['relative_error'])}")
-    say(f"  Verdict: {document['verdict']}.")
+    for number, step in enumerate(document.steps):
+        what = "usual model" if step.added is None else f"+ {step.added.effect}"
+        say(f"  {number}. {what}: relative error {percent(step.relative_error)}")
+    say(f"  Verdict: {document.verdict}.")
     say()
-    best = identify(experiment, "load-velocity").to_json()
+    best = identify(experiment, "load-velocity").document()
     usual = identifications[-1]
     say(
-        f"The paper's load-velocity model, eq. (30): {percent(best['relative_error'])} instead of "
-        f"{percent(usual['relative_error'])} with the usual one."
+        f"The paper's load-velocity model, eq. (30): {percent(best.relative_error)} instead of "
+        f"{percent(usual.relative_error)} with the usual one."
     )
     lasted = time.monotonic() - began
     say()
@@ -93,10 +108,10 @@ def demo(
             json.dumps(
                 {
                     "experiment": str(folder),
-                    "sessions": sessions,
-                    "identifications": identifications,
-                    "improvement": document,
-                    "load_velocity": best,
+                    "sessions": [asdict(session) for session in sessions],
+                    "identifications": [each.to_json() for each in identifications],
+                    "improvement": document.to_json(),
+                    "load_velocity": best.to_json(),
                     "seconds": lasted,
                 },
                 ensure_ascii=False,
@@ -112,7 +127,7 @@ def _fresh_folder(experiments: Path) -> Path:
     return folder
 
 
-def _seconds_of_motion(plan: Any) -> float:
+def _seconds_of_motion(plan: "ExcitationPlan") -> float:
     """s of the plan in which a joint moves."""
     import numpy as np
 
@@ -120,10 +135,10 @@ def _seconds_of_motion(plan: Any) -> float:
     return float(0.01 * np.count_nonzero(np.abs(plan.setpoints(times).velocity).max(axis=1) > 1e-6))
 
 
-def _record(rig: Any, folder: Path, plan: Any, payload: str) -> dict[str, Any]:
+def _record(rig: "Rig", folder: Path, plan: "ExcitationPlan", payload: str) -> DemoSession:
     """One session over CAN; what is to be told of it."""
     from daq.session_events import SessionState
-    from daq.session_workflow import PayloadSession, Recorded
+    from daq.session_workflow import PayloadSession
 
     known = rig.payload(payload)
     with PayloadSession(rig, folder, plan, known, "demo") as session:
@@ -137,10 +152,4 @@ def _record(rig: Any, folder: Path, plan: Any, payload: str) -> dict[str, Any]:
             raise RuntimeError(
                 f"the session with payload {payload} ended as {session.state.value}: {session.reason}"
             )
-    return {
-        "file": session.file.name,
-        "payload": payload,
-        "mass": known.mass,
-        "words": session.reason,
-        "recorded": Recorded(folder, session.file, payload),
-    }
+    return DemoSession(session.file.name, payload, known.mass, session.reason)

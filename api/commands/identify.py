@@ -80,13 +80,12 @@ def effects_command(
     from identify.effects.catalogue import catalogue
 
     if as_json:
-        print(json.dumps(catalogue(), ensure_ascii=False))
+        print(json.dumps([effect.to_json() for effect in catalogue()], ensure_ascii=False))
     elif as_markdown:
         from identify.effects.document import effects_document
 
         print(effects_document(), end="")
     else:
         from api.identification_tables import print_effects
-        from identify.results.effect import CatalogueEffect
 
-        print_effects([CatalogueEffect.model_validate(entry) for entry in catalogue()])
+        print_effects(catalogue())

@@ -1,13 +1,14 @@
 """`coulomb robot`: the robot's section of an experiment from a URDF, and what can be identified of it."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 if TYPE_CHECKING:
     from identify.dynamics.base_parameters import BaseParameters
     from identify.recording import Robot
+    from identify.results.document import Json
 
 
 def register(application: typer.Typer) -> None:
@@ -55,7 +56,7 @@ def robot_command(
         print(f"#   {row['name']:<7} {row['unit']:<7} {row['joint']}: {row['grouping']}")
 
 
-def robot_section(robot: "Robot") -> dict[str, Any]:
+def robot_section(robot: "Robot") -> "Json":
     """The robot as it stands in an experiment.yaml, without fields left at null."""
     return robot.model_dump(mode="json", exclude_none=True)
 

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from daq.rig import Rig
     from daq.session_events import SessionEvent
     from daq.session_workflow import PayloadSession, Recorded
+    from identify.results.identification import IdentificationDocument
 
 
 def register(application: typer.Typer) -> None:
@@ -57,7 +58,7 @@ def run(
     motion = standard_plan(settings, seconds) if plan is None else ExcitationPlan.load(plan)
     folder = experiment or Path("experiments") / settings.name
     console = Console(stderr=True)
-    results: list[dict[str, Any]] = []
+    results: list[IdentificationDocument] = []
     user = operator or getpass.getuser()
     session = PayloadSession(
         settings,
@@ -102,7 +103,7 @@ def run(
             "state": session.state.value,
             "reason": session.reason,
             "file": None if session.file is None else str(session.file),
-            "identification": results[-1] if results else None,
+            "identification": results[-1].to_json() if results else None,
         }
         print(json.dumps(document, ensure_ascii=False))
     elif results:
@@ -198,7 +199,7 @@ def _figures(session: "PayloadSession") -> Any:
     return table
 
 
-def identify_so_far(recorded: "Recorded", user: str) -> dict[str, Any]:
+def identify_so_far(recorded: "Recorded", user: str) -> "IdentificationDocument":
     """Fit the model that stands (at first the usual one) to all sessions of the experiment so far.
 
     The fit becomes a part of the story of the experiment's models, as after a session of the service. Returns its document.
@@ -212,7 +213,7 @@ def identify_so_far(recorded: "Recorded", user: str) -> dict[str, Any]:
     output = fresh_folder(story, refit.version, refit.fit)
     found = fit(lambda _done, _words: None, str(recorded.experiment), refit.model, refit.add, str(output))
     store_refit(story, found, user)
-    return found["identification"]
+    return found.identification
 
 
 def percent(error: float | None) -> str:
@@ -220,11 +221,13 @@ def percent(error: float | None) -> str:
     return "–" if error is None else f"{100 * error:.2f} %"
 
 
-def print_errors(console: Any, result: dict[str, Any], say: Callable[[str], None] | None = None) -> None:
+def print_errors(
+    console: Any, result: "IdentificationDocument", say: Callable[[str], None] | None = None
+) -> None:
     """What the model makes of all sessions so far."""
     say = say or (lambda words: console.print(words, highlight=False))
-    sessions = ", ".join(f"{s['payload']} {percent(s['relative_error'])}" for s in result["sessions"])
+    sessions = ", ".join(f"{each.payload} {percent(each.relative_error)}" for each in result.sessions)
     say(
-        f"model {result['model']} over {len(result['sessions'])} sessions: relative error "
-        f"{percent(result['relative_error'])} ({sessions})"
+        f"model {result.model} over {len(result.sessions)} sessions: relative error "
+        f"{percent(result.relative_error)} ({sessions})"
     )

@@ -2,27 +2,27 @@
 
 import re
 from functools import cache
-from typing import Any
 
 from identify.effects import catalogue as effects
 from identify.effects.picture import PictureVariable, picture_over
+from identify.results.effect import CatalogueEffect
 
 
 @cache
-def catalogue() -> dict[str, dict[str, Any]]:
+def catalogue() -> dict[str, CatalogueEffect]:
     """Entry of `coulomb effects` by the effect's name."""
-    return {str(entry["effect"]): entry for entry in effects.catalogue()}
+    return {entry.effect: entry for entry in effects.catalogue()}
 
 
-def entry_of(effect: str) -> dict[str, Any]:
-    """The entry of an effect; empty for a user's own that the catalogue does not list."""
-    return catalogue().get(effect, {})
+def entry_of(effect: str) -> CatalogueEffect | None:
+    """The entry of an effect; None for a user's own that the catalogue does not list."""
+    return catalogue().get(effect)
 
 
 @cache
 def effect_titles() -> dict[str, str]:
     """Name -> words for a sentence."""
-    return {name: str(entry["title"]) for name, entry in catalogue().items()}
+    return {name: entry.title for name, entry in catalogue().items()}
 
 
 @cache

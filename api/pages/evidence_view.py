@@ -4,11 +4,10 @@ Before an effect is added, "with it" is what the diagnosis predicts: the model w
 diagnosis was made. Afterwards it is what the fit found.
 """
 
-from collections.abc import Mapping
-from dataclasses import replace
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
+from markupsafe import Markup
 
 from api.pages.catalogue_words import effect_titles, entry_of
 from api.pages.error_figures import JointUnits, effect_picture
@@ -16,72 +15,124 @@ from api.pages.joint_samples import JointSamples
 from api.pages.model_figures import FIGURE_SAMPLES
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.pages.verdict_words import constant_words
-
-ERRORS = (
-    "relative_error_before",
-    "relative_error_after",
-    "heldout_error_before",
-    "heldout_error_after",
-    "p_value",
-)
+from identify.results.diagnosis import Candidate, JointDiagnosis
 
 
-def joint_diagnosis(stored: StoredExperiment, shown: ShownModel, joint: str) -> dict[str, Any] | None:
+@dataclass(frozen=True)
+class Errors:
+    """Errors of a joint without and with an effect, parts of the measured torque; None where not known."""
+
+    relative_error_before: float | None = None
+    relative_error_after: float | None = None
+    heldout_error_before: float | None = None
+    heldout_error_after: float | None = None
+    p_value: float | None = None
+
+    @classmethod
+    def of(cls, candidate: Candidate | None) -> "Errors":
+        """Those that a diagnosis found."""
+        if candidate is None:
+            return cls()
+        return cls(
+            candidate.relative_error_before,
+            candidate.relative_error_after,
+            candidate.heldout_error_before,
+            candidate.heldout_error_after,
+            candidate.p_value,
+        )
+
+    @property
+    def change(self) -> float | None:
+        """Of the error of the fit, as a part of it."""
+        return _change(self.relative_error_before, self.relative_error_after)
+
+    @property
+    def heldout_change(self) -> float | None:
+        """Of the error on motion that the fit did not see, as a part of it."""
+        return _change(self.heldout_error_before, self.heldout_error_after)
+
+
+@dataclass(frozen=True)
+class SelectedEvidence:
+    """What the page shows of one effect; `with_words` is None where nothing is predicted with it."""
+
+    effect: str
+    title: str
+    group: str
+    equation: str
+    source: str
+    explanation: str
+    constants: list[tuple[str, str]]
+    caution: str | None
+    picture: Markup
+    picture_words: str
+    with_words: str | None
+    errors: Errors
+
+
+def joint_diagnosis(stored: StoredExperiment, shown: ShownModel, joint: str) -> JointDiagnosis | None:
     """What the diagnosis of a version says of one joint, or None if nobody asked yet."""
     document = stored.models.diagnosis(shown.version.id)
-    if document is None:
-        return None
-    return next((entry for entry in document["joints"] if entry["joint"] == joint), None)
+    return None if document is None else document.joint(joint)
 
 
 def selected_evidence(
     stored: StoredExperiment,
     shown: ShownModel,
-    diagnosis: Mapping[str, Any] | None,
+    diagnosis: JointDiagnosis | None,
     joint: str,
     effect: str | None,
-) -> dict[str, Any]:
-    """The evidence of the chosen candidate, else of the first; after the last step that of the effect added last."""
-    candidates = {each["effect"]: each for each in (diagnosis or {"candidates": []})["candidates"]}
+) -> SelectedEvidence | None:
+    """The evidence of the chosen candidate, else of the first; after the last step that of the effect added last.
+
+    None where there is no effect to show.
+    """
+    candidates = {each.effect: each for each in diagnosis.candidates} if diagnosis else {}
     units = JointUnits.of(stored.declared.robot.joints[stored.joint_names.index(joint)].type)
     added = (shown.version.change or "").split("@")[0] if shown.version.cause == "effect added" else None
     if effect is None:
-        missing = diagnosis["missing"] if diagnosis else []
+        missing = diagnosis.missing if diagnosis else ()
         effect = missing[0] if missing else added or next(iter(candidates), None)
     if effect is None:
-        return {"effect": None}
+        return None
     files = stored.fitted_files(shown)
     here = stored.samples(shown, joint, files)
-    if effect == added and effect not in candidates and shown.version.parent:
+    candidate = candidates.get(effect)
+    if effect == added and candidate is None and shown.version.parent:
         parent = stored.model(shown.version.parent)
         before = stored.samples(parent, joint, stored.fitted_files(parent)).thinned(FIGURE_SAMPLES).in_fit
         with_it: JointSamples | None = here.thinned(FIGURE_SAMPLES).in_fit
         words = "with it"
-        evidence = _step_evidence(stored, parent, shown, joint, effect)
+        # What was known of it when it was added, with the fit's own errors.
+        earlier = joint_diagnosis(stored, parent, joint)
+        candidate = None if earlier is None else earlier.candidate(effect)
+        errors = replace(
+            Errors.of(candidate),
+            relative_error_before=parent.joint(joint).relative_error,
+            relative_error_after=shown.joint(joint).relative_error,
+        )
     else:
-        evidence = candidates.get(effect) or {}
         before = here.thinned(FIGURE_SAMPLES).in_fit
-        with_it = _predicted(stored, shown, joint, files, here, evidence.get("rank"))
+        with_it = _predicted(stored, shown, joint, files, here, candidate)
         words = "predicted with it" if with_it is not None else None
-    picture, over = effect_picture(effect, before, with_it, units, evidence.get("variable"))
+        errors = Errors.of(candidate)
+    picture, over = effect_picture(effect, before, with_it, units, candidate.variable if candidate else None)
     entry = entry_of(effect)
-    errors = {key: evidence.get(key) for key in ERRORS}
-    return {
-        "effect": effect,
-        "title": effect_titles().get(effect, effect),
-        "group": entry.get("group", ""),
-        "equation": evidence.get("equation") or entry.get("equation", ""),
-        "source": entry.get("source", ""),
-        "explanation": evidence.get("explanation") or entry.get("explanation", ""),
-        "constants": constant_words(evidence.get("constants") or {}, units),
-        "caution": evidence.get("caution"),
-        "picture": picture,
-        "picture_words": f"Residual over {over.label}",
-        "with_words": words,
-        "change": _change(errors["relative_error_before"], errors["relative_error_after"]),
-        "heldout_change": _change(errors["heldout_error_before"], errors["heldout_error_after"]),
-        **errors,
-    }
+    known = candidate or entry
+    return SelectedEvidence(
+        effect=effect,
+        title=effect_titles().get(effect, effect),
+        group=entry.group if entry else "",
+        equation=known.equation if known else "",
+        source=entry.source if entry else "",
+        explanation=known.explanation if known else "",
+        constants=constant_words(candidate.constants, units) if candidate else [],
+        caution=candidate.caution if candidate else None,
+        picture=picture,
+        picture_words=f"Residual over {over.label}",
+        with_words=words,
+        errors=errors,
+    )
 
 
 def _predicted(
@@ -90,25 +141,13 @@ def _predicted(
     joint: str,
     files: list[str],
     here: JointSamples,
-    rank: int | None,
+    candidate: Candidate | None,
 ) -> JointSamples | None:
     """The samples as the model with that candidate would predict them; None where the diagnosis did not keep them."""
-    parts = None if rank is None else stored.candidate(shown, joint, files, rank)
+    parts = None if candidate is None else stored.candidate(shown, joint, files, candidate.rank)
     if parts is None or sum(len(part) for part in parts) != len(here.time):
         return None
     return replace(here, predicted=np.concatenate(parts).astype(float)).thinned(FIGURE_SAMPLES).in_fit
-
-
-def _step_evidence(
-    stored: StoredExperiment, parent: ShownModel, shown: ShownModel, joint: str, effect: str
-) -> dict[str, Any]:
-    """What was known of an effect when it was added: the diagnosis of the version before, with the fit's own errors."""
-    earlier = joint_diagnosis(stored, parent, joint)
-    known = next((each for each in earlier["candidates"] if each["effect"] == effect), {}) if earlier else {}
-    return dict(known) | {
-        "relative_error_before": parent.joint(joint)["relative_error"],
-        "relative_error_after": shown.joint(joint)["relative_error"],
-    }
 
 
 def _change(before: float | None, after: float | None) -> float | None:

@@ -1,6 +1,5 @@
 """What the pages of one experiment have in common: its name, the tabs of its joints, and what stands there before a model."""
 
-from typing import Any
 from urllib.parse import urlencode
 
 from fastapi import Request
@@ -8,16 +7,14 @@ from fastapi.responses import HTMLResponse
 
 from api.pages.job_views import news_context, standing_fit
 from api.pages.layout import experiment_link
-from api.pages.rendering import page
+from api.pages.rendering import Context, page
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.service import access
 
 
-def experiment_context(
-    stored: StoredExperiment, joint: str, shown: ShownModel | None, here: str
-) -> dict[str, Any]:
+def experiment_context(stored: StoredExperiment, joint: str, shown: ShownModel | None, here: str) -> Context:
     """What the pages of an experiment have in common: its name and the tabs of its joints."""
-    errors = {entry["joint"]: entry["relative_error"] for entry in shown.document["joints"]} if shown else {}
+    errors = {entry.joint: entry.relative_error for entry in shown.document.joints} if shown else {}
     joints = [
         {
             "name": name,
@@ -37,9 +34,7 @@ def experiment_context(
     }
 
 
-def no_model_page(
-    request: Request, stored: StoredExperiment, joint: str, context: dict[str, Any]
-) -> HTMLResponse:
+def no_model_page(request: Request, stored: StoredExperiment, joint: str, context: Context) -> HTMLResponse:
     """What stands in place of a page that needs a model: how to come to one."""
     jobs = access.service_of(request).jobs
     context = context | experiment_context(stored, joint, None, "model")

@@ -7,10 +7,11 @@ from fastapi.responses import HTMLResponse
 
 from api.pages.layout import experiment_link, frame
 from api.pages.number_format import utc_time
-from api.pages.rendering import PREFIX, page
+from api.pages.rendering import PREFIX, Context, page
 from api.service import access
 from api.service.model_story import ModelStory
 from api.service.payload_sessions import RECORDING
+from identify.results.diagnosis import DiagnosisDocument
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
 
@@ -29,7 +30,7 @@ def experiments_page(request: Request, user: access.Viewer) -> HTMLResponse:
     return page(request, "experiments.html", **context)
 
 
-def _row(service: Any, row: Any) -> dict[str, Any]:
+def _row(service: Any, row: Any) -> Context:
     shown = {
         "id": row.id,
         "name": row.name,
@@ -66,9 +67,9 @@ def _row(service: Any, row: Any) -> dict[str, Any]:
     }
 
 
-def _worst(diagnosis: dict[str, Any] | None) -> str | None:
+def _worst(diagnosis: DiagnosisDocument | None) -> str | None:
     """The verdict that asks for most: missing before unexplained before adequate."""
     if diagnosis is None:
         return None
-    verdicts = {joint["verdict"] for joint in diagnosis["joints"]}
+    verdicts = {joint.verdict for joint in diagnosis.joints}
     return next((verdict for verdict in ("missing", "unexplained", "adequate") if verdict in verdicts), None)

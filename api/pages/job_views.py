@@ -1,13 +1,12 @@
 """Jobs on the pages: what is being computed, how far it is, and how a page follows it."""
 
-from typing import Any
 from urllib.parse import urlencode
 
 from fastapi import Request
 from fastapi.responses import HTMLResponse
 
 from api.pages.layout import experiment_link
-from api.pages.rendering import page
+from api.pages.rendering import Context, page
 from api.service import access
 from api.service.jobs import Job, JobRunner
 from api.service.model_story import Story
@@ -22,7 +21,7 @@ JOB_TITLES = {
 }
 
 
-def job_state(jobs: JobRunner, experiment: str, joint: str, ended: Job | None = None) -> dict[str, Any]:
+def job_state(jobs: JobRunner, experiment: str, joint: str, ended: Job | None = None) -> Context:
     """What "what is missing" says of jobs: the one under way, or why the one that has just ended found nothing.
 
     The search for the next experiment runs beside a verdict that stands, and is shown in its own place.
@@ -42,7 +41,7 @@ def failed_fit(jobs: JobRunner, experiment: str) -> Job | None:
     return newest if newest is not None and newest.state in ("failed", "lost") else None
 
 
-def job_context(job: Job, experiment: str, joint: str | None) -> dict[str, Any]:
+def job_context(job: Job, experiment: str, joint: str | None) -> Context:
     """Context of the progress of a job on "what is missing"."""
     steps = experiment_link(experiment, "steps")
     query = {"joint": joint or ""}
@@ -57,7 +56,7 @@ def standing_fit(story: Story) -> str:
     return f"{story.current.id}.{story.current.fit.id}" if story.current is not None else ""
 
 
-def news_context(experiment: str, seen: str, job: Job | None, failed: Job | None = None) -> dict[str, Any]:
+def news_context(experiment: str, seen: str, job: Job | None, failed: Job | None = None) -> Context:
     """Context of the strip that follows an experiment: it asks for news of the fit `seen`, and shows a job's progress, or
     why the one that should have given the first fit found nothing."""
     return {
@@ -67,7 +66,7 @@ def news_context(experiment: str, seen: str, job: Job | None, failed: Job | None
     }
 
 
-def job_progress(job: Job) -> dict[str, Any]:
+def job_progress(job: Job) -> Context:
     """Title, fraction and words of a job."""
     return {"fraction": job.fraction, "words": job.words, "title": JOB_TITLES.get(job.kind, job.kind)}
 
@@ -80,7 +79,7 @@ def follow(request: Request, identifier: str, title: str, link: str) -> HTMLResp
     if job.state.final and job.state != "done":
         return page(request, "problem_message.html", detail=f"Nothing was found: {job.words}.")
     poll = f"{link}?{urlencode({'job': job.id})}"
-    shown: dict[str, Any] = job_progress(job)
+    shown: Context = job_progress(job)
     shown |= {"title": title, "poll_link": poll}
     response = page(request, "plan_progress.html", **shown)
     if job.state.final:

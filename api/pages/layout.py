@@ -1,10 +1,8 @@
 """What every page is given: who looks at it, where the steps lead, and the token that guards its actions."""
 
-from typing import Any
-
 from fastapi import Request
 
-from api.pages.rendering import PREFIX
+from api.pages.rendering import PREFIX, Context
 from api.service import access
 from api.service.accounts import Role, User
 
@@ -12,7 +10,7 @@ LAST_EXPERIMENT = "experiment"
 """Key of the browser's session under which the experiment that was looked at last is kept."""
 
 
-def frame(request: Request, user: User, here: str, experiment: str | None = None) -> dict[str, Any]:
+def frame(request: Request, user: User, here: str, experiment: str | None = None) -> Context:
     """Context of the base template; `here` is the step's name, `experiment` the id that the page shows."""
     if experiment is not None:
         request.session[LAST_EXPERIMENT] = experiment

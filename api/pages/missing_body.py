@@ -1,7 +1,7 @@
 """What a model misses, as the page shows it and every step of the model exchanges it."""
 
 from collections.abc import Collection, Mapping
-from typing import Any
+from dataclasses import dataclass
 from urllib.parse import urlencode
 
 from api.pages.catalogue_words import effect_titles
@@ -10,10 +10,12 @@ from api.pages.evidence_view import joint_diagnosis, selected_evidence
 from api.pages.figures.group_bars import draw_shares
 from api.pages.layout import experiment_link
 from api.pages.model_steps import step_chart, step_link
+from api.pages.rendering import Context
 from api.pages.rival_effects import rival_effects_context
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.pages.verdict_words import structure_words, verdict_of, where_words
 from identify.effects.model import IN_EVERY_MODEL
+from identify.results.diagnosis import Candidate, JointDiagnosis, NotApplicable
 
 SHOWN_CANDIDATES = 6
 """Candidates that stand in the list by themselves; the rest are folded away."""
@@ -23,29 +25,62 @@ SHOWN_PLACES = 6
 """Ranges of a variable that are shown where the error sits."""
 
 
+@dataclass(frozen=True)
+class CandidateRow:
+    """A candidate in the list. `gain`: share of the squared unseen error above the floor that it takes away."""
+
+    candidate: Candidate
+    title: str
+    gain: float
+    first: bool
+    link: str
+    fragment_link: str
+    add_link: str
+
+
+@dataclass(frozen=True)
+class MissingStep:
+    """A missing effect beside those before it."""
+
+    candidate: Candidate
+    title: str
+
+
+@dataclass(frozen=True)
+class ModelEffect:
+    """An effect of the model on the joint, and whether and where it can be removed."""
+
+    effect: str
+    added: bool
+    superfluous: bool
+    removable: bool
+    remove_link: str
+
+
 def body_context(
     stored: StoredExperiment, shown: ShownModel, joint: str, effect: str | None = None
-) -> dict[str, Any]:
+) -> Context:
     """Context of the part of the page that a step of the model exchanges."""
     diagnosis = joint_diagnosis(stored, shown, joint)
     units = JointUnits.of(stored.declared.robot.joints[stored.joint_names.index(joint)].type)
-    floor = shown.joint(joint)["noise_floor"]
+    floor = shown.joint(joint).noise_floor
     titles = effect_titles()
     candidates = _candidates(stored, diagnosis, joint, floor)
-    where = sorted(diagnosis["where"], key=_excess, reverse=True) if diagnosis else []
+    where = sorted(diagnosis.where, key=lambda place: place.excess, reverse=True) if diagnosis else []
+    superfluous = diagnosis.superfluous if diagnosis else ()
     line = [stored.model(identifier) for identifier in stored.story.line]
     before = line[-2] if len(line) > 1 else None
     return {
         "verdict": verdict_of(diagnosis, floor, titles),
         "diagnosed": diagnosis is not None,
-        "model_effects": _model_effects(stored, shown, joint, _superfluous(diagnosis)),
+        "model_effects": _model_effects(stored, shown, joint, superfluous),
         "step_chart": step_chart(stored, joint, floor),
         "current": shown.joint(joint),
-        "previous_error": before.joint(joint)["relative_error"] if before else None,
+        "previous_error": before.joint(joint).relative_error if before else None,
         "noise_floor": floor,
-        "candidates": [each for each in candidates if each["shown"]],
-        "further": [each for each in candidates if not each["shown"]],
-        "superfluous": [titles.get(name, name) for name in _superfluous(diagnosis)],
+        "candidates": candidates[:SHOWN_CANDIDATES],
+        "further": candidates[SHOWN_CANDIDATES:],
+        "superfluous": [titles.get(name, name) for name in superfluous],
         "missing_steps": _missing_steps(diagnosis, titles),
         "structure": structure_words(diagnosis),
         "no_candidates": "No effect of the catalogue would help."
@@ -54,7 +89,7 @@ def body_context(
         "selected": selected_evidence(stored, shown, diagnosis, joint, effect),
         "where_figure": draw_shares(
             [
-                (where_words(place, units), place["share_of_error"] or 0.0, place.get("share_of_samples"))
+                (where_words(place, units), place.share_of_error, place.share_of_samples)
                 for place in where[:SHOWN_PLACES]
             ]
         )
@@ -70,52 +105,39 @@ def body_context(
     }
 
 
-def _superfluous(diagnosis: Mapping[str, Any] | None) -> list[str]:
-    """Effects of the model that do not lower the error on motion that the fit did not see."""
-    return list((diagnosis or {}).get("superfluous", []))
-
-
-def _missing_steps(diagnosis: Mapping[str, Any] | None, titles: Mapping[str, str]) -> list[dict[str, Any]]:
+def _missing_steps(diagnosis: JointDiagnosis | None, titles: Mapping[str, str]) -> list[MissingStep]:
     """What each missing effect brought when it was added beside those before it; empty for a single one."""
-    steps = (diagnosis or {}).get("evidence") or []
+    steps = diagnosis.evidence if diagnosis else ()
     return (
-        [each | {"title": titles.get(each["effect"], each["effect"])} for each in steps]
-        if len(steps) > 1
-        else []
+        [MissingStep(each, titles.get(each.effect, each.effect)) for each in steps] if len(steps) > 1 else []
     )
 
 
-def _excess(place: Mapping[str, Any]) -> float:
-    """How much more of the error than of the samples a range holds."""
-    return (place["share_of_error"] or 0.0) - (place.get("share_of_samples") or 0.0)
-
-
 def _candidates(
-    stored: StoredExperiment, diagnosis: Mapping[str, Any] | None, joint: str, floor: float | None
-) -> list[dict[str, Any]]:
+    stored: StoredExperiment, diagnosis: JointDiagnosis | None, joint: str, floor: float | None
+) -> list[CandidateRow]:
     if diagnosis is None:
         return []
     rows, titles = [], effect_titles()
-    for candidate in sorted(diagnosis["candidates"], key=lambda each: each["rank"]):
-        query = urlencode({"joint": joint, "effect": candidate["effect"]})
+    for candidate in sorted(diagnosis.candidates, key=lambda each: each.rank):
+        query = urlencode({"joint": joint, "effect": candidate.effect})
         rows.append(
-            candidate
-            | {
-                "title": titles.get(candidate["effect"], ""),
-                "gain": _gain(candidate, floor),
-                "shown": len(rows) < SHOWN_CANDIDATES,
-                "first": candidate["effect"] == next(iter(diagnosis["missing"]), None),
-                "link": f"{experiment_link(stored.id, 'missing')}?{query}",
-                "fragment_link": f"{experiment_link(stored.id, 'missing/evidence')}?{query}",
-                "add_link": step_link(stored, "add", joint, effect=candidate["effect"]),
-            }
+            CandidateRow(
+                candidate,
+                title=titles.get(candidate.effect, ""),
+                gain=_gain(candidate, floor),
+                first=candidate.effect == next(iter(diagnosis.missing), None),
+                link=f"{experiment_link(stored.id, 'missing')}?{query}",
+                fragment_link=f"{experiment_link(stored.id, 'missing/evidence')}?{query}",
+                add_link=step_link(stored, "add", joint, effect=candidate.effect),
+            )
         )
     return rows
 
 
-def _gain(candidate: Mapping[str, Any], floor: float | None) -> float:
+def _gain(candidate: Candidate, floor: float | None) -> float:
     """Share of the squared unseen error above the floor that the effect takes away, 0 to 1."""
-    before, after = candidate["heldout_error_before"], candidate["heldout_error_after"]
+    before, after = candidate.heldout_error_before, candidate.heldout_error_after
     if not before or after is None:
         return 0.0
     rest = before**2 - (floor or 0.0) ** 2
@@ -124,33 +146,29 @@ def _gain(candidate: Mapping[str, Any], floor: float | None) -> float:
 
 def _model_effects(
     stored: StoredExperiment, shown: ShownModel, joint: str, superfluous: Collection[str]
-) -> list[dict[str, Any]]:
+) -> list[ModelEffect]:
     """The effects of the joint in the model; those that were added, and those that do not help, can be removed."""
     added = {text: text.split("@")[0] for text in shown.version.add if text.split("@")[-1] in (joint, text)}
     rows = []
-    for entry in shown.document["effects"]:
-        if entry["joint"] not in (joint, None):
+    for entry in shown.document.effects:
+        if entry.joint != joint:
             continue
-        text = next((full for full, name in added.items() if name == entry["effect"]), None)
-        useless = entry["effect"] in superfluous
-        # What every model has is said not to help, and stays.
-        removable = text is not None or (useless and entry["effect"] not in IN_EVERY_MODEL)
+        text = next((full for full, name in added.items() if name == entry.effect), None)
+        useless = entry.effect in superfluous
         rows.append(
-            {
-                "effect": entry["effect"],
-                "added": text is not None,
-                "superfluous": useless,
-                "removable": removable,
-                "remove_link": step_link(
-                    stored, "remove", joint, effect=text or f"{entry['effect']}@{joint}"
-                ),
-            }
+            ModelEffect(
+                effect=entry.effect,
+                added=text is not None,
+                superfluous=useless,
+                # What every model has is said not to help, and stays.
+                removable=text is not None or (useless and entry.effect not in IN_EVERY_MODEL),
+                remove_link=step_link(stored, "remove", joint, effect=text or str(entry)),
+            )
         )
     return rows
 
 
-def _not_tried(stored: StoredExperiment, shown: ShownModel, joint: str) -> list[dict[str, str]]:
+def _not_tried(stored: StoredExperiment, shown: ShownModel, joint: str) -> list[NotApplicable]:
     """Effects that these data cannot show at all, each with its reason."""
-    document = stored.models.diagnosis(shown.version.id) or {}
-    rows = [entry for entry in document.get("not_applicable", []) if entry.get("joint") in (joint, None)]
-    return [{"effect": entry["effect"], "reason": entry["reason"]} for entry in rows]
+    document = stored.models.diagnosis(shown.version.id)
+    return [entry for entry in document.not_applicable if entry.joint == joint] if document else []

@@ -50,6 +50,6 @@ def evidence(
     joint = stored.joint_or_first(joint)
     shown = stored.current()
     if shown is None:
-        return page(request, "evidence.html", selected={"effect": None})
+        return page(request, "evidence.html", selected=None)
     diagnosis = joint_diagnosis(stored, shown, joint)
     return page(request, "evidence.html", selected=selected_evidence(stored, shown, diagnosis, joint, effect))

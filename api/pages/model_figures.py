@@ -1,10 +1,11 @@
 """The error of models as tables and figures, kept as long as they are looked at: a stored fit never changes."""
 
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
 from api.pages.error_figures import ErrorFigures, JointUnits, error_figures, tables
+from api.pages.error_tables import ErrorRow
 from api.pages.lru_cache import LruCache
 from api.pages.stored_models import ShownModel, StoredExperiment
 
@@ -15,23 +16,34 @@ FIGURE_SAMPLES = 150_000
 _drawn: LruCache[ErrorFigures] = LruCache(64)
 
 
-_counted: LruCache[dict[str, Any]] = LruCache(64)
+@dataclass(frozen=True)
+class CountedErrors:
+    """Tables of errors of one or two models, and the sizes of torque and error of the first over `samples` samples, in the
+    unit of the load; None where nothing moved."""
+
+    samples: int
+    rms: float | None
+    rms_measured: float | None
+    tables: dict[str, list[ErrorRow]]
+
+
+_counted: LruCache[CountedErrors] = LruCache(64)
 
 
 def counted_errors(
     stored: StoredExperiment, models: list[ShownModel], joint: str, files: list[str]
-) -> dict[str, Any]:
+) -> CountedErrors:
     """The tables of errors and the sizes of torque and error, of every sample in the fit; kept while they are seen."""
 
-    def count() -> dict[str, Any]:
+    def count() -> CountedErrors:
         samples = [stored.samples(model, joint, files).in_fit for model in models]
         of_shown = samples[0]
-        return {
-            "samples": len(of_shown.time),
-            "rms": float(np.sqrt(np.mean(of_shown.error**2))) if len(of_shown.time) else None,
-            "rms_measured": float(np.sqrt(np.mean(of_shown.measured**2))) if len(of_shown.time) else None,
-            "tables": tables(samples, stored.payload_of, stored.identification_files),
-        }
+        return CountedErrors(
+            samples=len(of_shown.time),
+            rms=float(np.sqrt(np.mean(of_shown.error**2))) if len(of_shown.time) else None,
+            rms_measured=float(np.sqrt(np.mean(of_shown.measured**2))) if len(of_shown.time) else None,
+            tables=tables(samples, stored.payload_of, stored.identification_files),
+        )
 
     return _counted.get((*(model.folder for model in models), joint, tuple(files)), count)
 

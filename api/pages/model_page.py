@@ -1,6 +1,5 @@
 """Model and measurement: where the model agrees with what was measured, and where it does not."""
 
-from typing import Any
 from urllib.parse import urlencode
 
 from fastapi import APIRouter, Request
@@ -18,8 +17,8 @@ from api.pages.choices import (
 from api.pages.error_figures import JointUnits
 from api.pages.experiment_frame import experiment_context, no_model_page
 from api.pages.layout import experiment_link, frame
-from api.pages.model_figures import counted_errors, figures_of
-from api.pages.rendering import PREFIX, page
+from api.pages.model_figures import CountedErrors, counted_errors, figures_of
+from api.pages.rendering import PREFIX, Context, page
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.service import access
 
@@ -58,7 +57,7 @@ def model_page(
         "headline": _headline(shown, joint, numbers),
         "units": units,
         "figures": figures_of(stored, models, first, joint, files, units),
-        "tables": numbers["tables"] | {"joints": _by_joint(stored, models)},
+        "tables": numbers.tables | {"joints": _by_joint(stored, models)},
         "table_models": [f"model {model.number}" for model in models],
         "without_payload": without_payload_table.table_rows(models, joint),
         "without_payload_link": _without_payload_link(stored, models)
@@ -85,7 +84,7 @@ def _session_choices(
     here: str,
     version: str | None,
     beside: str | None,
-) -> list[dict[str, Any]]:
+) -> list[Context]:
     kept = {"joint": joint, "version": version or "", "beside": beside or ""}
     base = experiment_link(stored.id, "model")
     choices = [(ALL_SESSIONS, "All sessions")]
@@ -99,17 +98,20 @@ def _session_choices(
     ]
 
 
-def _headline(shown: ShownModel, joint: str, numbers: dict[str, Any]) -> dict[str, Any]:
+def _headline(shown: ShownModel, joint: str, numbers: CountedErrors) -> Context:
     part = shown.joint(joint)
-    validation, floor = part["relative_error_validation"], part["noise_floor"]
-    return numbers | {
-        "error": part["relative_error"],
+    validation, floor = part.relative_error_validation, part.noise_floor
+    return {
+        "samples": numbers.samples,
+        "rms": numbers.rms,
+        "rms_measured": numbers.rms_measured,
+        "error": part.relative_error,
         "error_note": f"model {shown.number}: {shown.words}",
         "validation": validation,
         "validation_note": "validation sessions" if validation is not None else "no validation session yet",
         "floor": floor,
         "floor_note": "what no model can explain" if floor is not None else "needs motion that repeats",
-        "condition": shown.document["condition_number"],
+        "condition": shown.document.condition_number,
     }
 
 
@@ -117,15 +119,15 @@ def _by_joint(stored: StoredExperiment, models: list[ShownModel]) -> list[error_
     return [
         error_tables.ErrorRow(
             name,
-            models[0].document["samples"],
-            tuple(model.joint(name)["relative_error"] for model in models),
+            models[0].document.samples,
+            tuple(model.joint(name).relative_error for model in models),
         )
         for name in stored.joint_names
     ]
 
 
-def _parameter_table(model: ShownModel, joint: str) -> dict[str, Any]:
-    parameters = [entry for entry in model.document["parameters"] if entry["joint"] in (joint, None)]
+def _parameter_table(model: ShownModel, joint: str) -> Context:
+    parameters = [entry for entry in model.document.parameters if entry.joint == joint]
     return {
         "version": model.number,
         "words": model.words,

@@ -15,11 +15,13 @@ def step_chart(stored: StoredExperiment, joint: str, floor: float | None) -> Mar
     for identifier in [*stored.story.line, *reversed(stored.story.undone)]:
         model = stored.model(identifier)
         part = model.joint(joint)
+        if part.relative_error is None:
+            continue  # nothing was measured on this joint
         steps.append(
             ModelStep(
                 label=model.words.replace(f"@{joint}", ""),
-                relative_error=part["relative_error"],
-                relative_error_validation=part["relative_error_validation"],
+                relative_error=part.relative_error,
+                relative_error_validation=part.relative_error_validation,
                 undone=identifier in stored.story.undone,
                 current=identifier == stored.story.line[-1],
             )

@@ -1,46 +1,72 @@
 """Parameters, effects and constants of a fit, grouped as the results page and the report list them."""
 
-from typing import Any
+from dataclasses import dataclass
 
 from api.pages.catalogue_words import effect_of_parameter
 from api.pages.error_figures import JointUnits
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.pages.verdict_words import constant_words
+from identify.results.identification import Parameter
 
 
-def parameter_groups(stored: StoredExperiment, shown: ShownModel) -> list[dict[str, Any]]:
-    """Parameters by joint, those of the whole robot last."""
+@dataclass(frozen=True)
+class ParameterRow:
+    """A parameter, and what it stands for: the standard parameters that it regroups, or its effect."""
+
+    parameter: Parameter
+    stands_for: str
+
+
+@dataclass(frozen=True)
+class ParameterGroup:
+    """The parameters of one joint."""
+
+    joint: str
+    rows: list[ParameterRow]
+
+
+@dataclass(frozen=True)
+class EffectInModel:
+    """An effect of the model once, with the joints that have it; `all` where several joints are all of them."""
+
+    name: str
+    joints: list[str]
+
+
+def parameter_groups(stored: StoredExperiment, shown: ShownModel) -> list[ParameterGroup]:
+    """Parameters by joint."""
     groups = []
-    for joint in [*stored.joint_names, None]:
+    for joint in stored.joint_names:
         rows = [
-            entry | {"stands_for": entry.get("grouping") or effect_of_parameter(entry["name"])}
-            for entry in shown.document["parameters"]
-            if entry["joint"] == joint
+            ParameterRow(parameter, parameter.grouping or effect_of_parameter(parameter.name))
+            for parameter in shown.document.parameters
+            if parameter.joint == joint
         ]
         if rows:
-            groups.append({"joint": joint, "parameters": rows})
+            groups.append(ParameterGroup(joint, rows))
     return groups
 
 
-def effects_by_name(stored: StoredExperiment, shown: ShownModel) -> dict[str, dict[str, Any]]:
-    """The effects of the model once each, with the joints that have them; `all` where every joint does."""
+def effects_in_model(stored: StoredExperiment, shown: ShownModel) -> list[EffectInModel]:
+    """The effects of the model, in its order."""
     joints: dict[str, list[str]] = {}
-    for entry in shown.document["effects"]:
-        joints.setdefault(entry["effect"], []).append(entry["joint"] or "all")
+    for entry in shown.document.effects:
+        joints.setdefault(entry.effect, []).append(entry.joint)
     everywhere = set(stored.joint_names)
-    return {
-        name: {"name": name, "joints": ["all"] if len(on) > 1 and set(on) == everywhere else on}
+    return [
+        EffectInModel(name, ["all"] if len(on) > 1 and set(on) == everywhere else on)
         for name, on in joints.items()
-    }
+    ]
 
 
 def constants_in_words(stored: StoredExperiment, shown: ShownModel) -> list[tuple[str, str]]:
     """The nonlinear constants that the fit chose: (effect, joint where there are several, and what it is; its value)."""
     rows = []
     types = {joint.name: joint.type for joint in stored.declared.robot.joints}
-    for entry in shown.document.get("constants") or []:
-        units = JointUnits.of(types.get(entry.get("joint"), "revolute"))
-        values = {name: value for name, value in entry.items() if isinstance(value, int | float)}
-        on = f" {entry['joint']}" if len(types) > 1 and entry.get("joint") else ""
-        rows += [(f"{entry['effect']}{on}: {words}", value) for words, value in constant_words(values, units)]
+    for entry in shown.document.constants:
+        units = JointUnits.of(types[entry.joint])
+        on = f" {entry.joint}" if len(types) > 1 else ""
+        rows += [
+            (f"{entry.effect}{on}: {words}", value) for words, value in constant_words(entry.values, units)
+        ]
     return rows

@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 
 from api.pages.catalogue_words import effect_titles
 from api.pages.error_figures import JointUnits
@@ -17,6 +17,8 @@ from daq.excitation.plan_limits import violations
 from daq.excitation.plan_model import PlannedMotion
 from daq.excitation.plan_report import COVERAGE_PERIOD
 from daq.rig import KnownPayload, Rig
+from identify.results.document import Json
+from identify.results.identification import IdentificationDocument
 
 PREVIEW_POINTS = 6000
 """Points of the motion that are looked at; the preview is drawn from their least and greatest values."""
@@ -34,11 +36,19 @@ class Finding:
 
 
 @dataclass(frozen=True)
+class JointFigures:
+    """The planned motion of one joint, drawn: position, speed, and the torque where it can be predicted."""
+
+    name: str
+    figures: list[Markup]
+
+
+@dataclass(frozen=True)
 class PlanView:
     """Figures of each joint (position, speed, predicted torque), broken limits and findings in words."""
 
     duration: float
-    joints: list[dict[str, Any]]
+    joints: list[JointFigures]
     broken: list[str]
     findings: list[Finding]
     torque_words: str
@@ -49,18 +59,17 @@ def plan_view(
     rig: Rig,
     payload: KnownPayload,
     masses_measured: Sequence[float],
-    identification: dict[str, Any] | None,
+    identification: IdentificationDocument | None,
 ) -> PlanView:
     """Look at a plan.
 
     masses_measured : kg, the payloads of the experiment's sessions so far
-    identification  : JSON of the current model, for the predicted torque; None before the first session
+    identification  : what the current model found, for the predicted torque; None before the first session
     """
     time = np.linspace(0.0, plan.duration, PREVIEW_POINTS)
     position, velocity, acceleration = plan.setpoints(time)
-    identified = {
-        entry["name"]: entry["value"] for entry in (identification or {"parameters": []})["parameters"]
-    }
+    parameters = identification.parameters if identification else ()
+    identified = {parameter.name: parameter.value for parameter in parameters}
     torque = predicted_torque(rig, payload, identified, position, velocity, acceleration)
     joints = []
     width = 800.0 if len(rig.axes) == 1 else 420.0
@@ -87,7 +96,7 @@ def plan_view(
             rows.append(
                 draw_plan_signal(time, torque[:, index], (-most, most), words, units.load, "predicted", width)
             )
-        joints.append({"name": axis.joint, "figures": rows})
+        joints.append(JointFigures(axis.joint, rows))
     torque_limits = {} if torque is None else {"torque": torque, "times": time}
     broken = [str(each) for each in violations(plan, rig, **torque_limits)]
     return PlanView(
@@ -107,7 +116,7 @@ def plan_view(
     )
 
 
-def purpose_words(report: dict[str, Any] | None) -> str | None:
+def purpose_words(report: Json | None) -> str | None:
     """What a plan was made for, where it was made to tell two effects apart; with what the rig's limits made of it."""
     purpose = (report or {}).get("purpose")
     if report is None or purpose is None:

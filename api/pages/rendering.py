@@ -39,6 +39,9 @@ PAGE_HEADERS = {
     "Cache-Control": "no-store",
 }
 
+Context = dict[str, Any]
+"""What a template is given, by name. Any: Jinja looks names up when it renders; what is shown of a result is a document."""
+
 FILTERS = (
     "number",
     "significant",

@@ -3,7 +3,6 @@
 import hashlib
 from base64 import b64encode
 from datetime import UTC, datetime
-from typing import Any
 
 import numpy as np
 from fastapi import APIRouter, Request
@@ -17,8 +16,8 @@ from api.pages.evidence_view import joint_diagnosis
 from api.pages.figures.torque_time import draw_torque_time
 from api.pages.model_figures import counted_errors, figures_of
 from api.pages.model_steps import step_chart
-from api.pages.parameter_tables import effects_by_name, parameter_groups
-from api.pages.rendering import PREFIX, STATIC_FOLDER, render
+from api.pages.parameter_tables import effects_in_model, parameter_groups
+from api.pages.rendering import PREFIX, STATIC_FOLDER, Context, render
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.pages.verdict_words import verdict_of
 from api.service import access
@@ -68,13 +67,13 @@ def write_report(stored: StoredExperiment, shown: ShownModel, author: str) -> tu
         written=datetime.now(UTC),
         sections=[_joint_section(stored, shown, joint) for joint in stored.joint_names],
         groups=parameter_groups(stored, shown),
-        effects=[{**entry_of(name), **each} for name, each in effects_by_name(stored, shown).items()],
+        effects=[(each, entry_of(each.name)) for each in effects_in_model(stored, shown)],
         titles=effect_titles(),
     )
     return text, style
 
 
-def _joint_section(stored: StoredExperiment, shown: ShownModel, joint: str) -> dict[str, Any]:
+def _joint_section(stored: StoredExperiment, shown: ShownModel, joint: str) -> Context:
     """Verdict, staircase, torque of every session, map, bands and tables of one joint."""
     units = JointUnits.of(stored.declared.robot.joints[stored.joint_names.index(joint)].type)
     files = stored.fitted_files(shown)
@@ -82,7 +81,7 @@ def _joint_section(stored: StoredExperiment, shown: ShownModel, joint: str) -> d
     models, words = [shown], ["this model"]
     if first.version.id != shown.version.id and stored.fitted_files(first) == files:
         models, words = [shown, first], ["this model", "first model"]
-    floor = shown.joint(joint)["noise_floor"]
+    floor = shown.joint(joint).noise_floor
     sessions = []
     for file, columns in stored.stored_samples(shown, joint, files).items():
         time, measured, predicted = (np.asarray(columns[each]) for each in ("time", "measured", "predicted"))
@@ -97,7 +96,7 @@ def _joint_section(stored: StoredExperiment, shown: ShownModel, joint: str) -> d
         "staircase": step_chart(stored, joint, floor),
         "sessions": sessions,
         "figures": figures_of(stored, [shown], first, joint, files, units),
-        "tables": counted_errors(stored, models, joint, files)["tables"],
+        "tables": counted_errors(stored, models, joint, files).tables,
         "models": words,
         "units": units,
     }

@@ -2,7 +2,6 @@
 
 import csv
 import io
-import json
 
 import yaml
 from fastapi import APIRouter, Request
@@ -11,25 +10,15 @@ from fastapi.responses import HTMLResponse, Response
 from api.pages.choices import VersionChoice, chosen_model
 from api.pages.experiment_frame import experiment_context, no_model_page
 from api.pages.layout import experiment_link, frame
-from api.pages.parameter_tables import constants_in_words, effects_by_name, parameter_groups
+from api.pages.parameter_tables import constants_in_words, effects_in_model, parameter_groups
 from api.pages.rendering import PREFIX, page
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.service import access
 from api.service.identified_urdf import can_be_made, urdf_of
 from api.service.problems import Problem
+from identify.results.identification import Parameter
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
-
-PARAMETER_COLUMNS = (
-    "name",
-    "joint",
-    "value",
-    "std",
-    "std_robust",
-    "relative_std_percent",
-    "unit",
-    "grouping",
-)
 
 
 @router.get("/experiments/{experiment}/results")
@@ -52,7 +41,7 @@ def results_page(
         "versions": [stored.model(each.id) for each in stored.story.versions],
         "document": shown.document,
         "groups": parameter_groups(stored, shown),
-        "effects": effects_by_name(stored, shown).values(),
+        "effects": effects_in_model(stored, shown),
         "constants": constants_in_words(stored, shown),
         "downloads": [
             {"name": name, "link": f"{link}/{ending}?version={shown.version.id}"} for ending, name in formats
@@ -91,20 +80,23 @@ def download(
 
 
 def _as_json(shown: ShownModel) -> str:
-    return json.dumps(shown.document, indent=1, ensure_ascii=False)
+    return shown.document.json_text(indent=1)
 
 
 def _as_csv(shown: ShownModel) -> str:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(PARAMETER_COLUMNS)
-    for entry in shown.document["parameters"]:
-        writer.writerow(["" if entry[column] is None else entry[column] for column in PARAMETER_COLUMNS])
+    writer.writerow(Parameter.model_fields)
+    for parameter in shown.document.parameters:
+        values = parameter.to_json()
+        writer.writerow(
+            ["" if values[column] is None else values[column] for column in Parameter.model_fields]
+        )
     return text.getvalue()
 
 
 def _as_yaml(shown: ShownModel) -> str:
-    return yaml.safe_dump(shown.document, sort_keys=False, allow_unicode=True)
+    return yaml.safe_dump(shown.document.to_json(), sort_keys=False, allow_unicode=True)
 
 
 WRITERS = {

@@ -9,7 +9,7 @@ from api.pages.choices import RigChoice, chosen_rig
 from api.pages.error_figures import JointUnits
 from api.pages.layout import experiment_link, frame
 from api.pages.number_format import moment, significant, utc_time
-from api.pages.rendering import PREFIX, page
+from api.pages.rendering import PREFIX, Context, page
 from api.pages.rig_users import onlooker_words
 from api.service import access
 from api.service.payload_sessions import ActiveSession
@@ -26,7 +26,7 @@ router = APIRouter(prefix=PREFIX, include_in_schema=False)
 def rig_page(request: Request, user: access.Viewer, rig: RigChoice = None) -> HTMLResponse:
     """The page of one rig, with tabs for the others."""
     service = access.service_of(request)
-    context: dict[str, Any] = frame(request, user, "rig")
+    context: Context = frame(request, user, "rig")
     files = service.rigs.files()
     if not files:
         return page(request, "rig.html", **context, rigs=[], rig_id=None)
@@ -45,7 +45,7 @@ def rig_state(
     """The part of the page that changes by itself."""
     service = access.service_of(request)
     service.operators.watch(rig, user)
-    context: dict[str, Any] = frame(request, user, "rig") | {"rig_id": rig}
+    context: Context = frame(request, user, "rig") | {"rig_id": rig}
     context |= rig_context(service, rig, user.name)
     return page(request, "rig_body.html", **context)
 
@@ -89,7 +89,7 @@ def release(request: Request, user: access.Operator, rig: Annotated[str, Form(ma
     return rig_state(request, user, rig)
 
 
-def rig_context(service: Service, rig_id: str, own_name: str) -> dict[str, Any]:
+def rig_context(service: Service, rig_id: str, own_name: str) -> Context:
     """What is known of a rig now."""
     try:
         settings = service.rigs.rig(rig_id)
@@ -169,7 +169,7 @@ def _state(active: ActiveSession | None) -> dict[str, str]:
     }
 
 
-def _axis(settings: Rig, index: int) -> dict[str, Any]:
+def _axis(settings: Rig, index: int) -> Context:
     axis = settings.axes[index]
     units = JointUnits.of(settings.robot.joints[index].type)
     return {
@@ -185,7 +185,7 @@ def _axis(settings: Rig, index: int) -> dict[str, Any]:
     }
 
 
-def _event(event: Any) -> dict[str, Any]:
+def _event(event: Any) -> Context:
     kind = {"faulted": "fault", "aborted": "warn"}.get(event.state.value, "good")
     return {"time": event.time, "words": event.words, "kind": kind}
 

@@ -1,38 +1,49 @@
 """Effects that the data of an experiment cannot tell apart, and the experiment that would, as the page shows them."""
 
-from collections.abc import Mapping
+from dataclasses import dataclass
 from math import floor, log10
-from typing import Any
 from urllib.parse import urlencode
 
 from api.pages.catalogue_words import effect_titles
 from api.pages.error_figures import JointUnits
 from api.pages.layout import experiment_link
 from api.pages.number_format import THIN, number, significant
+from api.pages.rendering import Context
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.pages.verdict_words import rival_words
+from identify.results.diagnosis import JointDiagnosis
+from identify.results.next_experiment import NextExperimentDocument, Proposal
 
 HELPS = 1.0
 """Standard deviations of the noise below which an experiment is not worth running."""
 
 
+@dataclass(frozen=True)
+class ProposalRow:
+    """A proposed experiment with its figures in words, and where to ask for its plan."""
+
+    proposal: Proposal
+    rank: int
+    speed_words: str
+    range_words: str
+    plan_link: str
+
+
 def rival_effects_context(
-    stored: StoredExperiment, shown: ShownModel, diagnosis: Mapping[str, Any] | None, joint: str
-) -> dict[str, Any]:
+    stored: StoredExperiment, shown: ShownModel, diagnosis: JointDiagnosis | None, joint: str
+) -> Context:
     """What the panel shows: the rivals in words, and the experiment that was found, or where to ask for it."""
     index = stored.joint_names.index(joint)
-    rivals = rival_words(diagnosis["candidates"], effect_titles(), diagnosis["missing"]) if diagnosis else []
+    rivals = rival_words(diagnosis.candidates, effect_titles(), diagnosis.missing) if diagnosis else []
     found = stored.models.next_experiment(shown.version.id, index) if rivals else None
     link = experiment_link(stored.id, "missing/apart")
     units = JointUnits.of(stored.declared.robot.joints[index].type)
-    proposals = _worth_running(found, units)
-    for row in proposals:
-        row["plan_link"] = f"{link}/plan?{urlencode({'joint': joint, 'proposal': row['rank']})}"
+    proposals = [] if found is None else _worth_running(found, units, f"{link}/plan", joint)
     return {
         "rivals": rivals,
         "found": found,
         "proposals": proposals,
-        "decides": bool(proposals and proposals[0]["decides"]),
+        "decides": bool(proposals and proposals[0].proposal.decides),
         "find_link": f"{link}?{urlencode({'joint': joint})}",
         "progress": None,
         "failed": None,
@@ -40,18 +51,23 @@ def rival_effects_context(
     }
 
 
-def _worth_running(found: Mapping[str, Any] | None, units: JointUnits) -> list[dict[str, Any]]:
+def _worth_running(
+    found: NextExperimentDocument, units: JointUnits, plan_address: str, joint: str
+) -> list[ProposalRow]:
     """The proposals with their figures in words; none where no motion separates the rivals."""
     rows = []
-    for rank, proposal in enumerate((found or {}).get("proposals", []), start=1):
-        if (proposal["separation"] or 0.0) < HELPS:
+    for rank, proposal in enumerate(found.proposals, start=1):
+        if (proposal.separation or 0.0) < HELPS:
             break  # the best come first
-        low, high = proposal["position_from"], proposal["position_to"]
+        low, high = proposal.position_from, proposal.position_to
         decimals = max(0, 2 - floor(log10(high - low)))
-        words = {
-            "rank": rank,
-            "speed_words": f"{significant(proposal['speed'])}{THIN}{units.speed}",
-            "range_words": f"{number(low, decimals)} and {number(high, decimals)}{THIN}{units.position}",
-        }
-        rows.append(dict(proposal) | words)
+        rows.append(
+            ProposalRow(
+                proposal,
+                rank,
+                speed_words=f"{significant(proposal.speed)}{THIN}{units.speed}",
+                range_words=f"{number(low, decimals)} and {number(high, decimals)}{THIN}{units.position}",
+                plan_link=f"{plan_address}?{urlencode({'joint': joint, 'proposal': rank})}",
+            )
+        )
     return rows

@@ -5,7 +5,7 @@ from typing import Any
 from fastapi import APIRouter, Request
 
 from api.pages.number_format import duration, listing
-from api.pages.rendering import PREFIX
+from api.pages.rendering import PREFIX, Context
 from api.pages.rig_users import onlooker_words
 from api.service import access
 from api.service.homings import HomingRun
@@ -16,7 +16,7 @@ router = APIRouter(prefix=PREFIX, include_in_schema=False)
 
 
 @router.get("/run-state")
-def run_state(request: Request, user: access.Viewer) -> dict[str, Any]:
+def run_state(request: Request, user: access.Viewer) -> Context:
     """Whether a rig moves, how long still, who operates it and who watches; asked for by every page once a second."""
     service = access.service_of(request)
     for rig in service.rigs.files():
@@ -43,7 +43,7 @@ def run_state(request: Request, user: access.Viewer) -> dict[str, Any]:
     }
 
 
-def _homing_state(service: Service, homing: HomingRun, own_name: str) -> dict[str, Any]:
+def _homing_state(service: Service, homing: HomingRun, own_name: str) -> Context:
     return {
         "running": True,
         "title": f"{homing.joint} is being homed",
@@ -58,7 +58,7 @@ def _homing_state(service: Service, homing: HomingRun, own_name: str) -> dict[st
 
 
 @router.post("/stop")
-async def stop(request: Request, user: access.SignedIn) -> dict[str, Any]:
+async def stop(request: Request, user: access.SignedIn) -> Context:
     """Bring everything to rest, now. Open to everybody who is signed in."""
     service = access.service_of(request)
     stopped = []

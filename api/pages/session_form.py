@@ -13,7 +13,7 @@ from api.pages.form_input import input_errors_as_problems
 from api.pages.job_views import JOB_TITLES
 from api.pages.layout import frame, session_link
 from api.pages.plan_view import plan_view, purpose_words
-from api.pages.rendering import PREFIX, page
+from api.pages.rendering import PREFIX, Context, page
 from api.service import access
 from api.service.model_story import ModelStory
 from api.service.problems import Problem
@@ -172,7 +172,7 @@ def _chosen(
     experiment: str | None,
     payload: str | None,
     plan: str | None,
-) -> dict[str, Any]:
+) -> Context:
     """The choices of the form and what is chosen, with the preview of the plan."""
     joints = [axis.joint for axis in settings.axes]
     rows = [row for row in service.experiments.rows() if not row.problem and row.joints == joints]

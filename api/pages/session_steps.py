@@ -1,6 +1,6 @@
 """New session, second half: check, weigh, confirm, arm, start; one step at a time, each said in words."""
 
-from typing import Annotated, Any
+from typing import Annotated
 
 from fastapi import APIRouter, Form, Request
 from fastapi.responses import HTMLResponse, Response
@@ -9,7 +9,7 @@ from api.pages.experiment_frame import experiment_context
 from api.pages.form_input import input_errors_as_problems, typed_mass
 from api.pages.layout import experiment_link, frame, session_link
 from api.pages.plan_view import plan_view, purpose_words
-from api.pages.rendering import PREFIX, page
+from api.pages.rendering import PREFIX, Context, page
 from api.pages.stored_models import StoredExperiment
 from api.service import access
 from api.service.access import client_address
@@ -117,7 +117,7 @@ def _answer(request: Request, user: User, experiment: str, session: str) -> HTML
     return page(request, "session_steps.html", **context)
 
 
-def _steps(request: Request, user: User, experiment: str, session: str) -> dict[str, Any]:
+def _steps(request: Request, user: User, experiment: str, session: str) -> Context:
     service = access.service_of(request)
     row = service.experiments.session(experiment, session)
     active = service.sessions.active(row.rig or "")

@@ -2,7 +2,7 @@
 file; and the upload of a whole experiment.
 """
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, File, Form, Request, UploadFile
 from fastapi.responses import HTMLResponse, Response
@@ -10,7 +10,7 @@ from fastapi.responses import HTMLResponse, Response
 from api.pages.experiment_frame import experiment_context
 from api.pages.form_input import input_errors_as_problems, typed_mass
 from api.pages.layout import experiment_link, frame
-from api.pages.rendering import PREFIX, page
+from api.pages.rendering import PREFIX, Context, page
 from api.pages.stored_models import StoredExperiment
 from api.service import access
 from api.service.accounts import User
@@ -110,11 +110,11 @@ def add_experiment(request: Request, user: access.Operator, file: Annotated[Uplo
     return Response(status_code=204, headers={"HX-Redirect": experiment_link(row.id, "sessions")})
 
 
-def _context(request: Request, user: User, experiment: str) -> dict[str, Any]:
+def _context(request: Request, user: User, experiment: str) -> Context:
     service = access.service_of(request)
     stored = StoredExperiment(service.experiments, experiment)
     shown = stored.current()
-    errors = {each["file"]: each["relative_error"] for each in shown.document["sessions"]} if shown else {}
+    errors = {each.file: each.relative_error for each in shown.document.sessions} if shown else {}
     rows = [_session(service, experiment, row, errors) for row in service.experiments.sessions(experiment)]
     context = frame(request, user, "sessions", experiment)
     context |= experiment_context(stored, stored.joint_names[0], shown, "sessions")
@@ -127,9 +127,7 @@ def _context(request: Request, user: User, experiment: str) -> dict[str, Any]:
     }
 
 
-def _session(
-    service: Service, experiment: str, row: SessionRow, errors: dict[str, float | None]
-) -> dict[str, Any]:
+def _session(service: Service, experiment: str, row: SessionRow, errors: dict[str, float | None]) -> Context:
     tone, words = STATE_WORDS.get(row.state, ("idle", row.state))
     if row.state in ENDED_EARLY and not row.file:
         words = words.replace("kept, not used", "nothing was measured")

@@ -1,9 +1,8 @@
-"""The stored models of one experiment as the pages show them: versions, their JSON and their samples."""
+"""The stored models of one experiment as the pages show them: versions, their documents and their samples."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -13,17 +12,18 @@ from api.service.experiment_store import ExperimentStore
 from api.service.model_story import ModelStory, ModelVersion, Story
 from api.service.prediction_files import COLUMNS, read_candidate, read_prediction
 from api.service.problems import Problem
+from identify.results.identification import IdentificationDocument, JointError
 
 _samples: LruCache[JointSamples] = LruCache(12)
 
 
 @dataclass(frozen=True)
 class ShownModel:
-    """One version: its place in the story from 1, its stored form, and the JSON of its newest fit."""
+    """One version: its place in the story from 1, its stored form, and what its newest fit found."""
 
     number: int
     version: ModelVersion
-    document: dict[str, Any]
+    document: IdentificationDocument
     folder: Path
 
     @property
@@ -35,9 +35,9 @@ class ShownModel:
         sign = "−" if self.version.cause == "effect removed" else "+"
         return f"{sign} {change}"
 
-    def joint(self, name: str) -> dict[str, Any]:
-        """The joint's part of the JSON."""
-        return next(entry for entry in self.document["joints"] if entry["joint"] == name)
+    def joint(self, name: str) -> JointError:
+        """The joint's errors."""
+        return next(entry for entry in self.document.joints if entry.joint == name)
 
 
 class StoredExperiment:
@@ -99,7 +99,7 @@ class StoredExperiment:
 
     def fitted_files(self, model: ShownModel) -> list[str]:
         """Session files that the model's newest fit has seen, in the experiment's order."""
-        known = {entry["file"] for entry in model.document["sessions"]}
+        known = {entry.file for entry in model.document.sessions}
         return [file for file in self.payload_of if file in known] or list(self.payload_of)
 
     def samples(self, model: ShownModel, joint: str, files: Sequence[str]) -> JointSamples:

@@ -2,9 +2,10 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
+from api.pages.error_figures import JointUnits
 from api.pages.number_format import THIN, listing, number, percent, significant
+from identify.results.diagnosis import Candidate, JointDiagnosis, Where
 
 VARIABLE_WORDS = {
     "dq": ("speed", "speed"),
@@ -39,7 +40,7 @@ class Verdict:
     detail: str
 
 
-def verdict_of(joint: Mapping[str, Any] | None, floor: float | None, titles: Mapping[str, str]) -> Verdict:
+def verdict_of(joint: JointDiagnosis | None, floor: float | None, titles: Mapping[str, str]) -> Verdict:
     """Put the diagnosis of one joint into words; `titles` are names of effects as a person says them."""
     if joint is None:
         return Verdict(
@@ -47,16 +48,16 @@ def verdict_of(joint: Mapping[str, Any] | None, floor: float | None, titles: Map
             "Not looked at yet.",
             "Ask what is missing: the model is tried with every effect of the catalogue on motion it did not see.",
         )
-    if joint["verdict"] == "missing":
-        names = [titles.get(name, name) for name in joint["missing"]]
+    if joint.verdict == "missing":
+        names = [titles.get(name, name) for name in joint.missing]
         return Verdict("missing", f"The model misses {_listed(names)}.", _gain_words(joint))
-    if joint["verdict"] == "adequate":
+    if joint.verdict == "adequate":
         rest = "No effect of the catalogue lowers the error on motion that the fit did not see by enough to count."
         if floor is not None:
             rest = f"The noise floor is {percent(floor)}. {rest}"
         return Verdict("adequate", "Nothing is missing: what is left is noise.", rest)
     look = "The error has structure; below is where it sits. Look at the machine there, or describe an effect of your own."
-    names = [titles.get(name, name) for name in joint["missing"]]
+    names = [titles.get(name, name) for name in joint.missing]
     return Verdict(
         "unexplained",
         "Something is left that no effect of the catalogue explains.",
@@ -69,39 +70,36 @@ def _listed(names: Sequence[str]) -> str:
     return listing(names) if len(names) <= 3 else f"{', '.join(names[:2])} and {len(names) - 2} effects more"
 
 
-def _gain_words(joint: Mapping[str, Any]) -> str:
-    steps = joint.get("evidence") or []
+def _gain_words(joint: JointDiagnosis) -> str:
+    steps = joint.evidence
     if len(steps) > 1:
         return (
             f"With all of them the error on motion that the fit did not see falls from "
-            f"{percent(steps[0]['heldout_error_before'])} to {percent(steps[-1]['heldout_error_after'])}."
+            f"{percent(steps[0].heldout_error_before)} to {percent(steps[-1].heldout_error_after)}."
         )
-    first = next((each for each in joint["candidates"] if each["effect"] in joint["missing"]), None)
+    first = next((each for each in joint.candidates if each.effect in joint.missing), None)
     if first is None:
         return ""
     return (
-        f"With it the error on motion that the fit did not see falls from {percent(first['heldout_error_before'])} "
-        f"to {percent(first['heldout_error_after'])}."
+        f"With it the error on motion that the fit did not see falls from {percent(first.heldout_error_before)} "
+        f"to {percent(first.heldout_error_after)}."
     )
 
 
-def structure_words(joint: Mapping[str, Any] | None) -> str | None:
+def structure_words(joint: JointDiagnosis | None) -> str | None:
     """What a predictor without any model still finds in what is left, in one sentence; None where that is noise."""
-    telling = (joint or {}).get("structure") or []
-    found = next((each for each in telling if each.get("found")), None)
-    if found is None:
+    found = None if joint is None else next((each for each in joint.structure if each.found), None)
+    if joint is None or found is None:
         return None
-    names = [
-        STRUCTURE_WORDS.get(name, VARIABLE_WORDS.get(name, (name, ""))[0]) for name in found["variables"]
-    ]
-    beyond = " with the missing effects added" if joint and joint["missing"] else ""
-    if found["variables"] == ["moments"]:
+    names = [STRUCTURE_WORDS.get(name, VARIABLE_WORDS.get(name, (name, ""))[0]) for name in found.variables]
+    beyond = " with the missing effects added" if joint.missing else ""
+    if found.variables == ("moments",):
         return (
-            f"{percent(found['share'], 2)} of the power that is left{beyond} sits in a few moments that stand out of "
+            f"{percent(found.share, 2)} of the power that is left{beyond} sits in a few moments that stand out of "
             "the rest, away from reversals: something happened then."
         )
     return (
-        f"{percent(found['share'], 2)} of the power that is left{beyond} can be foretold from {listing(names)}, "
+        f"{percent(found.share, 2)} of the power that is left{beyond} can be foretold from {listing(names)}, "
         "without any model: it is not noise."
     )
 
@@ -122,7 +120,7 @@ CONSTANT_WORDS = {
 """Nonlinear constant of an effect -> words, and the dimension that its unit follows from."""
 
 
-def constant_words(constants: Mapping[str, float], units: Any) -> list[tuple[str, str]]:
+def constant_words(constants: Mapping[str, float], units: JointUnits) -> list[tuple[str, str]]:
     """(words, value with unit) of the constants that the search chose; those of the grid itself are left out."""
     rows = []
     for name, value in constants.items():
@@ -134,31 +132,29 @@ def constant_words(constants: Mapping[str, float], units: Any) -> list[tuple[str
     return rows
 
 
-def where_words(place: Mapping[str, Any], units: Any) -> str:
+def where_words(place: Where, units: JointUnits) -> str:
     """`speed −0.1 to 0.1 rad/s`."""
-    words, dimension = VARIABLE_WORDS.get(place["variable"], (place["variable"], ""))
-    low, high = place["from"], place["to"]
-    if place["variable"] in ("session", "payload") and low == high:
+    words, dimension = VARIABLE_WORDS.get(place.variable, (place.variable, ""))
+    low, high = place.from_, place.to
+    if place.variable == "session":
         return f"{words} {number(low, 0)}"
-    if not isinstance(low, int | float) or not isinstance(high, int | float):
-        return f"{words} {low}" if low == high or high is None else f"{words} {low} to {high}"
     unit = f"{THIN}{units.of_dimension(dimension)}" if dimension else ""
     return f"{words} {significant(low, 2)} to {significant(high, 2)}{unit}"
 
 
 def rival_words(
-    candidates: Sequence[Mapping[str, Any]], titles: Mapping[str, str], missing: Sequence[str]
+    candidates: Sequence[Candidate], titles: Mapping[str, str], missing: Sequence[str]
 ) -> list[str]:
     """One sentence for each candidate (of those that matter) that others explain alike."""
     sentences = []
     seen: set[frozenset[str]] = set()
     for candidate in candidates:
-        rivals = candidate["indistinguishable_from"]
-        group = frozenset([candidate["effect"], *rivals])
-        if not rivals or group in seen or (missing and candidate["effect"] not in missing):
+        rivals = candidate.indistinguishable_from
+        group = frozenset([candidate.effect, *rivals])
+        if not rivals or group in seen or (missing and candidate.effect not in missing):
             continue
         seen.add(group)
-        name = titles.get(candidate["effect"], candidate["effect"])
+        name = titles.get(candidate.effect, candidate.effect)
         others = listing([titles.get(rival, rival) for rival in rivals], "or")
         sentences.append(f"These sessions cannot tell {name} from {others}: each explains them alike.")
     return sentences

@@ -10,11 +10,11 @@ def table_rows(models: list[ShownModel], joint: str) -> list[ErrorRow]:
     stored = [errors_without_payload(model.folder) for model in models]
     if any(each is None for each in stored):
         return []
-    varied = tuple(model.joint(joint)["relative_error"] for model in models)
-    alone = tuple(each["joints"].get(joint) for each in stored if each is not None)
+    varied = tuple(model.joint(joint).relative_error for model in models)
+    alone = tuple(each.joints.get(joint) for each in stored if each is not None)
     return [
-        ErrorRow("with payload variations", models[0].document["samples"], varied),
-        ErrorRow("without payload", stored[0]["samples"] if stored[0] else 0, alone),
+        ErrorRow("with payload variations", models[0].document.samples, varied),
+        ErrorRow("without payload", stored[0].samples if stored[0] else 0, alone),
     ]
 
 

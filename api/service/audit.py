@@ -1,12 +1,12 @@
 """The append-only log of every command that moved or changed something."""
 
 from collections.abc import Callable
-from typing import Any
 
 from sqlalchemy import select
 
 from api.service.accounts import User
 from api.service.database import AuditRow, Database
+from identify.results.document import Json
 
 
 class AuditLog:
@@ -24,7 +24,7 @@ class AuditLog:
         outcome: str,
         *,
         client: str = "",
-        details: dict[str, Any] | None = None,
+        details: Json | None = None,
     ) -> None:
         """Write one row and commit it.
 

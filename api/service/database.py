@@ -16,6 +16,7 @@ from sqlalchemy.orm import DeclarativeBase, Mapped, Session, mapped_column, sess
 
 from api.service.migrations import bring_forward
 from identify.recording.errors import InputError
+from identify.results.document import Json
 
 LONGEST_NAME, LONGEST_STATE, LONGEST_WORDS = 255, 20, 1000
 """Letters of texts that come from files and people's programs; PostgreSQL refuses longer ones, so they are cut."""
@@ -29,7 +30,7 @@ POSTGRESQL_DRIVER = "postgresql+psycopg"
 class Table(DeclarativeBase):
     """Base of all tables."""
 
-    type_annotation_map = {dict[str, Any]: JSON, list[Any]: JSON}  # noqa: RUF012 - SQLAlchemy's own spelling
+    type_annotation_map = {Json: JSON, list[Any]: JSON}  # noqa: RUF012 - SQLAlchemy's own spelling
 
 
 class UserRow(Table):
@@ -77,7 +78,7 @@ class AuditRow(Table):
     action: Mapped[str] = mapped_column(String(200))
     target: Mapped[str] = mapped_column(String(300))
     outcome: Mapped[str] = mapped_column(String(300))
-    details: Mapped[dict[str, Any]]
+    details: Mapped[Json]
 
 
 class JobRow(Table):
@@ -93,7 +94,7 @@ class JobRow(Table):
     words: Mapped[str] = mapped_column(String(LONGEST_WORDS))
     created: Mapped[float]
     ended: Mapped[float | None]
-    result: Mapped[dict[str, Any]]
+    result: Mapped[Json]
 
 
 class ExperimentRow(Table):
@@ -118,7 +119,7 @@ class SessionRow(Table):
     )
     id: Mapped[str] = mapped_column(String(255), primary_key=True)
     file: Mapped[str | None] = mapped_column(String(300))
-    payload: Mapped[dict[str, Any]]
+    payload: Mapped[Json]
     weighed: Mapped[float | None]
     """kg, the payload as the scale said or the operator typed"""
     role: Mapped[str] = mapped_column(String(20))

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from math import isfinite
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 import h5py
 from sqlalchemy import delete, select
@@ -31,6 +31,7 @@ from api.service.problems import not_found
 from api.stored_experiments import EXPERIMENT_ID
 from identify.recording import ExperimentFile, InputError, write_experiment
 from identify.recording.experiment_file import EXPERIMENT_FILE, DeclaredSession, read_experiment_file
+from identify.results.document import Json
 
 INCOMPLETE = "incomplete"
 """Folder within an experiment for recordings that were stopped."""
@@ -283,9 +284,9 @@ def _weighed_mass(file: Path) -> float | None:
     return mass if isfinite(mass) else None
 
 
-def _recorded_payload(file: Path) -> tuple[dict[str, Any], str]:
+def _recorded_payload(file: Path) -> tuple[Json, str]:
     """Payload and role of a recording of ours."""
-    unknown: dict[str, Any] = {"name": "unknown", "mass": None}
+    unknown: Json = {"name": "unknown", "mass": None}
     try:
         attributes = _attributes(file)
         payload = json.loads(attributes["payload"])
@@ -293,7 +294,7 @@ def _recorded_payload(file: Path) -> tuple[dict[str, Any], str]:
         return unknown, "identification"
     if not isinstance(payload, dict) or "name" not in payload:
         return unknown, "identification"
-    return cast(dict[str, Any], payload), attributes.get("role", "identification")
+    return cast(Json, payload), attributes.get("role", "identification")
 
 
 def _attributes(file: Path) -> dict[str, str]:

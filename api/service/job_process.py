@@ -10,12 +10,15 @@ import importlib
 import multiprocessing
 import multiprocessing.forkserver
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from multiprocessing.connection import Connection
 from typing import Any
 
 from api.computing import Computing
 from identify.recording.errors import InputError
+
+Arguments = Mapping[str, object]
+"""Keyword arguments of a computation, by name; they are pickled."""
 
 Progress = Callable[[float, str], None]
 """progress(fraction of 0 to 1, words); raises `Cancelled` once the computation is to stop."""
@@ -54,7 +57,7 @@ class JobProcess:
     computing : where it reduces sessions
     """
 
-    def __init__(self, function: str, arguments: dict[str, Any], computing: Computing) -> None:
+    def __init__(self, function: str, arguments: Arguments, computing: Computing) -> None:
         context = _context()
         self._receiver, sender = context.Pipe(duplex=False)
         self._stop = context.Event()
@@ -87,9 +90,7 @@ class JobProcess:
         self._receiver.close()
 
 
-def _work(
-    sender: Connection, stop: Any, function: str, arguments: dict[str, Any], computing: Computing
-) -> None:
+def _work(sender: Connection, stop: Any, function: str, arguments: Arguments, computing: Computing) -> None:
     os.nice(NICENESS)
 
     def progress(fraction: float, words: str) -> None:

@@ -14,8 +14,9 @@ from sqlalchemy import select, update
 
 from api.computing import Computing
 from api.service.database import LONGEST_WORDS, Database, JobRow
-from api.service.job_process import JobProcess
+from api.service.job_process import Arguments, JobProcess
 from api.service.problems import Problem
+from identify.results.document import Json
 
 GRACE = 2.0
 """s that a cancelled computation has to stop by itself before its process is ended."""
@@ -60,15 +61,15 @@ class Job:
     words: str
     created: float
     ended: float | None = None
-    result: dict[str, Any] = field(default_factory=dict)
+    result: Json = field(default_factory=dict)
 
 
 @dataclass
 class _Task:
     job: Job
     function: str
-    arguments: Callable[[], dict[str, Any]]
-    store: Callable[[Any], dict[str, Any]]
+    arguments: Callable[[], Arguments]
+    store: Callable[[Any], Json]
     cancelled: threading.Event = field(default_factory=threading.Event)
 
 
@@ -124,8 +125,8 @@ class JobRunner:
         self,
         kind: str,
         function: str,
-        arguments: Callable[[], dict[str, Any]],
-        store: Callable[[Any], dict[str, Any]],
+        arguments: Callable[[], Arguments],
+        store: Callable[[Any], Json],
         *,
         user: str,
         experiment: str | None,

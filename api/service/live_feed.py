@@ -3,7 +3,6 @@
 import asyncio
 import json
 import logging
-from typing import Any
 
 import anyio
 import anyio.to_thread
@@ -13,6 +12,7 @@ from api.service.envelope import envelope
 from api.service.live import Broadcast, encode_block
 from api.service.payload_sessions import ActiveSession, PayloadSessions
 from api.service.rig_operators import RigOperators
+from identify.results.document import Json
 
 ROWS_OF_BLOCK = 200
 """Rows of a block at most: a simulated rig that runs faster than time would fill the line otherwise."""
@@ -60,10 +60,10 @@ class LiveFeed:
         if self._loop is not None and not self._loop.is_closed():
             self._loop.call_soon_threadsafe(self._send_status, rig)
 
-    def status(self, rig: str) -> dict[str, Any]:
+    def status(self, rig: str) -> Json:
         """What the live page says about a rig, in an operator's words and SI units."""
         active = self._sessions.active(rig)
-        status: dict[str, Any] = {
+        status: Json = {
             "rig": rig,
             "operator": self._operators.operator(rig),
             "onlookers": self._operators.onlookers(rig),
@@ -157,7 +157,7 @@ class BlockReader:
         self._missing += int(((valid & 0x03) != 0x03).sum())
         self._steps = [*self._steps, *np.diff(time).tolist()][-5000:]
 
-    def figures(self) -> dict[str, Any]:
+    def figures(self) -> Json:
         """Rows seen, values that did not come, and the spread of the SYNC period in s over the last rows."""
         steps = np.array(self._steps)
         return {

@@ -10,7 +10,6 @@ is not said of the next one: more sessions may show more.
 """
 
 import hashlib
-import json
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
@@ -20,6 +19,13 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from api.service.problems import Problem, not_found
 from identify.recording.atomic_file import write_atomically
 from identify.recording.errors import InputError
+from identify.results.diagnosis import DiagnosisDocument
+from identify.results.identification import IdentificationDocument
+from identify.results.next_experiment import NextExperimentDocument
+from identify.results.reading import Kind, read_document
+
+IDENTIFICATION_FILE = "identification.json"
+"""in the folder of a fit"""
 
 Cause = Literal["fit", "effect added", "effect removed", "improved"]
 
@@ -175,34 +181,33 @@ class ModelStory:
         self._write(story, line=[*story.line, story.undone[-1]], undone=story.undone[:-1])
         return story.version(story.undone[-1])
 
-    def identification(self, identifier: str) -> dict[str, Any]:
-        """The JSON of the version's newest fit."""
-        version = self.read().version(identifier)
-        return json.loads((self.folder / identifier / version.fit.id / "identification.json").read_bytes())
+    def identification(self, identifier: str) -> IdentificationDocument:
+        """What the version's newest fit found. Raises InputError if its file was damaged."""
+        return read_document(IdentificationDocument, self.fit_folder(identifier) / IDENTIFICATION_FILE)
 
     def fit_folder(self, identifier: str) -> Path:
         """The folder of the version's newest fit."""
         return self.folder / identifier / self.read().version(identifier).fit.id
 
-    def diagnosis(self, identifier: str) -> dict[str, Any] | None:
+    def diagnosis(self, identifier: str) -> DiagnosisDocument | None:
         """What the version's newest fit was found to miss, or None if nobody asked yet."""
-        return _read_json(self.fit_folder(identifier) / "diagnosis.json")
+        return _read_if_there(DiagnosisDocument, self.fit_folder(identifier) / "diagnosis.json")
 
-    def store_diagnosis(self, identifier: str, document: dict[str, Any]) -> None:
+    def store_diagnosis(self, identifier: str, document: DiagnosisDocument) -> None:
         """Keep a diagnosis with the version's newest fit, instead of an older one."""
         folder = self.fit_folder(identifier)
         for old in folder.glob("next-*.json"):
             old.unlink()
-        write_atomically(folder / "diagnosis.json", json.dumps(document, indent=1).encode())
+        write_atomically(folder / "diagnosis.json", document.json_text(indent=1).encode())
 
-    def next_experiment(self, identifier: str, joint: int) -> dict[str, Any] | None:
+    def next_experiment(self, identifier: str, joint: int) -> NextExperimentDocument | None:
         """The experiment that tells the rivals of a joint (counted from 0) apart, or None if nobody asked yet."""
-        return _read_json(self.fit_folder(identifier) / f"next-{joint}.json")
+        return _read_if_there(NextExperimentDocument, self.fit_folder(identifier) / f"next-{joint}.json")
 
-    def store_next_experiment(self, identifier: str, joint: int, document: dict[str, Any]) -> None:
+    def store_next_experiment(self, identifier: str, joint: int, document: NextExperimentDocument) -> None:
         """Keep it with the version's newest fit."""
         write_atomically(
-            self.fit_folder(identifier) / f"next-{joint}.json", json.dumps(document, indent=1).encode()
+            self.fit_folder(identifier) / f"next-{joint}.json", document.json_text(indent=1).encode()
         )
 
     def _write(self, story: Story, **changes: Any) -> None:
@@ -211,9 +216,9 @@ class ModelStory:
         write_atomically(self._file, changed.model_dump_json(indent=1).encode())
 
 
-def _read_json(file: Path) -> dict[str, Any] | None:
+def _read_if_there(kind: type[Kind], file: Path) -> Kind | None:
     try:
-        return json.loads(file.read_bytes())
+        return read_document(kind, file)
     except FileNotFoundError:
         return None
 

@@ -7,14 +7,22 @@ Whatever computes is a job; what it found is stored with the experiment before t
 import shutil
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING
 
 from api.service.experiment_store import ExperimentStore
-from api.service.jobs import Job, JobRunner
+from api.service.jobs import Arguments, Job, JobRunner
 from api.service.model_story import Cause, ModelStory, ModelVersion, data_fingerprint
 from api.service.problems import Problem
 from api.service.refit import fit_entry, fresh_folder, next_refit, store_refit
 from identify.effects.model import IN_EVERY_MODEL, NAMED_MODELS
+from identify.results.diagnosis import DiagnosisDocument
+from identify.results.document import Json
+from identify.results.effect import EffectOnJoint
+from identify.results.identification import IdentificationDocument
+from identify.results.next_experiment import NextExperimentDocument
+
+if TYPE_CHECKING:  # the service does not load what its processes compute with
+    from api.service.computations import FitFound, ImprovementFound
 
 COMPUTATIONS = "api.service.computations"
 NO_RIVALS = "Only weak candidates explain the data alike here; no experiment is worth running for them."
@@ -25,7 +33,7 @@ def effect_names() -> frozenset[str]:
     """Names of the catalogue's effects."""
     import identify
 
-    return frozenset(str(entry["effect"]) for entry in identify.catalogue())
+    return frozenset(entry.effect for entry in identify.catalogue())
 
 
 @dataclass(frozen=True)
@@ -39,8 +47,8 @@ class Results:
     """
 
     version: ModelVersion | None
-    identification: dict[str, Any] | None
-    diagnosis: dict[str, Any] | None
+    identification: IdentificationDocument | None
+    diagnosis: DiagnosisDocument | None
     stale: bool
     job: Job | None
 
@@ -80,7 +88,7 @@ class ModelWorkflow:
         version = self._current_version(experiment)
         change = f"{effect}@{joint}" if joint else effect
         self._check_model(experiment, version.model, [change])
-        present = {(each["effect"], each["joint"]) for each in self._effects(experiment, version)}
+        present = {(each.effect, each.joint) for each in self._effects(experiment, version)}
         joints = [joint] if joint else self._experiments.row(experiment).joints
         if all((effect, each) in present for each in joints):
             raise Problem(409, f"The model has {change} already.")
@@ -99,14 +107,14 @@ class ModelWorkflow:
         # The effect is part of the named model, or was added to all joints and goes from one: spell them
         # all out.
         present = [
-            (each["effect"], each["joint"])
+            (each.effect, each.joint)
             for each in self._effects(experiment, version)
-            if each["effect"] not in IN_EVERY_MODEL
+            if each.effect not in IN_EVERY_MODEL
         ]
         left = [pair for pair in present if pair[0] != effect or (joint is not None and pair[1] != joint)]
         if len(left) == len(present):
             raise Problem(409, f"The model has no {change}.")
-        add = [f"{name}@{on}" if on else name for name, on in left]
+        add = [f"{name}@{on}" for name, on in left]
         return self._submit_version(experiment, user, "rigid", add, "effect removed", change)
 
     def undo(self, experiment: str, user: str) -> tuple[ModelVersion, Job | None]:
@@ -126,11 +134,11 @@ class ModelWorkflow:
         after every session. Waits for its turn if something is computed."""
         self._experiments.folder(experiment)
 
-        def arguments() -> dict[str, Any]:
+        def arguments() -> Arguments:
             refit = next_refit(self.story(experiment))
             return self._fit_arguments(experiment, refit.version, refit.fit, refit.model, refit.add)
 
-        def store(found: dict[str, Any]) -> dict[str, Any]:
+        def store(found: "FitFound") -> Json:
             return {"model": store_refit(self.story(experiment), found, user).id}
 
         return self._jobs.submit(
@@ -145,11 +153,11 @@ class ModelWorkflow:
         story = self.story(experiment)
         version = story.read().version(identifier) if identifier else self._current_version(experiment)
 
-        def store(document: dict[str, Any]) -> dict[str, Any]:
+        def store(document: DiagnosisDocument) -> Json:
             story.store_diagnosis(version.id, document)
             return {"model": version.id, "diagnosis": version.id}
 
-        def arguments() -> dict[str, Any]:
+        def arguments() -> Arguments:
             return {
                 "experiment": str(story.folder.parent),
                 "model": version.model,
@@ -175,11 +183,11 @@ class ModelWorkflow:
         diagnosis = story.diagnosis(version.id)
         if diagnosis is None:
             raise Problem(409, f"The model {version.id} was not diagnosed yet: ask first what it misses.")
-        said = next((each for each in diagnosis["joints"] if each["joint"] == joint), None)
-        if said is None or not any(each["indistinguishable_from"] for each in said["candidates"]):
+        said = diagnosis.joint(joint)
+        if said is None or not any(each.indistinguishable_from for each in said.candidates):
             raise Problem(409, f"On joint {joint} nothing is left that these sessions cannot tell apart.")
 
-        def arguments() -> dict[str, Any]:
+        def arguments() -> Arguments:
             return {
                 "experiment": str(story.folder.parent),
                 "model": version.model,
@@ -188,8 +196,16 @@ class ModelWorkflow:
                 "diagnosis": diagnosis,
             }
 
-        def store(document: dict[str, Any] | None) -> dict[str, Any]:
-            nothing = {"joint": joint, "rivals": [], "proposals": [], "advice": NO_RIVALS}
+        def store(document: NextExperimentDocument | None) -> Json:
+            nothing = NextExperimentDocument(
+                experiment=self._experiments.declared(experiment).name,
+                joint=joint,
+                rivals=(),
+                separation_so_far=None,
+                proposals=(),
+                posture=(),
+                advice=NO_RIVALS,
+            )
             story.store_next_experiment(version.id, joints.index(joint), document or nothing)
             return {"model": version.id, "joint": joint}
 
@@ -203,7 +219,7 @@ class ModelWorkflow:
         start = self._current_version(experiment)
         story = self.story(experiment)
 
-        def arguments() -> dict[str, Any]:
+        def arguments() -> Arguments:
             first = int(story.next_version_id()[1:])
             for old in story.folder.glob("m*"):
                 if int(old.name[1:]) >= first:
@@ -216,18 +232,18 @@ class ModelWorkflow:
                 "first": first,
             }
 
-        def store(found: dict[str, Any]) -> dict[str, Any]:
-            for step in found["versions"]:
+        def store(found: "ImprovementFound") -> Json:
+            for step in found.versions:
                 story.add_version(
                     model=start.model,
-                    add=step["add"],
+                    add=step.add,
                     cause="improved",
-                    change=step["change"],
+                    change=step.change,
                     user=user,
-                    fit=fit_entry("f1", step),
+                    fit=fit_entry("f1", step.fit),
                 )
             standing = story.read().line[-1]
-            return {"model": standing, "improvement": found["improvement"]}
+            return {"model": standing, "improvement": found.improvement.to_json()}
 
         return self._jobs.submit(
             "improve", f"{COMPUTATIONS}:improve", arguments, store, user=user, experiment=experiment
@@ -241,9 +257,9 @@ class ModelWorkflow:
             raise Problem(409, "There is no model yet: measure or import a session, or fit a model first.")
         return version
 
-    def _effects(self, experiment: str, version: ModelVersion) -> list[dict[str, Any]]:
+    def _effects(self, experiment: str, version: ModelVersion) -> tuple[EffectOnJoint, ...]:
         """Effects of a fitted version, those of its named model included."""
-        return self.story(experiment).identification(version.id)["effects"]
+        return self.story(experiment).identification(version.id).effects
 
     def _refuse_overlap(self, experiment: str) -> None:
         self._experiments.folder(experiment)
@@ -275,10 +291,10 @@ class ModelWorkflow:
     ) -> Job:
         story = self.story(experiment)
 
-        def arguments() -> dict[str, Any]:
+        def arguments() -> Arguments:
             return self._fit_arguments(experiment, story.next_version_id(), "f1", model, add)
 
-        def store(found: dict[str, Any]) -> dict[str, Any]:
+        def store(found: "FitFound") -> Json:
             fit = fit_entry("f1", found)
             version = story.add_version(model=model, add=add, cause=cause, change=change, user=user, fit=fit)
             return {"model": version.id}
@@ -293,7 +309,7 @@ class ModelWorkflow:
 
     def _fit_arguments(
         self, experiment: str, version: str, fit: str, model: str, add: list[str]
-    ) -> dict[str, Any]:
+    ) -> Arguments:
         folder = self._experiments.folder(experiment)
         output = fresh_folder(ModelStory(folder), version, fit)
         return {"experiment": str(folder), "model": model, "add": add, "output": str(output)}

@@ -6,13 +6,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from api.data_folder import default_data_folder
 from api.service.accounts import Accounts, Role, User
 from api.service.audit import AuditLog
 from api.service.database import Database, open_database
 from api.service.experiment_store import ExperimentStore
+from identify.results.document import Json
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class OpenedData:
     experiments: ExperimentStore
     audit: AuditLog
 
-    def note(self, action: str, target: str, details: dict[str, Any]) -> None:
+    def note(self, action: str, target: str, details: Json) -> None:
         """Write what a command changed into the audit log, under the system's user name."""
         user = User(f"{getpass.getuser()} (command line)"[:64], Role.ADMIN, "local")
         self.audit.append(user, action, target, "done", details=details)

@@ -12,6 +12,7 @@ from starlette.responses import Response
 
 from api.service.access import declared_role
 from api.service.problems import PROBLEM_MEDIA_TYPE, Problem, ProblemDocument
+from identify.results.document import Json
 
 EXAMPLES_OF_PATH = {
     "experiment": "rx130l-joint3",
@@ -41,7 +42,7 @@ WORDS_OF_PROBLEM = {
 }
 
 
-def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:
+def problems(*statuses: int) -> dict[int | str, Json]:
     """For a route's `responses`: the errors that its sort does not already imply."""
     return {status: {"description": HTTPStatus(status).phrase} for status in statuses}
 
@@ -74,7 +75,7 @@ class ResourceRoute(APIRoute):
 def install_openapi(application: FastAPI) -> None:
     """Let `application.openapi()` answer the completed document."""
 
-    def openapi() -> dict[str, Any]:
+    def openapi() -> Json:
         if application.openapi_schema is None:
             application.openapi_schema = _document(application)
         return application.openapi_schema
@@ -82,7 +83,7 @@ def install_openapi(application: FastAPI) -> None:
     application.openapi = openapi  # type: ignore[method-assign]
 
 
-def _document(application: FastAPI) -> dict[str, Any]:
+def _document(application: FastAPI) -> Json:
     document = get_openapi(
         title=application.title,
         version=application.version,
@@ -112,7 +113,7 @@ def _document(application: FastAPI) -> dict[str, Any]:
     return document
 
 
-def _complete(operation: dict[str, Any], method: str, role: Any, schemas: dict[str, Any]) -> None:
+def _complete(operation: Json, method: str, role: Any, schemas: Json) -> None:
     """Give one operation its problems, its security and its examples."""
     if role is not None:
         operation["security"] = [{"bearer": []}, {"cookie": []}]
@@ -142,7 +143,7 @@ def _complete(operation: dict[str, Any], method: str, role: Any, schemas: dict[s
                 content.setdefault("example", example_of(content.get("schema", {}), schemas))
 
 
-def _implied_problems(operation: dict[str, Any], method: str, role: Any) -> list[int]:
+def _implied_problems(operation: Json, method: str, role: Any) -> list[int]:
     """Errors that a call of this sort may always answer."""
     implied = [400]  # a foreign host name
     if role is not None:
@@ -160,7 +161,7 @@ def _implied_problems(operation: dict[str, Any], method: str, role: Any) -> list
     return implied
 
 
-def example_of(schema: dict[str, Any], schemas: dict[str, Any]) -> Any:
+def example_of(schema: Json, schemas: Json) -> Any:
     """An example of a JSON schema, from the examples of its fields."""
     if "$ref" in schema:
         return example_of(schemas[schema["$ref"].rpartition("/")[2]], schemas)

@@ -1,7 +1,7 @@
 """What a planning job computes, in a process of its own."""
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -13,6 +13,8 @@ from daq.excitation.optimal_excitation import Request
 from daq.excitation.plan_model import PlannedMotion
 from daq.excitation.plan_report import make_plan
 from daq.rig import Rig
+from identify.results.document import Json
+from identify.results.identification import IdentificationDocument
 
 NOISE = 0.01
 """Standard deviation of the filtered torque that is planned for, as a share of the torque at the current
@@ -22,6 +24,14 @@ PREDICTED_POINTS = 600
 """Samples of the predicted current of every payload that are kept for the preview."""
 
 
+@dataclass(frozen=True)
+class PlanFound:
+    """A plan that was made, and the report on it: what it will tell, what it cannot, and the predicted currents."""
+
+    plan: ExcitationPlan
+    report: Json
+
+
 def plan(
     progress: Progress,
     rig: str,
@@ -29,20 +39,14 @@ def plan(
     seconds: float,
     model: str,
     seed: int,
-    identified: dict[str, Any] | None = None,
-) -> dict[str, Any]:
+    identified: IdentificationDocument | None = None,
+) -> PlanFound:
     """A plan of at most `seconds` for all payloads of the rig in file `rig`, made to tell most about `model`.
 
-    identified : document of `coulomb identify` by which loads and currents are predicted; None assumes masses
-
-    Returns `plan` (the plan file's text) and `report` (what it will tell, what it cannot, and the predicted
-    currents).
+    identified : an identification by which loads and currents are predicted; None assumes masses
     """
     settings = Rig.load(Path(rig))
-    known = None
-    if identified is not None:
-        values = {str(one["name"]): float(one["value"]) for one in identified["parameters"]}
-        known = Identified(values, f"identified: {identified['experiment']}, model {identified['model']}")
+    known = None if identified is None else Identified.of(identified)
     request = Request(
         rig=settings,
         model=RegressorModel(settings, model, settings.payloads, (), known),
@@ -56,10 +60,10 @@ def plan(
     made = found.plan.model_copy(update={"name": name})
     report = found.to_json() | {"predicted": _predicted(request, made)}
     report.pop("plan")
-    return {"plan": made.to_json(), "report": report}
+    return PlanFound(made, report)
 
 
-def _predicted(request: Request, plan: ExcitationPlan) -> dict[str, Any]:
+def _predicted(request: Request, plan: ExcitationPlan) -> Json:
     """Predicted current of every payload and joint over time: time in s, currents in A."""
     rig, period = request.rig, plan.duration / PREDICTED_POINTS
     motions = [PlannedMotion.of(plan, payload, period) for payload in request.payloads]

@@ -3,12 +3,12 @@
 import json
 import re
 from pathlib import Path
-from typing import Any
 
 from api.service.problems import not_found
 from daq.excitation.excitation_plan import ExcitationPlan
 from identify.recording.atomic_file import write_atomically
 from identify.recording.errors import InputError
+from identify.results.document import Json
 
 REPORTS = "reports"
 """Folder within that of the plans for what was found when they were made."""
@@ -38,7 +38,7 @@ class PlanStore:
         except InputError as error:
             raise InputError(str(error).replace(f"{self._folder}/", "")) from error
 
-    def report(self, identifier: str) -> dict[str, Any] | None:
+    def report(self, identifier: str) -> Json | None:
         """What the plan will tell about its model and what it cannot, as found when it was made; else
         None.
         """
@@ -49,7 +49,7 @@ class PlanStore:
         except FileNotFoundError:
             return None
 
-    def add(self, plan: ExcitationPlan, report: dict[str, Any] | None = None) -> str:
+    def add(self, plan: ExcitationPlan, report: Json | None = None) -> str:
         """Store a plan under an id made from its name, with the report on it; returns the id."""
         wanted = re.sub(r"[^a-z0-9]+", "-", plan.name.lower()).strip("-")[:50] or "plan"
         taken = set(self.ids())

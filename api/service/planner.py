@@ -1,12 +1,16 @@
 """Plans as jobs: computed in a process, then stored."""
 
-from typing import Any
+from typing import TYPE_CHECKING
 
-from api.service.jobs import Job, JobRunner
+from api.service.jobs import Arguments, Job, JobRunner
 from api.service.plan_store import PlanStore
 from api.service.rig_store import RigStore
-from daq.excitation.excitation_plan import ExcitationPlan
 from identify.recording.errors import InputError
+from identify.results.document import Json
+from identify.results.identification import IdentificationDocument
+
+if TYPE_CHECKING:  # the service does not load what its processes compute with
+    from api.service.plan_computation import PlanFound
 
 
 class Planner:
@@ -25,11 +29,11 @@ class Planner:
         seconds: float,
         model: str,
         seed: int,
-        identified: dict[str, Any] | None = None,
+        identified: IdentificationDocument | None = None,
     ) -> Job:
         """Plan an excitation of at most `seconds` for a model; the job's result is {"plan": id}.
 
-        identified : document of an identification by which loads and currents are predicted
+        identified : an identification by which loads and currents are predicted
 
         Raises InputError for an unknown or wrong rig.
         """
@@ -38,7 +42,7 @@ class Planner:
             raise InputError(f"rig: {rig!r} is not known; known are {', '.join(self._rigs.files())}")
         self._rigs.rig(rig)
 
-        def arguments() -> dict[str, Any]:
+        def arguments() -> Arguments:
             return {
                 "rig": str(file),
                 "name": name,
@@ -48,9 +52,8 @@ class Planner:
                 "identified": identified,
             }
 
-        def store(found: dict[str, Any]) -> dict[str, Any]:
-            plan = ExcitationPlan.model_validate_json(found["plan"])
-            return {"plan": self._plans.add(plan, found["report"])}
+        def store(found: "PlanFound") -> Json:
+            return {"plan": self._plans.add(found.plan, found.report)}
 
         return self._jobs.submit(
             "plan", "api.service.plan_computation:plan", arguments, store, user=user, experiment=None

@@ -5,9 +5,12 @@ and in `coulomb run`, into one story of the experiment's models.
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from api.service.model_story import Fit, ModelStory, ModelVersion, now_text
+
+if TYPE_CHECKING:  # the service does not load what its processes compute with
+    from api.service.computations import FitFound
 
 FIRST_MODEL = "usual"
 """What is fitted by itself after the first session: the model that the diagnosis starts from."""
@@ -38,7 +41,7 @@ def fresh_folder(story: ModelStory, version: str, fit: str) -> Path:
     return folder
 
 
-def store_refit(story: ModelStory, found: dict[str, Any], user: str) -> ModelVersion:
+def store_refit(story: ModelStory, found: "FitFound", user: str) -> ModelVersion:
     """Note what `computations.fit` found for `next_refit`, as a further fit of the version that stands or as the first."""
     current = story.read().current
     if current is not None:
@@ -48,14 +51,14 @@ def store_refit(story: ModelStory, found: dict[str, Any], user: str) -> ModelVer
     )
 
 
-def fit_entry(identifier: str, found: dict[str, Any]) -> Fit:
+def fit_entry(identifier: str, found: "FitFound") -> Fit:
     """The story's entry of what `computations.fit` found."""
-    document = found["identification"]
+    document = found.identification
     return Fit(
         id=identifier,
-        data=found["data"],
-        sessions=len(document["sessions"]),
+        data=found.data,
+        sessions=len(document.sessions),
         created=now_text(),
-        relative_error=document["relative_error"],
-        relative_error_validation=document["relative_error_validation"],
+        relative_error=document.relative_error,
+        relative_error_validation=document.relative_error_validation,
     )

@@ -53,11 +53,11 @@ class SeparatingPlanner:
         stands = story.read()
         version = stands.version(model) if model else stands.current
         found = story.next_experiment(version.id, row.joints.index(joint)) if version else None
-        if found is None or not found["proposals"]:
+        if found is None or not found.proposals:
             raise Problem(409, f"No experiment is proposed for joint {joint} yet: ask for it first.")
-        if not 1 <= proposal <= len(found["proposals"]):
-            raise Problem(404, f"There are {len(found['proposals'])} proposals, not {proposal}.")
-        chosen = found["proposals"][proposal - 1]
+        if not 1 <= proposal <= len(found.proposals):
+            raise Problem(404, f"There are {len(found.proposals)} proposals, not {proposal}.")
+        chosen = found.proposals[proposal - 1]
         rig = rig or self.rig_of(experiment)
         if rig is None:
             raise Problem(
@@ -67,23 +67,23 @@ class SeparatingPlanner:
         settings = self._rigs.rig(rig)
         if [axis.joint for axis in settings.axes] != row.joints:
             raise InputError(f"rig: {rig} does not have the experiment's joints ({', '.join(row.joints)})")
-        rivals = " from ".join(found["rivals"])
+        rivals = " from ".join(found.rivals)
         plan, remarks = separating_plan(
             settings,
             joint,
-            SeparatingMotion.model_validate(chosen),
-            np.array(found["posture"]),
+            SeparatingMotion.model_validate(chosen.model_dump()),
+            np.array(found.posture),
             f"{rivals} on {joint}",
         )
         purpose = {
-            "rivals": found["rivals"],
+            "rivals": list(found.rivals),
             "joint": joint,
-            "payload": chosen["payload"],
-            "separation": chosen["separation"],
-            "decides": chosen["decides"],
+            "payload": chosen.payload,
+            "separation": chosen.separation,
+            "decides": chosen.decides,
         }
         identifier = self._plans.add(plan, {"purpose": purpose, "remarks": list(remarks)})
-        return MadePlan(identifier, rig, chosen["payload"], remarks)
+        return MadePlan(identifier, rig, chosen.payload, remarks)
 
     def rig_of(self, experiment: str) -> str | None:
         """The rig that measured the experiment last and still fits it, else the first that does; None where none does."""

@@ -3,24 +3,33 @@
 It is made when it is asked for, as a job, and kept beside the fit with all sessions.
 """
 
-import json
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field
 
 from api.service.job_process import Progress
 
 FILE = "without-payload.json"
 
 
+class ErrorsWithoutPayload(BaseModel):
+    """Errors of a model that was identified with the sessions without payload alone."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    samples: int = Field(description="decimated rows of the fit, over all joints")
+    joints: dict[str, float | None] = Field(description="relative error of each joint, by its name")
+
+
 def identify_without_payload(
     progress: Progress, experiment: str, model: str, add: list[str], output: str
-) -> dict[str, Any]:
+) -> ErrorsWithoutPayload:
     """Identify a model with the sessions without payload alone; runs in a process of its own.
 
     output : folder of the fit with all sessions, where the errors are kept
 
-    Returns `samples` and the relative error of every joint. Raises InputError where no session is without payload.
+    Raises InputError where no session is without payload.
     """
     import identify
     from identify.recording import InputError, load_experiment
@@ -33,16 +42,16 @@ def identify_without_payload(
         raise InputError("no session without payload was measured; measure one to compare")
     document = identify.identify(
         replace(loaded, sessions=empty), model=model, add=add, progress=progress
-    ).to_json()
-    errors = {entry["joint"]: entry["relative_error"] for entry in document["joints"]}
-    found = {"samples": document["samples"], "joints": errors}
-    (Path(output) / FILE).write_text(json.dumps(found))
+    ).document()
+    errors = {entry.joint: entry.relative_error for entry in document.joints}
+    found = ErrorsWithoutPayload(samples=document.samples, joints=errors)
+    (Path(output) / FILE).write_text(found.model_dump_json())
     return found
 
 
-def errors_without_payload(fit_folder: Path) -> dict[str, Any] | None:
+def errors_without_payload(fit_folder: Path) -> ErrorsWithoutPayload | None:
     """What `identify_without_payload` found for that fit; None where nobody asked yet."""
     try:
-        return json.loads((fit_folder / FILE).read_bytes())
+        return ErrorsWithoutPayload.model_validate_json((fit_folder / FILE).read_bytes())
     except FileNotFoundError:
         return None

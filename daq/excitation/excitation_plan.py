@@ -7,7 +7,7 @@ The file is stored with the recording. It holds no samples: `setpoints` evaluate
 
 import json
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple, Self, cast
+from typing import Annotated, Literal, NamedTuple, Self, cast
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
@@ -15,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from daq.excitation.blend import Array
 from daq.excitation.sinusoid import Sinusoids
 from daq.excitation.trapezoid import Dwell, Move
+from daq.json_object import JsonObject
 from identify.recording.errors import InputError
 
 Phase = Annotated[Sinusoids | Move | Dwell, Field(discriminator="kind")]
@@ -126,7 +127,7 @@ class ExcitationPlan(BaseModel):
         except json.JSONDecodeError as error:
             raise InputError(f"{path}, line {error.lineno}: not JSON ({error.msg})") from None
         if isinstance(document, dict):
-            report = cast(dict[str, Any], document)
+            report = cast(JsonObject, document)
             if isinstance(report.get("plan"), dict):
                 document = report["plan"]
         try:

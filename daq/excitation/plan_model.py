@@ -5,13 +5,14 @@ The planner knows nothing of rigid bodies or friction: it plans for whatever lin
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from daq.excitation.blend import Array
 from daq.excitation.excitation_plan import ExcitationPlan
+from daq.json_object import JsonObject
 from daq.rig import KnownPayload
 
 
@@ -73,7 +74,7 @@ class JointCoverage:
     payload_masses: tuple[float, ...]
     """kg, of the sessions"""
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> JsonObject:
         """As plain data."""
         return asdict(self)
 

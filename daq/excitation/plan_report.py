@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from daq.excitation.information import Information
 from daq.excitation.optimal_excitation import Request, information_of, optimal_plan
 from daq.excitation.plan_limits import Violation, require_within_limits, sampling_times, violations
 from daq.excitation.plan_model import Hidden, JointCoverage, PlannedMotion
+from daq.json_object import JsonObject
 from daq.rig import KnownPayload
 from identify.recording.errors import InputError
 
@@ -44,7 +44,7 @@ class PlanReport:
         names = [parameter.name for parameter in self.request.model.parameters]
         return [[names[k] for k in group] for group in self.information.inseparable()]
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> JsonObject:
         """As plain data; a figure that cannot be given is None."""
         request, deviations = self.request, self.information.deviations()
         return {

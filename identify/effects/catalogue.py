@@ -14,6 +14,7 @@ from pathlib import Path
 from identify.effects.effect import Effect
 from identify.effects.parameter import EffectParameter
 from identify.recording.errors import InputError
+from identify.results.effect import CatalogueEffect, CatalogueParameter, EffectPicture
 
 ENTRY_POINT_GROUP = "coulomb.effects"
 
@@ -103,21 +104,23 @@ def _offered(entry: EntryPoint) -> Effect:
     return effect
 
 
-def catalogue() -> list[dict[str, object]]:
-    """The catalogue as the contract's JSON (section 3, `effects --json`)."""
+def catalogue() -> list[CatalogueEffect]:
+    """The catalogue as documents (the contract's `effects --json`, section 3)."""
     return [
-        {
-            "effect": effect.name,
-            "title": effect.title or effect.name,
-            "group": effect.group,
-            "equation": effect.equation,
-            "explanation": effect.explanation,
-            "regressors": list(effect.regressors),
-            "parameters": [{"name": each.name, "unit": each.unit} for each in effect.parameters],
-            "needs": list(effect.needs),
-            "source": effect.source,
-            "picture": asdict(effect.picture),
-            "indistinguishable_from": list(effect.confusable),
-        }
+        CatalogueEffect(
+            effect=effect.name,
+            title=effect.title or effect.name,
+            group=effect.group,
+            equation=effect.equation,
+            explanation=effect.explanation,
+            regressors=tuple(effect.regressors),
+            parameters=tuple(
+                CatalogueParameter(name=each.name, unit=each.unit) for each in effect.parameters
+            ),
+            needs=tuple(effect.needs),
+            source=effect.source,
+            picture=EffectPicture(**asdict(effect.picture)),
+            indistinguishable_from=tuple(effect.confusable),
+        )
         for effect in effects().values()
     ]

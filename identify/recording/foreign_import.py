@@ -149,7 +149,7 @@ def read_columns(folder: Path) -> ColumnMap | None:
         raise InputError(
             f"{path}: holds other fields than {', '.join(known)}; remove the file to name columns anew"
         )
-    values: dict[str, Any] = {}
+    values: dict[str, Any] = {}  # keyword arguments of several types, checked one by one below
     for name, value in document.items():
         if isinstance(value, list) and all(isinstance(item, (str, int, float)) for item in value):
             values[name] = tuple(value)

@@ -100,6 +100,7 @@ def _value(node: yaml.Node, place: tuple[str | int, ...], lines: Lines, path: Pa
     if len(lines) > MOST_VALUES:
         raise InputError(f"{path}: holds more than {MOST_VALUES} values, so it is not a file of settings")
     if isinstance(node, yaml.MappingNode):
+        # what YAML holds is not known before its model has checked it
         mapping: dict[str, Any] = {}
         for key_node, value_node in node.value:
             key_line = key_node.start_mark.line + 1

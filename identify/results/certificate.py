@@ -25,6 +25,8 @@ class JointCertificate(Part):
 class Certificate(Document):
     """The document `TARGET.certificate.json`."""
 
+    MADE_BY = "coulomb export"
+
     target: str = Field(description="the file that was written", examples=["arm.c"])
     kind: str = Field(description="what sort of file it is", examples=["C source"])
     experiment: str = Field(description="name of the experiment", examples=["rx130l-joint3"])

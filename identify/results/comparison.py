@@ -24,6 +24,8 @@ class ModelErrors(Part):
 class ComparisonDocument(Document):
     """The document of `coulomb compare --json`."""
 
+    MADE_BY = "coulomb compare --json"
+
     experiment: str = Field(description="name of the experiment", examples=["rx130l-joint3"])
     models: tuple[ModelErrors, ...] = Field(description="in the order in which they were named")
     figures: tuple[str, ...] = Field(description="files that were drawn", examples=[["out/where.svg"]])

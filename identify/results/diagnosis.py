@@ -160,6 +160,8 @@ class NotApplicable(Part):
 class DiagnosisDocument(Document):
     """The document of `coulomb diagnose --json`: what a model misses."""
 
+    MADE_BY = "coulomb diagnose --json"
+
     experiment: str = Field(description="name of the experiment", examples=["rx130l-joint3"])
     model: str = Field(description="as requested", examples=["usual"])
     relative_error: Figure = Field(

@@ -2,7 +2,7 @@
 
 import json
 import math
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
@@ -38,6 +38,9 @@ class Part(BaseModel):
 
 class Document(Part):
     """A whole document, with the version of its form."""
+
+    MADE_BY: ClassVar[str]
+    """the command that prints it"""
 
     format: Literal[2] = Field(default=FORMAT, description="version of this document's form")
 

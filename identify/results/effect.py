@@ -16,7 +16,7 @@ class EffectOnJoint(Part):
         return f"{self.effect}@{self.joint}"
 
 
-class EffectParameter(Part):
+class CatalogueParameter(Part):
     """A parameter that an effect adds to the model."""
 
     name: str = Field(description="symbol, without the joint's number", examples=["FV"])
@@ -24,12 +24,17 @@ class EffectParameter(Part):
 
 
 class EffectPicture(Part):
-    """What the residual is drawn over so that the effect shows."""
+    """What the residual is drawn over so that an effect shows."""
 
-    samples: str = Field(description="array of the joint's samples", examples=["velocity"])
+    samples: str = Field(description="the samples along the axis", examples=["velocity"])
     label: str = Field(description="of the axis, without its unit", examples=["speed"])
-    dimension: str = Field(description="from which the unit follows", examples=["speed"])
-    error_turned: bool = Field(description="whether the error is multiplied by sign(q̇)", examples=[False])
+    dimension: str = Field(
+        description="position, speed, acceleration, load, time or temperature; the unit follows from it",
+        examples=["speed"],
+    )
+    error_turned: bool = Field(
+        description="whether the error is multiplied by the sign of the velocity first", examples=[False]
+    )
 
 
 class CatalogueEffect(Part):
@@ -45,7 +50,7 @@ class CatalogueEffect(Part):
     regressors: tuple[str, ...] = Field(
         description="columns of the observation matrix, one for each parameter", examples=[["dq"]]
     )
-    parameters: tuple[EffectParameter, ...] = Field(description="what is estimated of it")
+    parameters: tuple[CatalogueParameter, ...] = Field(description="what is estimated of it")
     needs: tuple[str, ...] = Field(description="what the data must hold for it to show", examples=[[]])
     source: str = Field(description="equation, book or paper", examples=["eq. (8)"])
     picture: EffectPicture = Field(description="what its picture shows the residual over")

@@ -46,6 +46,8 @@ class ExportedTorque(Part):
 class ExportedModelDocument(Document):
     """The model as data, for programs of one's own."""
 
+    MADE_BY = "coulomb export"
+
     experiment: str = Field(examples=["rx130l-joint3"])
     model: str = Field(examples=["usual"])
     gravity: tuple[float, float, float] = Field(description="m/s², in the base frame")

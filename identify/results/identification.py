@@ -173,6 +173,8 @@ class FeasibleParameters(Part):
 class IdentificationDocument(Document):
     """The document of `coulomb identify --json`: a model fitted over all sessions so far."""
 
+    MADE_BY = "coulomb identify --json"
+
     experiment: str = Field(description="name of the experiment", examples=["rx130l-joint3"])
     model: str = Field(description="as requested: rigid, usual, load-velocity, rigid+…", examples=["usual"])
     effects: tuple[EffectOnJoint, ...] = Field(description="every effect of the model, on every joint")

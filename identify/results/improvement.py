@@ -34,6 +34,8 @@ class Step(Part):
 class ImprovementDocument(Document):
     """The document of `coulomb improve --json`."""
 
+    MADE_BY = "coulomb improve --json"
+
     experiment: str = Field(description="name of the experiment", examples=["rx130l-joint3"])
     model: str = Field(description="the model at the start, as requested", examples=["usual"])
     steps: tuple[Step, ...] = Field(description="the start and each addition")

@@ -30,6 +30,8 @@ class Proposal(Part):
 class NextExperimentDocument(Document):
     """The document of `coulomb next --json`."""
 
+    MADE_BY = "coulomb next --json"
+
     experiment: str | None = Field(
         description="name of the experiment; null in answers stored before documents had a format",
         examples=["rx130l-joint3"],

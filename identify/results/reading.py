@@ -35,8 +35,8 @@ def document_from_json(kind: type[Kind], content: str | bytes, source: str) -> K
     """
     try:
         values = json.loads(content)
-    except ValueError as error:
-        raise InputError(f"{source}: not JSON: {error}") from None
+    except json.JSONDecodeError as error:
+        raise InputError(f"{source}, line {error.lineno}: not JSON ({error.msg})") from None
     return document_of(kind, values, source)
 
 
@@ -46,10 +46,10 @@ def document_of(kind: type[Kind], values: object, source: str) -> Kind:
     Raises InputError: see `read_document`.
     """
     if not isinstance(values, dict):
-        raise InputError(f"{source}: not a document; expected an object with named fields")
+        raise InputError(f"{source}: not a result of `{kind.MADE_BY}`; that is an object with named fields")
     fields = cast(Json, values)
     form = fields.get("format", 1)
-    if not isinstance(form, int) or not 1 <= form <= FORMAT:
+    if type(form) is not int or not 1 <= form <= FORMAT:
         raise InputError(
             f"{source}: format: {form!r} is unknown; this version reads formats 1 to {FORMAT}: "
             "the document was damaged, or a newer version wrote it"
@@ -61,7 +61,7 @@ def document_of(kind: type[Kind], values: object, source: str) -> Kind:
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         place = ".".join(str(part) for part in first["loc"])
-        raise InputError(f"{source}: {place}: {first['msg']}") from None
+        raise InputError(f"{source}: not a result of `{kind.MADE_BY}`: {place}: {first['msg']}") from None
 
 
 def _from_format_1(kind: type[Document], values: Json) -> Json:

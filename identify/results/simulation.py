@@ -71,7 +71,9 @@ class ControllerUsed(Part):
 
 
 class SimulationDocument(Document):
-    """Errors of simulated motion, by horizon and role."""
+    """The document of `coulomb simulate --json`: errors of simulated motion, by horizon and role."""
+
+    MADE_BY = "coulomb simulate --json"
 
     experiment: str = Field(description="name of the experiment", examples=["rx130l-joint3"])
     model: str = Field(description="as it was asked for", examples=["usual"])

@@ -72,9 +72,7 @@ def test_refusals_are_exceptions_with_the_services_words(coulomb, experiment):
 
 
 def test_the_catalogue_is_the_identifiers_own(coulomb):
-    assert [effect.effect for effect in coulomb.effects()] == [
-        entry["effect"] for entry in identify.catalogue()
-    ]
+    assert [effect.effect for effect in coulomb.effects()] == [entry.effect for entry in identify.catalogue()]
 
 
 def test_a_session_is_measured_from_a_notebook(coulomb, tmp_path):

@@ -1,7 +1,5 @@
 """The story of an experiment's models, with the real identifier in real processes."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -30,10 +28,10 @@ def test_an_imported_experiment_is_identified_by_itself_with_the_usual_model(imp
     client, experiment = imported
     found = results(client, experiment)
     folder = service.service.experiments.folder(experiment)
-    own = identify.identify(identify.load_experiment(folder), model="usual").to_json()
+    own = identify.identify(identify.load_experiment(folder), model="usual").document()
     assert found["model"] == "usual"
-    assert found["parameters"] == json.loads(json.dumps(own["parameters"]))
-    assert found["relative_error"] == own["relative_error"]
+    assert found["parameters"] == own.to_json()["parameters"]
+    assert found["relative_error"] == own.relative_error
     assert not found["stale"]
     assert found["job"] is None
 

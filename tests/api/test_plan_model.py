@@ -1,7 +1,5 @@
 """The identifier's model as the planner sees it, against the paper's own equation for one joint."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -75,10 +73,12 @@ def test_six_coupled_axes_have_columns_on_every_row():
 
 def test_a_result_file_of_another_robot_or_none_at_all_is_refused(rig, tmp_path):
     path = tmp_path / "result.json"
-    parameters = [{"name": "XX9", "value": 1.0}]
-    path.write_text(json.dumps({"experiment": "other", "model": "usual", "parameters": parameters}))
+    other = Identified({"XX9": 1.0}, "identified: other, model usual")
     with pytest.raises(InputError, match="has no parameter 'ZZ1R'"):
-        RegressorModel(rig, "usual", rig.payloads, identified=Identified.load(path))
+        RegressorModel(rig, "usual", rig.payloads, identified=other)
+    path.write_text('{"experiment": "other", "model": "usual"}')
+    with pytest.raises(InputError, match=r"result\.json: not a result of `coulomb identify --json`: effects"):
+        Identified.load(path)
     path.write_text("{]")
     with pytest.raises(InputError, match=r"result\.json, line 1: not JSON"):
         Identified.load(path)

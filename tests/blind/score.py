@@ -6,9 +6,9 @@ import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import identify
+from identify.results.diagnosis import JointDiagnosis
 from tests.blind.cases import Case, draw
 from tests.blind.rigs import RigCase, draw_rig
 
@@ -40,11 +40,11 @@ def diagnose_blindly(case: Case | RigCase) -> Score:
     with tempfile.TemporaryDirectory() as scratch:
         folder = case.experiment(Path(scratch))
         began = time.perf_counter()
-        said = identify.diagnose(identify.load_experiment(folder), "usual").to_json()["joints"][0]
+        said = identify.diagnose(identify.load_experiment(folder), "usual").document().joints[0]
         seconds = time.perf_counter() - began
-    missing = said["missing"]
+    missing = said.missing
     beside = [name for name in missing if not any(_same(hidden, name, said) for hidden in case.names)]
-    return Score(case, said["verdict"], tuple(missing), _right(case, said), tuple(beside), seconds)
+    return Score(case, said.verdict, tuple(missing), _right(case, said), tuple(beside), seconds)
 
 
 def of_a_joint(seed: int, index: int) -> Score:
@@ -61,20 +61,20 @@ def of_a_rig(seed: int, index: int) -> Score:
         return Score(case, f"not recorded: {reason}", (), False, (), 0.0)
 
 
-def _right(case: Case | RigCase, said: dict[str, Any]) -> bool:
-    missing = said["missing"]
+def _right(case: Case | RigCase, said: JointDiagnosis) -> bool:
+    missing = said.missing
     if case.kind.endswith("null"):
-        return said["verdict"] == "adequate" and not missing
+        return said.verdict == "adequate" and not missing
     if case.kind.endswith("uncatalogued"):
-        return said["verdict"] == "unexplained"
+        return said.verdict == "unexplained"
     if case.kind.endswith("pair"):
         return all(any(_same(name, other, said) for other in missing) for name in case.names)
     (name,) = case.names
-    return said["verdict"] == "missing" and bool(missing) and _same(name, missing[0], said)
+    return said.verdict == "missing" and bool(missing) and _same(name, missing[0], said)
 
 
-def _same(hidden: str, named: str, said: dict[str, Any]) -> bool:
+def _same(hidden: str, named: str, said: JointDiagnosis) -> bool:
     if hidden == named:
         return True
-    rivals = next((c["indistinguishable_from"] for c in said["candidates"] if c["effect"] == named), [])
+    rivals = next((c.indistinguishable_from for c in said.candidates if c.effect == named), [])
     return any({hidden, named} <= pair for pair in SAME_ON_THESE_DATA) and hidden in rivals

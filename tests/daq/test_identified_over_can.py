@@ -96,11 +96,9 @@ def test_parameters_agree_on_a_motion_that_was_planned_just_now(
 def deviations(rig, experiment) -> dict[str, float]:
     """(estimate - truth) / robust standard deviation of every parameter of the load-velocity model, each of them
     having one value (`structured`)."""
-    parameters = identify(experiment, "load-velocity").to_json()["structured"]["parameters"]
+    parameters = identify(experiment, "load-velocity").document().structured.parameters
     known = truth(rig)
-    found = {
-        p["name"]: (p["value"] - known[p["name"]]) / p["std_robust"] for p in parameters if p["name"] in known
-    }
+    found = {p.name: (p.value - known[p.name]) / p.std_robust for p in parameters if p.name in known}
     assert found.keys() == known.keys()
     return found
 
@@ -136,5 +134,5 @@ def test_one_answer_in_a_hundred_lost_and_one_late_are_marked_and_no_other(lossy
 
 
 def test_the_load_velocity_model_beats_the_usual_one(clean):
-    usual, paper = (identify(clean, model).to_json() for model in ("usual", "load-velocity"))
-    assert paper["relative_error"] < 0.6 * usual["relative_error"]
+    usual, paper = (identify(clean, model).document() for model in ("usual", "load-velocity"))
+    assert paper.relative_error < 0.6 * usual.relative_error

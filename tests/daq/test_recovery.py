@@ -76,7 +76,7 @@ def test_a_session_that_died_with_all_its_processes_is_recovered_listed_and_iden
     assert (folder / "session-00.log").exists()
     remarks = experiment.read(experiment.sessions[0]).remarks
     assert any("what was measured until then is used" in remark for remark in remarks)
-    assert identify(experiment, "usual").to_json()["relative_error"] < 0.1
+    assert identify(experiment, "usual").document().relative_error < 0.1
     assert recover_experiment(folder, "again") == []
 
 

@@ -71,20 +71,16 @@ def truth(robot, experiment):
 def test_every_parameter_of_six_axes_agrees_with_the_robots_own_within_three_robust_deviations(
     experiment, truth
 ):
-    result = identify(experiment, "usual", add=["coupled-friction"]).to_json()
-    found = {
-        p["name"]: (p["value"] - truth[p["name"]]) / p["std_robust"]
-        for p in result["parameters"]
-        if p["name"] in truth
-    }
+    result = identify(experiment, "usual", add=["coupled-friction"]).document()
+    found = {p.name: (p.value - truth[p.name]) / p.std_robust for p in result.parameters if p.name in truth}
     assert truth.keys() <= found.keys(), truth.keys() - found.keys()
     assert max(map(abs, found.values())) < 3.0, found
-    assert result["relative_error"] < 0.005
+    assert result.relative_error < 0.005
 
 
 @pytest.mark.slow
 def test_the_diagnosis_of_the_usual_model_names_the_motor_that_two_joints_share(experiment):
-    joints = {joint["joint"]: joint for joint in diagnose(experiment, "usual").to_json()["joints"]}
+    joints = {joint.joint: joint for joint in diagnose(experiment, "usual").document().joints}
     for name in ("j5", "j6"):
-        assert joints[name]["verdict"] == "missing"
-        assert joints[name]["missing"][0] == "coupled-friction"
+        assert joints[name].verdict == "missing"
+        assert joints[name].missing[0] == "coupled-friction"

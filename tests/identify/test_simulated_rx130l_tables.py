@@ -30,11 +30,11 @@ def load_velocity(experiment):
 
 
 def values(parameters):
-    return {parameter["name"]: parameter["value"] for parameter in parameters}
+    return {parameter.name: parameter.value for parameter in parameters}
 
 
 def test_table_1_the_usual_model_finds_inertia_gravity_and_payloads_as_the_gain_scales_them(usual):
-    found = values(usual.to_json()["parameters"])
+    found = values(usual.document().parameters)
     assert found["ZZ1R"] == pytest.approx(GAIN * PLANT.inertia, rel=0.03)
     assert found["MX1"] == pytest.approx(GAIN * PLANT.first_moment_x, rel=0.03)
     ratios = [value for name, value in found.items() if name.startswith("mass_ratio")]
@@ -43,7 +43,7 @@ def test_table_1_the_usual_model_finds_inertia_gravity_and_payloads_as_the_gain_
 
 
 def test_table_2_the_products_of_the_sliding_friction_are_the_plants(load_velocity):
-    found = values(load_velocity.to_json()["parameters"])
+    found = values(load_velocity.document().parameters)
     p = PLANT
     for name, value in {
         "a_m·ZZ1R": p.a_m * p.inertia,
@@ -61,18 +61,20 @@ def test_table_2_the_products_of_the_sliding_friction_are_the_plants(load_veloci
 
 
 def test_the_structured_estimate_has_the_plants_one_inertia_and_one_first_moment(load_velocity):
-    found = values(load_velocity.to_json()["structured"]["parameters"])
+    found = values(load_velocity.document().structured.parameters)
     assert found["ZZ1R"] == pytest.approx(PLANT.inertia, rel=0.01)
     assert found["MX1"] == pytest.approx(PLANT.first_moment_x, rel=0.01)
 
 
 def test_friction_at_the_start_of_sliding_is_found_because_stops_are_left_out(load_velocity):
     """b_m, b_g and the Stribeck velocity live in the few samples beside the stiction area of eq. (26)."""
-    document = load_velocity.to_json()
-    found = values(document["structured"]["parameters"])
+    document = load_velocity.document()
+    found = values(document.structured.parameters)
     assert found["b_m"] == pytest.approx(GAIN * PLANT.b_m, rel=0.1)
     assert found["b_g"] == pytest.approx(GAIN * PLANT.b_g, rel=0.1)
-    velocity = next(e["stribeck_velocity"] for e in document["constants"] if "stribeck_velocity" in e)
+    velocity = next(
+        e.values["stribeck_velocity"] for e in document.constants if "stribeck_velocity" in e.values
+    )
     assert velocity == pytest.approx(PLANT.stribeck_velocity, rel=0.03)
     assert load_velocity.relative_error < 0.004
 
@@ -87,13 +89,13 @@ OTHER = Rx130lJoint3(
 @pytest.mark.parametrize("plant", [PLANT, OTHER], ids=["the paper's", "another"])
 def test_linear_and_structured_parameters_are_the_plants_within_three_robust_deviations(plant, tmp_path):
     write_experiment(tmp_path, plant, seed=3, duration=45.0)
-    document = identify.identify(identify.load_experiment(tmp_path), "load-velocity").to_json()
+    document = identify.identify(identify.load_experiment(tmp_path), "load-velocity").document()
     truth = true_parameters(plant)
-    for form in (document["structured"]["parameters"], document["parameters"]):
+    for form in (document.structured.parameters, document.parameters):
         assert len(form) in (13, 22)
         for parameter in form:
-            off = abs(parameter["value"] - truth[parameter["name"]])
-            assert off < 3 * parameter["std_robust"], parameter["name"]
+            off = abs(parameter.value - truth[parameter.name])
+            assert off < 3 * parameter.std_robust, parameter.name
 
 
 def true_parameters(plant):

@@ -151,8 +151,8 @@ def test_three_payload_sessions_are_recorded_and_the_load_velocity_model_beats_t
         assert counters["sync"]["missed_deadlines"] < 0.005 * counters["sync"]["sent"]
     experiment = load_experiment(folder)
     assert [entry.payload.mass for entry in experiment.sessions] == [0.0, 3.4584, 6.970]
-    usual, paper = (identify(experiment, model).to_json() for model in ("usual", "load-velocity"))
-    assert paper["relative_error"] < 0.8 * usual["relative_error"]
+    usual, paper = (identify(experiment, model).document() for model in ("usual", "load-velocity"))
+    assert paper.relative_error < 0.8 * usual.relative_error
 
 
 def test_a_session_in_real_time_keeps_the_period_on_average_and_stores_its_jitter(rig, mount, tmp_path):

@@ -1,11 +1,12 @@
 """The audit log."""
 
-from typing import Annotated, Any
+from typing import Annotated
 
 from fastapi import APIRouter, Query, Request
 from pydantic import BaseModel, Field
 
 from api.service import access
+from identify.results.document import Json
 
 router = APIRouter(tags=["audit"])
 
@@ -21,7 +22,7 @@ class AuditEntry(BaseModel):
     action: str = Field(examples=["session start"])
     target: str = Field(examples=["experiment rx130l-joint3, session-02"])
     outcome: str = Field(description="asked, an HTTP status, or a reason", examples=["asked"])
-    details: dict[str, Any] = Field(examples=[{"payload": "disk"}])
+    details: Json = Field(examples=[{"payload": "disk"}])
 
 
 @router.get("/audit")

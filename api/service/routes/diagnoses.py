@@ -5,7 +5,6 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Request, Response
 from pydantic import BaseModel, Field
 
-from api.contract import Diagnosis, Effect, NextExperiment
 from api.service import access
 from api.service.access import service_of
 from api.service.openapi import ResourceRoute, problems
@@ -13,6 +12,9 @@ from api.service.problems import Problem
 from api.service.routes.experiments import ExperimentId
 from api.service.routes.jobs import JobView
 from api.service.routes.models import JointName, ModelId
+from identify.results.diagnosis import DiagnosisDocument
+from identify.results.effect import CatalogueEffect
+from identify.results.next_experiment import NextExperimentDocument
 
 router = APIRouter(tags=["diagnoses"], route_class=ResourceRoute)
 
@@ -47,11 +49,11 @@ class MadePlanView(BaseModel):
 
 
 @router.get("/effects")
-def effects(_user: access.Viewer) -> list[Effect]:
+def effects(_user: access.Viewer) -> list[CatalogueEffect]:
     """The catalogue of physical effects."""
     import identify  # SciPy behind it takes a moment; only the first call waits
 
-    return [Effect.model_validate(entry) for entry in identify.catalogue()]
+    return identify.catalogue()
 
 
 @router.post("/experiments/{experiment}/models/{model}/diagnosis", status_code=202, responses=problems(409))
@@ -67,12 +69,12 @@ def diagnose(
 @router.get("/experiments/{experiment}/models/{model}/diagnosis")
 def get_diagnosis(
     request: Request, _user: access.Viewer, experiment: ExperimentId, model: ModelId
-) -> Diagnosis:
+) -> DiagnosisDocument:
     """What was found to be missing in that model: the document of `coulomb diagnose --json`."""
     found = service_of(request).models.story(experiment).diagnosis(model)
     if found is None:
         raise Problem(404, f"The model {model} was not diagnosed yet: POST to this address.")
-    return Diagnosis.model_validate(found)
+    return found
 
 
 @router.post(
@@ -101,7 +103,7 @@ def get_next_experiment(
     experiment: ExperimentId,
     model: ModelId,
     joint: Annotated[str, Query(max_length=64, min_length=1, examples=["j3"])],
-) -> NextExperiment:
+) -> NextExperimentDocument:
     """The experiment that would tell the rivals of a joint apart: the document of `coulomb next --json`."""
     service = service_of(request)
     joints = service.experiments.row(experiment).joints
@@ -110,7 +112,7 @@ def get_next_experiment(
     found = story.next_experiment(model, joints.index(joint)) if joint in joints else None
     if found is None:
         raise Problem(404, f"No experiment was looked for yet on joint {joint}: POST to this address.")
-    return NextExperiment.model_validate(found)
+    return found
 
 
 @router.post(

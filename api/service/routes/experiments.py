@@ -1,6 +1,6 @@
 """Experiments: folders with a robot, payloads and sessions."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, File, Form, Path, Request, Response, UploadFile
 from pydantic import BaseModel, Field
@@ -12,6 +12,7 @@ from api.service.openapi import ResourceRoute, problems
 from api.service.routes.jobs import JobView
 from api.stored_experiments import EXPERIMENT_ID
 from identify.recording import Payload
+from identify.results.document import Json
 
 router = APIRouter(tags=["experiments"], route_class=ResourceRoute)
 
@@ -24,7 +25,7 @@ class SessionSummary(BaseModel):
 
     id: str = Field(examples=["session-01"])
     file: str | None = Field(description="null until it is measured", examples=["session-01.h5"])
-    payload: dict[str, Any] = Field(examples=[{"name": "disk", "mass": 3.4584, "com": [1.277, 0.0, 0.0]}])
+    payload: Json = Field(examples=[{"name": "disk", "mass": 3.4584, "com": [1.277, 0.0, 0.0]}])
     weighed: float | None = Field(
         description="kg, the payload as weighed; null where it was not weighed here", examples=[3.4602]
     )
@@ -62,7 +63,7 @@ class ExperimentSummary(BaseModel):
 class ExperimentView(ExperimentSummary):
     """One stored experiment with its payloads and sessions."""
 
-    payloads: list[dict[str, Any]] = Field(examples=[[{"name": "none", "mass": 0.0}]])
+    payloads: list[Json] = Field(examples=[[{"name": "none", "mass": 0.0}]])
     sessions: list[SessionSummary]
 
 

@@ -1,6 +1,6 @@
 """Long work: progress and cancel."""
 
-from typing import Annotated, Any
+from typing import Annotated
 
 from fastapi import APIRouter, Path, Query, Request
 from pydantic import BaseModel, Field
@@ -8,6 +8,7 @@ from pydantic import BaseModel, Field
 from api.service import access, jobs
 from api.service.openapi import problems
 from api.service.problems import not_found
+from identify.results.document import Json
 
 router = APIRouter(tags=["jobs"])
 
@@ -28,7 +29,7 @@ class JobView(BaseModel):
     )
     created: float = Field(description="s since 1970", examples=[1795360000.0])
     ended: float | None = Field(description="s since 1970", examples=[None])
-    result: dict[str, Any] = Field(description="what came of it", examples=[{"model": "m2"}])
+    result: Json = Field(description="what came of it", examples=[{"model": "m2"}])
 
     @classmethod
     def of(cls, job: jobs.Job) -> "JobView":

@@ -5,7 +5,6 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
-from api.contract import Diagnosis, Identification
 from api.service import access
 from api.service.access import service_of
 from api.service.model_story import ModelVersion
@@ -13,6 +12,8 @@ from api.service.openapi import ResourceRoute, problems
 from api.service.problems import Problem
 from api.service.routes.experiments import ExperimentId
 from api.service.routes.jobs import JobView
+from identify.results.diagnosis import DiagnosisDocument
+from identify.results.identification import IdentificationDocument
 
 router = APIRouter(tags=["models"], route_class=ResourceRoute)
 
@@ -56,8 +57,8 @@ class VersionView(BaseModel):
     """One model version with its newest fit."""
 
     version: ModelVersion
-    identification: Identification
-    diagnosis: Diagnosis | None
+    identification: IdentificationDocument
+    diagnosis: DiagnosisDocument | None
 
 
 class Stepped(BaseModel):
@@ -70,8 +71,8 @@ class Stepped(BaseModel):
 class Comparison(BaseModel):
     """Two versions side by side."""
 
-    first: Identification
-    second: Identification
+    first: IdentificationDocument
+    second: IdentificationDocument
     added: list[str] = Field(
         description="effects that only the second has", examples=[["load-friction-asymmetric@j3"]]
     )
@@ -79,7 +80,7 @@ class Comparison(BaseModel):
     relative_error_change: float | None = Field(description="second less first", examples=[-0.0249])
 
 
-class ResultsView(Identification):
+class ResultsView(IdentificationDocument):
     """What the identifier says now: the document of `coulomb identify --json` and where it comes from."""
 
     version: ModelVersion
@@ -87,7 +88,7 @@ class ResultsView(Identification):
         description="sessions or settings changed since; a new fit is on its way", examples=[False]
     )
     job: JobView | None = Field(description="the computation under way")
-    diagnosis: Diagnosis | None = Field(description="what this version misses, if somebody asked")
+    diagnosis: DiagnosisDocument | None = Field(description="what this version misses, if somebody asked")
 
 
 class Pending(BaseModel):
@@ -121,7 +122,7 @@ def get_results(
         return Pending(job=job)
     return ResultsView.model_validate(
         {
-            **found.identification,
+            **dict(found.identification),
             "version": found.version,
             "stale": found.stale,
             "job": job,
@@ -207,11 +208,8 @@ def compare(
 ) -> Comparison:
     """Two versions side by side."""
     story = service_of(request).models.story(experiment)
-    left, right = (Identification.model_validate(story.identification(each)) for each in (first, second))
-    before, after = (
-        {f"{each.effect}@{each.joint}" if each.joint else each.effect for each in document.effects}
-        for document in (left, right)
-    )
+    left, right = (story.identification(each) for each in (first, second))
+    before, after = ({str(each) for each in document.effects} for document in (left, right))
     known = left.relative_error is not None and right.relative_error is not None
     return Comparison(
         first=left,
@@ -228,10 +226,8 @@ def get_model(
 ) -> VersionView:
     """One model version with its newest fit and what was found to be missing in it."""
     story = service_of(request).models.story(experiment)
-    return VersionView.model_validate(
-        {
-            "version": story.read().version(model),
-            "identification": story.identification(model),
-            "diagnosis": story.diagnosis(model),
-        }
+    return VersionView(
+        version=story.read().version(model),
+        identification=story.identification(model),
+        diagnosis=story.diagnosis(model),
     )

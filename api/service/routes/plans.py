@@ -1,6 +1,6 @@
 """Excitation plans."""
 
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from fastapi import APIRouter, Path, Query, Request, Response
@@ -13,6 +13,7 @@ from api.service.plan_store import PLAN_ID
 from api.service.problems import Problem, not_found
 from api.service.routes.jobs import JobView
 from daq.excitation.excitation_plan import ExcitationPlan
+from identify.results.document import Json
 
 router = APIRouter(tags=["plans"], route_class=ResourceRoute)
 
@@ -34,8 +35,8 @@ class PlanView(PlanSummary):
     """One stored plan with its phases in closed form."""
 
     start: list[float] = Field(description="rad or m", examples=[[0.35]])
-    phases: list[dict[str, Any]] = Field(examples=[[{"kind": "dwell", "duration": 0.5}]])
-    report: dict[str, Any] | None = Field(
+    phases: list[Json] = Field(examples=[[{"kind": "dwell", "duration": 0.5}]])
+    report: Json | None = Field(
         description="the document of `coulomb plan --json`: deviations to expect, what the plan cannot tell, and the "
         "predicted currents over time; null for a plan that was not made here",
         examples=[{"condition_number": 31.2, "cannot_tell": [], "predicted": {"time": [], "currents": []}}],
@@ -76,7 +77,7 @@ class PlanPreview(BaseModel):
     violations: list[str] = Field(description="limits of the rig that it breaks, in words", examples=[[]])
 
 
-def _summary(identifier: str, plan: ExcitationPlan) -> dict[str, Any]:
+def _summary(identifier: str, plan: ExcitationPlan) -> Json:
     return {
         "id": identifier,
         "name": plan.name,

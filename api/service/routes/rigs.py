@@ -1,6 +1,6 @@
 """Rigs: what they are, who has them, and the stop."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, Path, Request
 from pydantic import BaseModel, ConfigDict, Field
@@ -10,6 +10,7 @@ from api.service.access import client_address, service_of
 from api.service.accounts import NAME_PATTERN, Role
 from api.service.openapi import ResourceRoute, problems
 from api.service.problems import Problem, not_found
+from identify.results.document import Json
 
 router = APIRouter(tags=["rigs"], route_class=ResourceRoute)
 
@@ -31,13 +32,13 @@ class RigSummary(BaseModel):
 class RigView(RigSummary):
     """A rig with its settings and the session that has its bus."""
 
-    settings: dict[str, Any] = Field(
+    settings: Json = Field(
         description="the rig's file", examples=[{"name": "rx130l-joint3-simulated", "cycle": 0.002}]
     )
     drive_gain: list[list[float]] = Field(
         description="g_f of eq. (4), N m (or N) per unit of command", examples=[[[35.15]]]
     )
-    status: dict[str, Any] = Field(
+    status: Json = Field(
         description="session, state, progress, events in words",
         examples=[{"rig": "rx130l-joint3-simulated", "operator": "ada", "onlookers": [], "session": None}],
     )
@@ -94,7 +95,7 @@ class Stopped(BaseModel):
     stopped: bool = Field(description="false if nothing was under way", examples=[True])
 
 
-def _summary(request: Request, rig: str) -> dict[str, Any]:
+def _summary(request: Request, rig: str) -> Json:
     service = service_of(request)
     try:
         settings, problem = service.rigs.rig(rig), None

@@ -1,6 +1,6 @@
 """Payload sessions: create, check, weigh, confirm, arm, start, stop, recover."""
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from fastapi import APIRouter, Request, Response
 from pydantic import BaseModel, Field, model_validator
@@ -12,6 +12,7 @@ from api.service.problems import Problem
 from api.service.routes.experiments import ExperimentId, SessionId, SessionSummary
 from api.service.routes.rigs import Stopped
 from daq.rig import KnownPayload
+from identify.results.document import Json
 
 router = APIRouter(tags=["sessions"], route_class=ResourceRoute)
 
@@ -65,9 +66,7 @@ class RigCheckView(BaseModel):
     """What the check of the rig found, in words."""
 
     ok: bool = Field(examples=[True])
-    items: list[dict[str, Any]] = Field(
-        examples=[[{"what": "node 3", "ok": True, "words": "answers, homed"}]]
-    )
+    items: list[Json] = Field(examples=[[{"what": "node 3", "ok": True, "words": "answers, homed"}]])
 
 
 @router.post("/experiments/{experiment}/sessions", status_code=201, responses=problems(409))

@@ -16,6 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.recording.foreign.matlab_objects import Fields
+
 NUMBERS = {
     1: "i1",
     2: "u1",
@@ -181,9 +183,9 @@ class Mat5:
         names = [
             raw[k : k + length].split(b"\0")[0].decode("utf-8", "replace") for k in range(0, len(raw), length)
         ]
-        found: list[dict[str, Any]] = []
+        found: list[Fields] = []
         for _ in range(count):
-            fields: dict[str, Any] = {}
+            fields: Fields = {}
             for name in names:
                 kind, part, at = self._element(data, at)
                 if kind != MATRIX:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from identify.recording.errors import InputError
 from identify.recording.foreign.mat5 import DEEPEST, Damaged, Mat5, Reference
-from identify.recording.foreign.matlab_objects import ObjectStore, as_fields, is_reference
+from identify.recording.foreign.matlab_objects import Fields, ObjectStore, as_fields, is_reference
 from identify.recording.foreign.table import ForeignColumn, ForeignTable
 from identify.recording.units import split_name
 
@@ -147,7 +147,7 @@ def _flat(
 
 
 def _object(
-    class_name: str, properties: dict[str, Any], store: ObjectStore, name: str, depth: int
+    class_name: str, properties: Fields, store: ObjectStore, name: str, depth: int
 ) -> Iterator[tuple[str, NDArray[Any]]]:
     seconds = _seconds(class_name, properties)
     if seconds is not None:
@@ -173,7 +173,7 @@ def _object(
     yield from _flat(fields, store, f"{name}.", depth + 1)
 
 
-def _seconds(class_name: str, properties: dict[str, Any]) -> NDArray[np.float64] | None:
+def _seconds(class_name: str, properties: Fields) -> NDArray[np.float64] | None:
     """Durations in s, dates in ms since 1970 (told as an epoch later); None for other classes."""
     if class_name == "duration" and isinstance(properties.get("millis"), np.ndarray):
         return np.asarray(properties["millis"], dtype=np.float64) * 1e-3

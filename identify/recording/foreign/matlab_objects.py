@@ -14,6 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+Fields = dict[str, Any]
+"""A MATLAB structure or object by its fields. Any: they hold whatever MATLAB can store, and each is looked at before use."""
+
 REFERENCE = 0xDD000000
 """The first number of a variable that refers to objects."""
 OFFSETS_AT = 8
@@ -53,7 +56,7 @@ class ObjectStore:
         self.saved = _property_lists(parts[1])
         self.normal = _property_lists(parts[3])
 
-    def objects_of(self, reference: Any) -> list[tuple[str, dict[str, Any]]]:
+    def objects_of(self, reference: Any) -> list[tuple[str, Fields]]:
         """Class and properties of each object that a variable refers to; none if it refers to none."""
         if isinstance(reference, dict):
             return []
@@ -64,11 +67,11 @@ class ObjectStore:
         first = 2 + dimensions
         return [self._object(int(identity)) for identity in numbers[first:-1]]
 
-    def _object(self, identity: int) -> tuple[str, dict[str, Any]]:
+    def _object(self, identity: int) -> tuple[str, Fields]:
         class_id, _, _, saved, normal, _ = (int(value) for value in self.objects[identity])
         class_name = self._name(int(self.classes[class_id][1]))
         entries = self.saved[saved] if saved else self.normal[normal] if normal < len(self.normal) else []
-        properties: dict[str, Any] = {}
+        properties: Fields = {}
         for name, kind, value in entries:
             if kind == 1 and value + 2 < len(self.cells):
                 properties[self._name(name)] = self.cells[value + 2]
@@ -105,7 +108,7 @@ def _property_lists(numbers: NDArray[np.uint32]) -> list[list[tuple[int, int, in
     return found
 
 
-def as_fields(class_name: str, properties: dict[str, Any]) -> dict[str, Any] | None:
+def as_fields(class_name: str, properties: Fields) -> Fields | None:
     """The variables of a table, or time and data of a time series; None for objects of other classes.
 
     A timetable's row times are called Time, as MATLAB shows them.
@@ -124,7 +127,7 @@ def as_fields(class_name: str, properties: dict[str, Any]) -> dict[str, Any] | N
     return None
 
 
-def _variables(names: Any, data: Any) -> dict[str, Any] | None:
+def _variables(names: Any, data: Any) -> Fields | None:
     if not isinstance(names, list) or not isinstance(data, list):
         return None
     return {str(name): value for name, value in zip(names, data, strict=False)}

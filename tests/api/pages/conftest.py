@@ -1,13 +1,12 @@
 """A laboratory for the pages without a bus: one joint like the paper's, three payloads, fitted by plain least squares.
 
 The torque is computed from the load- and velocity-dependent friction of eq. (25) with the values of Table II, the models
-are fitted here by `numpy.linalg.lstsq`, and what they return has the form of the contract (section 3).
+are fitted here by `numpy.linalg.lstsq`, and what they return are documents of `identify.results`.
 """
 
-import json
 import socket
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -22,9 +21,19 @@ import yaml
 from fastapi import FastAPI
 
 from api.application import create_application
-from api.service.model_story import Fit, ModelStory, data_fingerprint, now_text
+from api.service.model_story import IDENTIFICATION_FILE, Fit, ModelStory, data_fingerprint, now_text
 from api.service.prediction_files import write_prediction
 from api.service.settings import ServiceSettings
+from identify.effects.catalogue import effects
+from identify.results.diagnosis import Candidate, DiagnosisDocument, JointDiagnosis, Verdict, Where
+from identify.results.effect import EffectOnJoint
+from identify.results.identification import (
+    IdentificationDocument,
+    JointError,
+    Parameter,
+    PayloadError,
+    SessionError,
+)
 
 JOINT = "j3"
 PAYLOADS = {
@@ -49,7 +58,7 @@ CATALOGUE_WORDS = {
 class SampleIdentification:
     """What `identify.identify` returns, as far as the pages use it."""
 
-    effects: list[dict[str, str]]
+    effects: tuple[EffectOnJoint, ...]
     columns: dict[str, np.ndarray]
     motion: dict[str, Any]
     measured: np.ndarray
@@ -90,45 +99,72 @@ class SampleIdentification:
             temperature=None,
         )
 
-    def to_json(self) -> dict[str, Any]:
+    def document(self) -> IdentificationDocument:
         everything = np.ones(len(self.measured), bool)
         error = self._relative(everything)
         groupings = {"ZZ1R": "ZZ1 + Ia1", "MX1": "MX1", "payload ratio": "M_ae / M_aw, eq. (35)"}
         units = {"ZZ1R": "kg m^2", "MX1": "kg m", "FC": "N m", "FV": "N m s/rad", "offset": "N m"}
-        return {
-            "experiment": "rx130l-joint3",
-            "model": self.model,
-            "effects": self.effects,
-            "relative_error": error,
-            "relative_error_validation": error * 1.06,
-            "joints": [
-                {
-                    "joint": JOINT,
-                    "relative_error": error,
-                    "relative_error_validation": error * 1.06,
-                    "noise_floor": 0.021,
-                }
-            ],
-            "sessions": [
-                {"file": file, "payload": payload, "relative_error": self._relative(self._rows(file))}
+        return IdentificationDocument(
+            experiment="rx130l-joint3",
+            model=self.model,
+            effects=self.effects,
+            relative_error=error,
+            relative_error_validation=error * 1.06,
+            joints=(
+                JointError(
+                    joint=JOINT,
+                    relative_error=error,
+                    relative_error_validation=error * 1.06,
+                    noise_floor=0.021,
+                ),
+            ),
+            sessions=tuple(
+                SessionError(
+                    file=file,
+                    payload=payload,
+                    role="identification",
+                    relative_error=self._relative(self._rows(file)),
+                )
                 for file, (payload, _) in PAYLOADS.items()
-            ],
-            "parameters": [
-                {
-                    "name": name,
-                    "joint": JOINT,
-                    "value": value,
-                    "std": std,
-                    "std_robust": 2.7 * std,
-                    "relative_std_percent": abs(100 * std / value),
-                    "unit": units.get(name, "–"),
-                    "grouping": groupings.get(name, ""),
-                }
+            ),
+            parameters=tuple(
+                Parameter(
+                    name=name,
+                    joint=JOINT,
+                    value=value,
+                    std=std,
+                    std_robust=2.7 * std,
+                    relative_std_percent=abs(100 * std / value),
+                    unit=units.get(name, "–"),
+                    grouping=groupings.get(name),
+                )
                 for name, (value, std) in self.parameters.items()
-            ],
-            "condition_number": self.condition,
-            "samples": len(self.measured),
-        }
+            ),
+            condition_number=self.condition,
+            samples=len(self.measured),
+            form="linear",
+            estimator="ordinary",
+            eliminated=(),
+            constants=(),
+            relative_error_left_out=None,
+            payloads=tuple(
+                PayloadError(
+                    payload=payload,
+                    mass=mass,
+                    role="identification",
+                    relative_error=self._relative(self._rows(file)),
+                )
+                for file, (payload, mass) in PAYLOADS.items()
+            ),
+            speeds=(),
+            signals=(),
+            not_identifiable=(),
+            remarks=(),
+        )
+
+    @property
+    def relative_error(self) -> float:
+        return self._relative(np.ones(len(self.measured), bool))
 
 
 def _motion(rate: float = 100.0, seconds: float = 60.0) -> dict[str, np.ndarray]:
@@ -192,58 +228,36 @@ def make_models() -> dict[str, SampleIdentification]:
     }
     return {
         key: SampleIdentification(
-            [{"effect": effect, "joint": JOINT} for effect in names + added[key]], columns, motion, measured
+            tuple(EffectOnJoint(effect=effect, joint=JOINT) for effect in names + added[key]),
+            columns,
+            motion,
+            measured,
         )
         for key, columns in steps.items()
     }
 
 
-def make_diagnosis(models: dict[str, SampleIdentification]) -> dict[str, Any]:
-    """The contract's diagnosis of the usual model."""
-    before = models["usual"].to_json()["relative_error"]
-    after = models["with load"].to_json()["relative_error"]
+def make_diagnosis(models: dict[str, SampleIdentification]) -> DiagnosisDocument:
+    """The diagnosis of the usual model."""
+    before, after = models["usual"].relative_error, models["with load"].relative_error
     shares = {
-        "load-friction-asymmetric": 1.0,
-        "load-friction": 0.72,
-        "stribeck": 0.41,
-        "viscous-asymmetric": 0.11,
-        "friction-warmup": 0.02,
+        "load-friction-asymmetric": (1.0, 1e-30),
+        "load-friction": (0.72, 1e-19),
+        "stribeck": (0.41, 3e-8),
+        "viscous-asymmetric": (0.11, 0.04),
+        "friction-warmup": (0.02, 0.6),
     }
-    candidates = []
-    for rank, (effect, share) in enumerate(shares.items(), start=1):
-        relative_after = before - share * (before - after)
-        candidates.append(
-            {
-                "effect": effect,
-                "rank": rank,
-                "relative_error_before": before,
-                "relative_error_after": relative_after,
-                "heldout_error_before": before * 1.05,
-                "heldout_error_after": relative_after * 1.07,
-                "p_value": (1e-30, 1e-19, 3e-8, 0.04, 0.6)[rank - 1],
-                "indistinguishable_from": ["load-friction"] if rank == 1 else [],
-                "explanation": CATALOGUE_WORDS[effect],
-            }
-        )
-    return {
-        "experiment": "rx130l-joint3",
-        "model": "usual",
-        "relative_error": before,
-        "noise_floor": 0.021,
-        "joints": [
-            {
-                "joint": JOINT,
-                "verdict": "missing",
-                "missing": ["load-friction-asymmetric"],
-                "candidates": candidates,
-                "where": [
-                    {"variable": "dq", "from": -0.1, "to": 0.1, "share_of_error": 0.58},
-                    {"variable": "load", "from": 150.0, "to": 240.0, "share_of_error": 0.44},
-                    {"variable": "q", "from": -0.4, "to": 0.3, "share_of_error": 0.31},
-                ],
-            }
-        ],
-    }
+    candidates = [
+        _candidate(effect, rank, before, before - share * (before - after), p_value)
+        for rank, (effect, (share, p_value)) in enumerate(shares.items(), start=1)
+    ]
+    candidates[0] = candidates[0].changed(indistinguishable_from=("load-friction",))
+    where = (
+        _where("dq", -0.1, 0.1, 0.58),
+        _where("load", 150.0, 240.0, 0.44),
+        _where("q", -0.4, 0.3, 0.31),
+    )
+    return _diagnosis("usual", before, "missing", ("load-friction-asymmetric",), candidates, where)
 
 
 @pytest.fixture(scope="session")
@@ -280,11 +294,11 @@ def write_stored_experiment(folder: Path) -> None:
     for number, (key, model) in enumerate(models.items(), start=1):
         fit_folder = story.new_fit_folder(f"m{number}", "f1")
         fit_folder.mkdir(parents=True)
-        document = model.to_json()
-        (fit_folder / "identification.json").write_text(json.dumps(document))
+        document = model.document()
+        (fit_folder / IDENTIFICATION_FILE).write_text(document.json_text())
         for session, file in enumerate(PAYLOADS):
             write_prediction(fit_folder, session, 0, model.prediction(file, JOINT))
-        change = None if key == "usual" else f"{model.effects[-1]['effect']}@{JOINT}"
+        change = None if key == "usual" else str(model.effects[-1])
         added = [*added, change] if change else added
         story.add_version(
             model="usual",
@@ -297,8 +311,8 @@ def write_stored_experiment(folder: Path) -> None:
                 data=fingerprint,
                 sessions=3,
                 created=now_text(),
-                relative_error=document["relative_error"],
-                relative_error_validation=document["relative_error_validation"],
+                relative_error=document.relative_error,
+                relative_error_validation=document.relative_error_validation,
             ),
         )
     story.store_diagnosis("m1", make_diagnosis(models))
@@ -307,49 +321,81 @@ def write_stored_experiment(folder: Path) -> None:
     story.undo()
 
 
-def _candidate(effect: str, rank: int, before: float, after: float, p_value: float) -> dict[str, Any]:
-    return {
-        "effect": effect,
-        "rank": rank,
-        "relative_error_before": before,
-        "relative_error_after": after,
-        "heldout_error_before": before * 1.05,
-        "heldout_error_after": after * 1.06,
-        "p_value": p_value,
-        "indistinguishable_from": [],
-        "explanation": CATALOGUE_WORDS.get(effect, "Friction depends on load and speed together."),
-    }
+def _candidate(effect: str, rank: int, before: float, after: float, p_value: float) -> Candidate:
+    return Candidate(
+        effect=effect,
+        rank=rank,
+        relative_error_before=before,
+        relative_error_after=after,
+        heldout_error_before=before * 1.05,
+        heldout_error_after=after * 1.06,
+        p_value=p_value,
+        justified=p_value < 1e-3,
+        indistinguishable_from=(),
+        caution=None,
+        explanation=CATALOGUE_WORDS.get(effect, "Friction depends on load and speed together."),
+        equation=effects()[effect].equation,
+        variable=effects()[effect].variable,
+        constants={},
+    )
+
+
+def _where(variable: str, low: float, high: float, share: float) -> Where:
+    return Where(
+        variable=variable,
+        from_=low,
+        to=high,
+        share_of_error=share,
+        share_of_samples=0.25 * share,
+        excess=0.75 * share,
+    )
 
 
 def _diagnosis(
-    model: str, error: float, verdict: str, missing: list[str], candidates: list, where: list
-) -> dict:
-    joint = {"joint": JOINT, "verdict": verdict, "missing": missing, "candidates": candidates, "where": where}
-    return {
-        "experiment": "rx130l-joint3",
-        "model": model,
-        "relative_error": error,
-        "noise_floor": 0.021,
-        "joints": [joint],
-    }
+    model: str,
+    error: float,
+    verdict: Verdict,
+    missing: Sequence[str],
+    candidates: Sequence[Candidate],
+    where: Sequence[Where],
+) -> DiagnosisDocument:
+    joint = JointDiagnosis(
+        joint=JOINT,
+        verdict=verdict,
+        missing=tuple(missing),
+        candidates=tuple(candidates),
+        evidence=tuple(each for each in candidates if each.effect in missing),
+        where=tuple(where),
+        noise_floor=0.021,
+        structure=(),
+        superfluous=(),
+    )
+    return DiagnosisDocument(
+        experiment="rx130l-joint3",
+        model=model,
+        relative_error=error,
+        relative_error_with_missing=candidates[0].relative_error_after if missing else error,
+        noise_floor=0.021,
+        joints=(joint,),
+        not_applicable=(),
+    )
 
 
-def make_second_diagnosis(models: dict[str, SampleIdentification]) -> dict[str, Any]:
+def make_second_diagnosis(models: dict[str, SampleIdentification]) -> DiagnosisDocument:
     """The model with load friction still misses what happens at low speed."""
-    before, after = (models[key].to_json()["relative_error"] for key in ("with load", "with stribeck"))
-    candidates = [
-        _candidate("load-stribeck", 1, before, after, 1e-25),
+    before, after = (models[key].relative_error for key in ("with load", "with stribeck"))
+    candidates = (
+        _candidate("load-stribeck", 1, before, after, 1e-25).changed(indistinguishable_from=("stribeck",)),
         _candidate("stribeck", 2, before, before - 0.6 * (before - after), 1e-11),
         _candidate("viscous-power", 3, before, before - 0.2 * (before - after), 2e-4),
-    ]
-    candidates[0]["indistinguishable_from"] = ["stribeck"]
-    where = [{"variable": "dq", "from": -0.06, "to": 0.06, "share_of_error": 0.71}]
-    return _diagnosis("usual", before, "missing", ["load-stribeck"], candidates, where)
+    )
+    where = (_where("dq", -0.06, 0.06, 0.71),)
+    return _diagnosis("usual", before, "missing", ("load-stribeck",), candidates, where)
 
 
-def make_last_diagnosis(models: dict[str, SampleIdentification]) -> dict[str, Any]:
+def make_last_diagnosis(models: dict[str, SampleIdentification]) -> DiagnosisDocument:
     """Nothing is missing any more."""
-    return _diagnosis("usual", models["with stribeck"].to_json()["relative_error"], "adequate", [], [], [])
+    return _diagnosis("usual", models["with stribeck"].relative_error, "adequate", (), (), ())
 
 
 @pytest.fixture(scope="session")

@@ -16,7 +16,7 @@ def decoded(content: bytes) -> tuple[float, np.ndarray]:
 
 
 def test_the_page_states_the_error_of_the_stored_fit(browser_client: httpx.Client, models: dict) -> None:
-    error = models["with load"].to_json()["relative_error"]
+    error = models["with load"].relative_error
     text = browser_client.get(MODEL).text
     assert f"{100 * error:.2f}" in text
 

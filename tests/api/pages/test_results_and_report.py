@@ -13,21 +13,21 @@ def test_every_parameter_stands_with_both_deviations_and_its_grouping(
     browser_client: httpx.Client, models: dict
 ) -> None:
     text = browser_client.get(f"{EXPERIMENT}/results").text
-    for parameter in models["with load"].to_json()["parameters"]:
-        assert f"<b>{parameter['name']}</b>" in text
+    for parameter in models["with load"].document().parameters:
+        assert f"<b>{parameter.name}</b>" in text
     assert "ZZ1 + Ia1" in text
 
 
 def test_the_downloads_hold_the_document_of_the_fit(browser_client: httpx.Client, models: dict) -> None:
-    expected = models["usual"].to_json()
+    expected = models["usual"].document()
     as_json = browser_client.get(f"{EXPERIMENT}/download/json", params={"version": "m1"})
     as_yaml = browser_client.get(f"{EXPERIMENT}/download/yaml", params={"version": "m1"})
     as_csv = browser_client.get(f"{EXPERIMENT}/download/csv", params={"version": "m1"})
-    assert as_json.json() == expected
-    assert yaml.safe_load(as_yaml.text) == expected
+    assert as_json.json() == expected.to_json()
+    assert yaml.safe_load(as_yaml.text) == expected.to_json()
     rows = list(csv.DictReader(io.StringIO(as_csv.text)))
-    assert [row["name"] for row in rows] == [entry["name"] for entry in expected["parameters"]]
-    assert [float(row["value"]) for row in rows] == [entry["value"] for entry in expected["parameters"]]
+    assert [row["name"] for row in rows] == [parameter.name for parameter in expected.parameters]
+    assert [float(row["value"]) for row in rows] == [parameter.value for parameter in expected.parameters]
     assert "rx130l-joint3-model-1.csv" in as_csv.headers["content-disposition"]
 
 

@@ -114,20 +114,20 @@ def test_asymmetric_load_friction_is_told_from_symmetric_by_the_payloads(diagnos
 
 
 def test_without_payload_a_wrong_drive_gain_could_not_have_been_known(diagnosed):
-    said = diagnosed(payloads=(0.0,)).to_json()
-    reasons = {row["effect"]: row["reason"] for row in said["not_applicable"]}
+    said = diagnosed(payloads=(0.0,)).document()
+    reasons = {row.effect: row.reason for row in said.not_applicable}
     assert "known load" in reasons["drive-gain"]
     assert "payload" in reasons["payload-mass"]
 
 
 def test_a_payload_of_wrong_mass_cannot_be_told_from_a_wrong_gain_and_that_is_said(diagnosed):
-    said = diagnosed(("payload-mass", 1.0)).to_json()["joints"][0]
-    first = said["candidates"][0]
-    assert {first["effect"], *first["indistinguishable_from"]} >= {"payload-mass", "drive-gain"}
+    said = diagnosed(("payload-mass", 1.0)).document().joints[0]
+    first = said.candidates[0]
+    assert {first.effect, *first.indistinguishable_from} >= {"payload-mass", "drive-gain"}
 
 
 def test_the_json_has_what_the_contract_says(diagnosed):
-    said = json.loads(json.dumps(diagnosed(("stribeck", 0.5)).to_json(), allow_nan=False))
+    said = json.loads(diagnosed(("stribeck", 0.5)).document().json_text())
     assert {"experiment", "model", "relative_error", "noise_floor", "joints"} <= said.keys()
     joint = said["joints"][0]
     assert {"joint", "verdict", "missing", "candidates", "where"} <= joint.keys()
@@ -165,9 +165,9 @@ def test_improve_ends_adequate_and_every_step_lowers_the_error(hidden):
 
 
 def test_emps_names_the_asymmetric_viscous_friction_first(emps):
-    said = identify.diagnose(identify.load_experiment(emps)).to_json()["joints"][0]
-    assert said["candidates"][0]["effect"] == "viscous-asymmetric"
-    assert said["candidates"][0]["relative_error_after"] <= 0.031
+    said = identify.diagnose(identify.load_experiment(emps)).document().joints[0]
+    assert said.candidates[0].effect == "viscous-asymmetric"
+    assert said.candidates[0].relative_error_after <= 0.031
 
 
 @pytest.mark.slow

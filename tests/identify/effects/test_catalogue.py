@@ -40,19 +40,19 @@ CONTRACT = {
 
 
 def test_every_name_of_the_contract_is_there_with_everything_said_of_it():
-    rows = {row["effect"]: row for row in catalogue()}
-    assert rows.keys() >= CONTRACT
-    for row in rows.values():
-        assert {"effect", "group", "equation", "explanation", "regressors", "needs", "source"} <= row.keys()
-        assert "Check" in str(row["explanation"])
-        assert row["source"]
+    entries = {entry.effect: entry for entry in catalogue()}
+    assert entries.keys() >= CONTRACT
+    for entry in entries.values():
+        in_contract = {"effect", "group", "equation", "explanation", "regressors", "needs", "source"}
+        assert in_contract <= entry.to_json().keys()
+        assert "Check" in entry.explanation
+        assert entry.source
 
 
 def test_indistinguishable_effects_exist():
-    rows = catalogue()
-    names = {row["effect"] for row in rows}
-    for row in rows:
-        assert set(row["indistinguishable_from"]) <= names  # type: ignore[call-overload]
+    names = {entry.effect for entry in catalogue()}
+    for entry in catalogue():
+        assert set(entry.indistinguishable_from) <= names
 
 
 def test_the_document_is_the_catalogue():

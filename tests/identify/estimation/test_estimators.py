@@ -23,7 +23,7 @@ def identified(sessions, estimator, **options):
 def test_every_estimator_finds_the_arm_that_made_clean_data(estimator):
     raw = simulated_arm.record(MOTION, ARM, np.random.default_rng(1), torque_noise=0.5)
     found, result = identified({"a": (raw, "none")}, estimator)
-    assert result.to_json()["estimator"] == estimator
+    assert result.document().estimator == estimator
     truth = {"ZZ1R": 30.9, "MX1": 21.1, "MY1": 0.4, "FV1": 29.4, "FC1": 39.9, "offset1": 9.9}
     for name, value in truth.items():
         assert found[name].std_robust is not None
@@ -33,7 +33,7 @@ def test_every_estimator_finds_the_arm_that_made_clean_data(estimator):
 
 def test_the_default_is_ordinary_for_one_joint():
     raw = simulated_arm.record(MOTION, ARM, np.random.default_rng(1), torque_noise=0.5)
-    assert identified({"a": (raw, "none")}, None)[1].to_json()["estimator"] == "ordinary"
+    assert identified({"a": (raw, "none")}, None)[1].document().estimator == "ordinary"
 
 
 def test_an_unknown_estimator_is_refused_in_one_line():
@@ -96,7 +96,7 @@ def test_reference_positions_are_the_instruments_where_there_are_any():
         raw.extra["qref1"] = MOTION.at(raw.time)[0]
         signals = {"position_cutoff": 20.0, "decimation_cutoff": 20.0}
         found, result = identified({"a": (raw, "none")}, "instrumental", signals=signals)
-        assert any("reference motion qref" in remark for remark in result.to_json()["remarks"])
+        assert any("reference motion qref" in remark for remark in result.document().remarks)
         values.append(found["ZZ1R"].value)
     uncertainty = np.std(values, ddof=1) / np.sqrt(len(values))
     assert abs(np.mean(values) - ARM.inertia) < 3.5 * uncertainty

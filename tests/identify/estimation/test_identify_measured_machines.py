@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 
 import identify
@@ -51,14 +53,14 @@ REFERENCE = {  # relative errors in percent, identification and validation: the 
 
 @pytest.mark.parametrize("joint", REFERENCE)
 def test_the_tx40_is_no_worse_than_the_reference(tx40_coupled, joint):
-    found = {own["joint"]: own for own in tx40_coupled.to_json()["joints"]}[joint]
+    found = {own.joint: own for own in tx40_coupled.document().joints}[joint]
     identification, validation = REFERENCE[joint]
-    assert 100 * found["relative_error"] <= 1.03 * identification
-    assert 100 * found["relative_error_validation"] <= 1.03 * validation
+    assert 100 * found.relative_error <= 1.03 * identification
+    assert 100 * found.relative_error_validation <= 1.03 * validation
 
 
 def test_the_document_has_every_key_of_the_contract(tx40_coupled):
-    document = tx40_coupled.to_json()
+    document = json.loads(tx40_coupled.document().json_text())
     assert document.keys() >= CONTRACT_KEYS
     assert [own["joint"] for own in document["joints"]] == ["j1", "j2", "j3", "j4", "j5", "j6"]
     for own in document["joints"]:
@@ -74,7 +76,7 @@ def test_the_document_has_every_key_of_the_contract(tx40_coupled):
 
 
 def test_without_a_validation_session_its_errors_are_null(emps_usual):
-    document = emps_usual.to_json()
-    assert document["relative_error_validation"] is None
-    assert document["joints"][0]["relative_error_validation"] is None
-    assert document["joints"][0]["noise_floor"] == pytest.approx(0.0062, abs=0.001)
+    document = emps_usual.document()
+    assert document.relative_error_validation is None
+    assert document.joints[0].relative_error_validation is None
+    assert document.joints[0].noise_floor == pytest.approx(0.0062, abs=0.001)

@@ -103,8 +103,8 @@ def test_the_products_of_the_linear_form_are_those_of_the_structured_parameters(
 
 
 def test_the_structured_estimate_predicts_as_well_as_the_linear_form(result):
-    document = result.to_json()
-    assert document["structured"]["relative_error"] < 1.02 * document["relative_error"]
+    document = result.document()
+    assert document.structured.relative_error < 1.02 * document.relative_error
 
 
 def test_the_load_velocity_model_explains_what_the_usual_one_does_not(experiment, result):
@@ -113,8 +113,8 @@ def test_the_load_velocity_model_explains_what_the_usual_one_does_not(experiment
 
 
 def test_the_search_finds_the_stribeck_velocity(result):
-    constants = [own for own in result.to_json()["constants"] if own["effect"] == "load-velocity"]
-    assert constants[0]["stribeck_velocity"] == pytest.approx(ARM.stribeck_velocity, rel=0.35)
+    constants = [own for own in result.document().constants if own.effect == "load-velocity"]
+    assert constants[0].values["stribeck_velocity"] == pytest.approx(ARM.stribeck_velocity, rel=0.35)
 
 
 def test_the_power_sign_of_the_fitted_load_is_that_of_the_truth(result):
@@ -147,10 +147,10 @@ def test_without_a_known_load_the_same_loss_is_taken_both_ways_and_said(experime
 
 
 def test_a_fit_without_payload_says_what_it_predicts_for_the_payloads(experiment):
-    document = identify.identify(experiment, "usual", payloads=["none"]).to_json()
-    assert [own["role"] for own in document["sessions"]] == ["identification", "left out", "left out"]
-    assert document["relative_error_left_out"] > document["relative_error"]
-    assert {own["payload"] for own in document["payloads"]} == set(MASSES)
+    document = identify.identify(experiment, "usual", payloads=["none"]).document()
+    assert [own.role for own in document.sessions] == ["identification", "left out", "left out"]
+    assert document.relative_error_left_out > document.relative_error
+    assert {own.payload for own in document.payloads} == set(MASSES)
 
 
 def test_a_payload_that_is_not_declared_is_refused(experiment):
@@ -167,7 +167,7 @@ def test_the_errors_by_speed_are_those_of_the_samples_in_that_range(experiment):
         low = own.moving & (np.abs(own.velocity) <= 0.1 * top)
         residual += float(np.sum((own.measured - own.predicted)[low] ** 2))
         measured += float(np.sum(own.measured[low] ** 2))
-    speeds = {own["range"]: own for own in found.to_json()["speeds"]}
-    assert speeds["low"]["relative_error"] == pytest.approx(np.sqrt(residual / measured))
-    assert speeds["all"]["relative_error"] == pytest.approx(found.relative_error, rel=1e-6)
-    assert speeds["high"]["joints"][0]["joint"] == "j3"
+    speeds = {own.range: own for own in found.document().speeds}
+    assert speeds["low"].relative_error == pytest.approx(np.sqrt(residual / measured))
+    assert speeds["all"].relative_error == pytest.approx(found.relative_error, rel=1e-6)
+    assert speeds["high"].joints[0].joint == "j3"

@@ -42,24 +42,24 @@ def wrongly_declared():
 
 
 def test_the_payload_of_one_joint_is_found_whatever_was_declared(wrongly_declared):
-    document = identify.identify(wrongly_declared, "usual", unknown_payloads=["disk"]).to_json()
-    found = {own["name"]: own for own in document["parameters"]}
+    document = identify.identify(wrongly_declared, "usual", unknown_payloads=["disk"]).document()
+    found = {own.name: own for own in document.parameters}
     for name, true in {
         "ZZ[disk]": MASS * LEVER**2,
         "MX[disk]": MASS * LEVER,
         "MY[disk]": 0.0,
         "ZZ1R": 30.9,
     }.items():
-        assert abs(found[name]["value"] - true) < 4 * found[name]["std_robust"], name
-    assert found["mass_ratio[two disks]"]["value"] == pytest.approx(1.0, abs=0.002)
-    masses = {own["payload"]: own["mass"] for own in document["payloads"]}
+        assert abs(found[name].value - true) < 4 * found[name].std_robust, name
+    assert found["mass_ratio[two disks]"].value == pytest.approx(1.0, abs=0.002)
+    masses = {own.payload: own.mass for own in document.payloads}
     assert masses == {"none": 0.0, "disk": None, "two disks": 2 * MASS}
 
 
 def test_what_one_joint_does_not_feel_of_the_payload_is_said(wrongly_declared):
-    document = identify.identify(wrongly_declared, "usual", unknown_payloads=["disk"]).to_json()
+    document = identify.identify(wrongly_declared, "usual", unknown_payloads=["disk"]).document()
     unseen = ["XX", "XY", "XZ", "YY", "YZ", "MZ", "M"]
-    assert document["not_identifiable"] == [f"{symbol}[disk]" for symbol in unseen]
+    assert list(document.not_identifiable) == [f"{symbol}[disk]" for symbol in unseen]
 
 
 def test_all_ten_parameters_of_a_body_on_five_joints_are_those_that_pinocchio_moved(tmp_path):

@@ -13,6 +13,7 @@ from identify.results.effect import CatalogueEffect, EffectOnJoint
 from identify.results.identification import EffectConstants, IdentificationDocument, JointError, SpeedError
 from identify.results.improvement import ImprovementDocument, Step
 from identify.results.next_experiment import NextExperimentDocument
+from identify.results.simulation import SimulationDocument
 
 WHOLE = (
     IdentificationDocument,
@@ -20,6 +21,7 @@ WHOLE = (
     ImprovementDocument,
     NextExperimentDocument,
     ComparisonDocument,
+    SimulationDocument,
     CatalogueEffect,
 )
 
@@ -121,4 +123,5 @@ def test_every_part_is_a_part_and_every_document_has_a_format():
     for kind in WHOLE:
         assert issubclass(kind, Part)
         assert ("format" in kind.model_fields) == issubclass(kind, Document)
+        assert hasattr(kind, "MADE_BY") == issubclass(kind, Document)
     assert JointDiagnosis.model_fields["learned"].default is None

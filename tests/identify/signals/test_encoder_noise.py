@@ -51,14 +51,14 @@ def written(folder, step, seed=0):
 @pytest.mark.parametrize("bits", [14, 16, 18])
 def test_the_inertia_is_not_lowered_by_a_coarse_encoder(tmp_path, bits):
     experiment = written(tmp_path, 2 * np.pi / 2**bits)
-    found = identify.identify(experiment, "usual").to_json()
-    values = {each["name"]: each for each in found["parameters"]}
+    found = identify.identify(experiment, "usual").document()
+    values = {each.name: each for each in found.parameters}
     inertia, dry = (
         values["ZZ1R"],
         values["FC1"],
     )  # with 2 f_m: up to 1 % low, its deviation ten times as large
-    assert inertia["value"] == pytest.approx(INERTIA, rel=1e-3)
-    assert dry["value"] == pytest.approx(DRY, rel=0.01)
+    assert inertia.value == pytest.approx(INERTIA, rel=1e-3)
+    assert dry.value == pytest.approx(DRY, rel=0.01)
 
 
 def test_only_a_coarse_encoder_lowers_the_parallel_filter_and_the_reason_names_it(tmp_path):
