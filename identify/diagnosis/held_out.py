@@ -184,7 +184,7 @@ class _Reduced:
         inner = self.left[np.ix_(kept, kept)] / np.outer(scale, scale)
         inner[np.diag_indices(len(kept))] += 1e-9
         product = self.left[kept, -1] / scale
-        solved = np.linalg.solve(inner, product)
+        solved = np.asarray(np.linalg.solve(inner, product), np.float64)
         if bounds is not None and len(bounds.lower) == len(option):
             own = bounds.of(seen, scale)
             if own.violation(solved) > 0:

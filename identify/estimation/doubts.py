@@ -44,8 +44,8 @@ def doubts(fitted: FittedModel, error: float, unseen: float | None) -> list[str]
 def _cancelling(fitted: FittedModel) -> list[tuple[int, int]]:
     """Pairs of columns whose shares are huge and nearly the opposite of each other."""
     fit = fitted.fit
-    if not len(fit.fitted):
-        return []
+    if fit.r.shape[1] != len(fit.fitted) or not len(fit.fitted):
+        return []  # the factor of a structured fit is of its physical parameters, not of the products of eq. (30)
     torque = float(np.linalg.norm(fit.weights * fit.norm))
     shares = fit.r * fit.chi[fit.fitted]
     size = np.linalg.norm(shares, axis=0)
