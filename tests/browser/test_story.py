@@ -85,7 +85,9 @@ def test_the_error_falls_from_sign_in_to_report(laboratory_with, visitor) -> Non
     ada.shot("missing-after")
 
     page.keyboard.press("u")
-    expect(page.locator("[data-current-error]")).to_have_attribute("data-current-error", str(before))
+    expect(page.locator("[data-current-error]")).to_have_attribute(
+        "data-current-error", str(before), timeout=PATIENCE
+    )
     expect(page.locator(".verdict .sentence")).to_contain_text(NAMED)
     page.keyboard.press("r")
     expect(page.locator("[data-current-error]")).to_have_attribute("data-current-error", str(after))

@@ -5,6 +5,7 @@ import json
 import h5py
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from api.assumed_masses import torque_limits
 from api.commands.demo import PLAN
@@ -103,14 +104,19 @@ def deviations(rig, experiment) -> dict[str, float]:
     return found
 
 
-def test_parameters_agree_with_the_mechanisms_own_within_three_robust_deviations(rig, clean):
+def largest_by_chance(count: int) -> float:
+    """What the largest of `count` normal deviations stays below in 99 of 100 records: 3.4 for fourteen of them."""
+    return float(norm.isf(0.5 * (1 - 0.99 ** (1 / count))))
+
+
+def test_parameters_agree_with_the_mechanisms_own_as_far_as_their_deviations_let_expect(rig, clean):
     found = deviations(rig, clean)
-    assert max(map(abs, found.values())) < 3.0, found
+    assert max(map(abs, found.values())) < largest_by_chance(len(found)), found
 
 
 def test_parameters_agree_although_one_answer_in_a_hundred_is_lost_and_one_late(rig, lossy):
     found = deviations(rig, lossy)
-    assert max(map(abs, found.values())) < 3.0, found
+    assert max(map(abs, found.values())) < largest_by_chance(len(found)), found
 
 
 def test_one_answer_in_a_hundred_lost_and_one_late_are_marked_and_no_other(lossy, clean, faults):
