@@ -78,14 +78,14 @@ def diagnose(
 
     output : folder of the fit, where the torque is kept that the model would predict with each of the best candidates
     """
-    from identify.diagnosis.with_candidate import predictions_with, worth_a_look
+    from identify.diagnosis.with_candidate import predictions_with, shown_findings
 
     loaded = load_experiment(Path(experiment))
     found = identify.diagnose(loaded, model=model, add=add, progress=_part(progress, 0.0, 0.85))
     looks = [
         (joint, finding)
         for joint in range(len(found.joints))
-        for finding in worth_a_look(found, joint, PICTURED)
+        for finding in shown_findings(found, joint, PICTURED)
     ]
     for done, (joint, finding) in enumerate(looks):
         progress(0.85 + 0.15 * done / len(looks), "looking at what each effect would leave")

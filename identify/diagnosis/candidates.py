@@ -67,7 +67,7 @@ class Candidate:
         """Its columns, for every choice of the constants."""
         indices = range(self.first, self.first + len(self.constants))
         variants = tuple(observation.slot_columns[index] for index in indices)
-        return Trial(variants, tuple(self.bounds(len(own), i) for i, own in enumerate(variants)))
+        return Trial(variants, tuple(self.bounds(len(columns), i) for i, columns in enumerate(variants)))
 
     def bounds(self, count: int, variant: int) -> Admissible:
         """What the parameters of one choice's columns can be."""
@@ -91,11 +91,11 @@ class Candidate:
         if count != len(self.term.effect.parameters_of(self.summary, self.constants[variant])):
             return np.zeros(count, bool)
         bounds = self.bounds(count, variant)
-        found = (estimates < bounds.lower) | (estimates > bounds.upper)
+        beyond = (estimates < bounds.lower) | (estimates > bounds.upper)
         together = self.term.effect.plausible(estimates) and bool(
             np.all(bounds.matrix @ estimates >= bounds.least)
         )
-        return found if together or found.any() else np.ones(count, bool)
+        return beyond if together or beyond.any() else np.ones(count, bool)
 
     def columns(self, observation: Observation, variant: int) -> Index:
         """Columns of one choice."""
@@ -118,7 +118,7 @@ def find_candidates(
 
     first : index of the first candidate's slot in the observation to come
     """
-    found: list[Candidate] = []
+    candidates: list[Candidate] = []
     left_out: list[NotApplicable] = []
     for summary in summaries:
         for effect in known.values():
@@ -129,13 +129,15 @@ def find_candidates(
                 left_out.append(NotApplicable(effect=effect.name, joint=summary.name, reason=reason))
                 continue
             for term in terms_of(effect, [summary.joint], record.experiment.drive_gain):
-                if term.key in {own.key for own in model.terms} or summary.joint not in rows_of(record, term):
+                if term.key in {present.key for present in model.terms} or summary.joint not in rows_of(
+                    record, term
+                ):
                     continue
                 constants = tuple(effect.grid(summary))
-                found.append(
+                candidates.append(
                     Candidate(
                         term, summary.joint, constants, first, effect.searched(summary), summaries[term.joint]
                     )
                 )
                 first += len(constants)
-    return found, left_out
+    return candidates, left_out

@@ -55,15 +55,15 @@ def loop_evidence(
         for slot in fitted.slots
         if slot.term.key not in asked and joint in rows_of(fitted.record, slot.term)
     ]
-    own = [Slot.of(candidate.term, candidate.constants[variant]) for candidate, variant in listed]
-    products = _products(fitted, joint, [*slots, *own], noise)
-    widths = [products.widths[slot] for slot in range(len(slots), len(slots) + len(own))]
+    tested = [Slot.of(candidate.term, candidate.constants[variant]) for candidate, variant in listed]
+    products = _products(fitted, joint, [*slots, *tested], noise)
+    widths = [products.widths[slot] for slot in range(len(slots), len(slots) + len(tested))]
     base = np.arange(len(products.columns) - sum(widths))
-    found, first = [], len(base)
+    evidence, first = [], len(base)
     for width in widths:
-        found.append(_judge(products, base, np.arange(first, first + width)))
+        evidence.append(_judge(products, base, np.arange(first, first + width)))
         first += width
-    return found
+    return evidence
 
 
 @dataclass(frozen=True)
@@ -124,8 +124,8 @@ def _norms(squares: Array) -> Array:
     return np.where(squares > 0, np.sqrt(np.maximum(squares, 0.0)), 1.0)
 
 
-def _judge(products: _Products, base: Index, own: Index) -> LoopEvidence:
-    wanted = np.concatenate([base, own])
+def _judge(products: _Products, base: Index, tested: Index) -> LoopEvidence:
+    wanted = np.concatenate([base, tested])
     grid = np.ix_(wanted, wanted)
     cross = products.cross[:, *grid]
     target = products.target[:, wanted]
@@ -134,15 +134,15 @@ def _judge(products: _Products, base: Index, own: Index) -> LoopEvidence:
     influence = ((target - cross @ chi) @ inverse.T)[:, len(base) :]
     value = chi[len(base) :]
     inner = np.linalg.pinv(products.columns[np.ix_(base, base)], rcond=SINGULAR, hermitian=True)
-    side = products.columns[np.ix_(base, own)]
-    left = products.columns[np.ix_(own, own)] - side.T @ inner @ side
-    right = products.measured[own] - side.T @ inner @ products.measured[base]
+    side = products.columns[np.ix_(base, tested)]
+    left = products.columns[np.ix_(tested, tested)] - side.T @ inner @ side
+    right = products.measured[tested] - side.T @ inner @ products.measured[base]
     plain = np.linalg.pinv(left, rcond=SINGULAR, hermitian=True) @ right
     seen = float(right @ plain)
     agree = float(plain @ left @ value) > 0
     part = min(1.0, float(value @ left @ value) / seen) if agree and seen > 0 else 0.0
     return LoopEvidence(
-        value / products.scale[own],
+        value / products.scale[tested],
         wald_p_value(value, influence, products.sessions),
         part,
     )

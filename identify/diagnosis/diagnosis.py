@@ -7,13 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.diagnosis.caution import caution, load_siblings
-from identify.diagnosis.elsewhere import fails_elsewhere, worse_elsewhere
 from identify.diagnosis.finding import Finding
 from identify.diagnosis.joint_diagnosis import JointDiagnosis
-from identify.diagnosis.look import Look
 from identify.diagnosis.probability import independent_samples, joint_probabilities
 from identify.diagnosis.sampling_hold import made_by_recording
+from identify.diagnosis.screening import Screening
 from identify.diagnosis.structure import bounded, leftover_structure
+from identify.diagnosis.unseen_sessions import fails_on_unseen, worse_on_unseen
 from identify.diagnosis.verdict import (
     MOST_OF_IT,
     acts_like,
@@ -36,8 +36,8 @@ from identify.validation.noise_floor import noise_floors
 
 Array = NDArray[np.float64]
 
-MOST_LOOKS = 12
-"""Looks at a record; a joint that asks for more effects is not understood."""
+MOST_ROUNDS = 12
+"""Rounds of screening; a joint that asks for more effects is not understood."""
 SIBLING_GAIN = 0.5
 """Part of an effect's gain with which its twin that depends on the load (or does not) stays a rival where no load changes:
 the folds see the same few loads again and cannot decide between the two."""
@@ -113,41 +113,41 @@ def diagnose_record(
     others any more, exchange what only imitated another, and look again until nothing changes: the load that candidates
     depend on, and what others hide, are then seen better.
     """
-    told = progress or (lambda fraction, words: None)
-    told(0.0, "fitting the model")
+    report = progress or (lambda fraction, words: None)
+    report(0.0, "fitting the model")
     fitted = present = fit_model(record, model)
     added: list[tuple[Term, int]] = []
     refused = set(without)
     evidence: dict[tuple[str, int], Finding] = {}
     forward: dict[tuple[str, int], Finding] = {}
     doubts: dict[tuple[str, int], tuple[str, ...]] = {}
-    look = first = Look.at(present)
-    listed = found = [look.selection.findings(joint) for joint in range(record.joints)]
-    least = [look.least(joint) for joint in range(record.joints)]
-    for index in range(MOST_LOOKS):
-        told(0.1 + 0.8 * index / MOST_LOOKS, "judging every candidate on motion that the fit did not see")
+    screening = first = Screening.of(present)
+    listed = first_findings = [screening.selection.findings(joint) for joint in range(record.joints)]
+    least = [screening.least(joint) for joint in range(record.joints)]
+    for index in range(MOST_ROUNDS):
+        report(0.1 + 0.8 * index / MOST_ROUNDS, "judging every candidate on motion that the fit did not see")
         if index:
-            look, present, added, evidence = _verified(fitted, present, added, refused, least)
-            listed = [look.selection.findings(joint) for joint in range(record.joints)]
-        if index == MOST_LOOKS - 1:
+            screening, present, added, evidence = _verified(fitted, present, added, refused, least)
+            listed = [screening.selection.findings(joint) for joint in range(record.joints)]
+        if index == MOST_ROUNDS - 1:
             break
-        open_ = [[f for f in own if f.candidate.term.key not in refused] for own in listed]
-        chosen = look.selection.additions(open_, least)
+        open_ = [[f for f in findings if f.candidate.term.key not in refused] for findings in listed]
+        chosen = screening.selection.additions(open_, least)
         if not chosen:
-            exchanged = _exchanged(look, added, refused, doubts)
-            worse = worse_elsewhere(present, added) if exchanged is None else []
+            exchanged = _exchanged(screening, added, refused, doubts)
+            worse = worse_on_unseen(present, added) if exchanged is None else []
             if exchanged is None and not worse:
                 break
             refused |= {term.key for term, _ in worse}
             added = exchanged or [row for row in added if row not in worse]
         for candidate, variant in chosen:
-            own = listed[candidate.judged]
-            doubts[candidate.key] = _rivals(look, _finding(own, candidate.name), own)
-            forward[candidate.key] = _finding(own, candidate.name)
+            findings = listed[candidate.judged]
+            doubts[candidate.key] = _rivals(screening, _finding(findings, candidate.name), findings)
+            forward[candidate.key] = _finding(findings, candidate.name)
             added.append((candidate.term.chosen(candidate.constants[variant]), candidate.judged))
         present = _fit_with(fitted, added, present)
         added = _settled(present, added)
-    held = {term.key: words for term, _ in added if (words := made_by_recording(present, term))}
+    held = {term.key: reason for term, _ in added if (reason := made_by_recording(present, term))}
     added.sort(key=lambda row: row[0].key in held)
     floors = noise_floors(record)
     checked = predict_sessions(present, record.entries("validation"))
@@ -155,9 +155,9 @@ def diagnose_record(
     joints = tuple(
         _conclude(
             first,
-            look,
+            screening,
             joint,
-            found[joint],
+            first_findings[joint],
             tuple(t for t, judged in added if judged == joint),
             held,
             evidence,
@@ -169,10 +169,10 @@ def diagnose_record(
         )
         for joint in range(record.joints)
     )
-    told(1.0, "done")
+    report(1.0, "done")
     named = {(term.effect.name, joint.joint) for joint in joints for term in joint.missing}
-    told_missing = tuple(t for t, judged in added if (t.effect.name, record.joint_names[judged]) in named)
-    return Diagnosis(record.experiment, name, fitted, present, joints, told_missing, tuple(first.left_out))
+    missing = tuple(t for t, judged in added if (t.effect.name, record.joint_names[judged]) in named)
+    return Diagnosis(record.experiment, name, fitted, present, joints, missing, tuple(first.left_out))
 
 
 def _verified(
@@ -181,17 +181,17 @@ def _verified(
     added: list[tuple[Term, int]],
     refused: set[tuple[str, int]],
     least: Sequence[float],
-) -> tuple[Look, FittedModel, list[tuple[Term, int]], dict[tuple[str, int], Finding]]:
-    """A look at the model with the added terms, those taken out that are not justified beside all the others.
+) -> tuple[Screening, FittedModel, list[tuple[Term, int]], dict[tuple[str, int], Finding]]:
+    """The screening of the model with the added terms, without those that are not justified beside all the others.
 
-    Returns the look, its model, the terms that stay, and what each is worth beside the others. What was taken out does
-    not come back.
+    Returns the screening, its model, the terms that stay, and what each is worth beside the others. What was taken out
+    does not come back.
     """
     while True:
-        look = Look.at(present)
-        kept = look.beside_the_others(added, least)
+        screening = Screening.of(present)
+        kept = screening.beside_the_others(added, least)
         if len(kept) == len(added):
-            return look, present, added, {finding.candidate.key: finding for finding, _ in kept}
+            return screening, present, added, {finding.candidate.key: finding for finding, _ in kept}
         staying = {term.key for _, term in kept}
         refused |= {term.key for term, _ in added if term.key not in staying}
         added = [(term, judged) for term, judged in added if term.key in staying]
@@ -207,7 +207,7 @@ def _fit_with(fitted: FittedModel, added: Sequence[tuple[Term, int]], start: Fit
 
 
 def _exchanged(
-    look: Look,
+    screening: Screening,
     added: Sequence[tuple[Term, int]],
     refused: set[tuple[str, int]],
     doubts: dict[tuple[str, int], tuple[str, ...]],
@@ -221,12 +221,12 @@ def _exchanged(
     """
     for place, (term, judged) in enumerate(added):
         named = doubts.get((term.effect.name, judged), ())
-        better = look.replacement(term, named) if len(added) > 1 else None
+        better = screening.replacement(term, named) if len(added) > 1 else None
         if better is not None and better[0].key not in refused:
             refused.add(term.key)
             known, summary = (
-                known_effects(look.fitted.record.experiment),
-                look.fitted.record.summaries[judged],
+                known_effects(screening.fitted.record.experiment),
+                screening.fitted.record.summaries[judged],
             )
             siblings = load_siblings(better[0].effect, known, summary)
             doubts[better[0].effect.name, better[1]] = tuple({term.effect.name} & set(siblings))
@@ -240,18 +240,18 @@ def _settled(present: FittedModel, added: Sequence[tuple[Term, int]]) -> list[tu
     return [(constants[term.key], judged) for term, judged in added]
 
 
-def _finding(found: Sequence[Finding], name: str) -> Finding:
-    return next(finding for finding in found if finding.candidate.name == name)
+def _finding(findings: Sequence[Finding], name: str) -> Finding:
+    return next(finding for finding in findings if finding.candidate.name == name)
 
 
-def _rivals(look: Look, finding: Finding, found: Sequence[Finding]) -> tuple[str, ...]:
+def _rivals(screening: Screening, finding: Finding, findings: Sequence[Finding]) -> tuple[str, ...]:
     """Effects that explain the data as well as one that was found, or that only a change of load would tell from it."""
     candidate = finding.candidate
-    record = look.fitted.record
+    record = screening.fitted.record
     known = known_effects(record.experiment)
     siblings = load_siblings(candidate.term.effect, known, record.summaries[candidate.judged])
-    named = list(look.selection.rivals(finding, found)) if finding.justified else []
-    for other in found:
+    named = list(screening.selection.rivals(finding, findings)) if finding.justified else []
+    for other in findings:
         name = other.candidate.name
         if name in siblings and name not in named and other.gain >= SIBLING_GAIN * finding.gain > 0:
             named.append(name)
@@ -259,7 +259,7 @@ def _rivals(look: Look, finding: Finding, found: Sequence[Finding]) -> tuple[str
 
 
 def _both_ways(
-    found: Sequence[Finding],
+    findings: Sequence[Finding],
     missing: Sequence[str],
     strongest: tuple[str, ...],
     doubts: dict[str, tuple[str, ...]],
@@ -269,10 +269,10 @@ def _both_ways(
     Two effects that are both missing are no rivals: each helps beside the other.
     """
     pairs = {(name, rival) for name in missing for rival in doubts.get(name, ())}
-    if found:
-        pairs |= {(found[0].candidate.name, rival) for rival in strongest}
+    if findings:
+        pairs |= {(findings[0].candidate.name, rival) for rival in strongest}
     pairs = {pair for pair in pairs if not set(pair) <= set(missing)}
-    order = [finding.candidate.name for finding in found]
+    order = [finding.candidate.name for finding in findings]
     return {
         name: tuple(rival for rival in order if (name, rival) in pairs or (rival, name) in pairs)
         for name in order
@@ -281,8 +281,8 @@ def _both_ways(
 
 
 def _conclude(
-    look: Look,
-    final: Look,
+    first: Screening,
+    final: Screening,
     joint: int,
     findings: Sequence[Finding],
     missing: tuple[Term, ...],
@@ -296,25 +296,25 @@ def _conclude(
 ) -> JointDiagnosis:
     sampling = tuple(term for term in missing if term.key in held)
     missing = tuple(term for term in missing if term.key not in held)
-    before, after = look.predictions[joint], final.predictions[joint]
+    before, after = first.predictions[joint], final.predictions[joint]
     structure = tuple(leftover_structure(after))
-    said = verdict(mean_error(before), mean_error(bounded(after)), floor, structure, bool(missing))
-    variable, free = look.best_free_function(joint)
-    elsewhere = unseen if said == "adequate" and fails_elsewhere(after, unseen) else []
-    said = "unexplained" if elsewhere else said
-    where = where_it_fails([*before, *elsewhere])
+    outcome = verdict(mean_error(before), mean_error(bounded(after)), floor, structure, bool(missing))
+    variable, free = first.best_free_function(joint)
+    failing = unseen if outcome == "adequate" and fails_on_unseen(after, unseen) else []
+    outcome = "unexplained" if failing else outcome
+    where = where_it_fails([*before, *failing])
     of_one_variable = all(term.effect.variable == variable for term in missing)
     part = _part_of_free_function(missing, forward, joint, free)
     error = final.selection.held_out_error(joint)
     if imitated(error, free, len(missing), of_one_variable) and not acts_like(part, error, free):
         keeps_its_name = part > MOST_OF_IT and missing[0].effect.variable == variable
-        said, missing = "unexplained", missing[:1] if keeps_its_name else ()
+        outcome, missing = "unexplained", missing[:1] if keeps_its_name else ()
         where = tuple(sorted(where, key=lambda row: row.variable != variable))
     if missing:
         missing = (*missing, *sampling)
     names = [term.effect.name for term in missing]
-    strongest = _rivals(look, findings[0], findings) if findings and findings[0].justified else ()
-    record = look.fitted.record
+    strongest = _rivals(first, findings[0], findings) if findings and findings[0].justified else ()
+    record = first.fitted.record
     known, summary = known_effects(record.experiment), record.summaries[joint]
     effects = [finding.candidate.term.effect for finding in findings]
     cautions = {effect.name: caution(effect, known, summary) for effect in effects}
@@ -323,17 +323,17 @@ def _conclude(
     rivals = _both_ways(findings, names, strongest, doubts)
     return JointDiagnosis(
         joint=record.joint_names[joint],
-        verdict=said,
+        verdict=outcome,
         missing=missing,
         evidence=tuple(worth.values()),
         findings=tuple(_missing_first(_as_justified(findings, worth), names)),
         rivals=rivals,
-        probable=joint_probabilities(last, independent_samples(after), worth, rivals, structure, said),
-        cautions={name: words for name, words in cautions.items() if words},
+        probable=joint_probabilities(last, independent_samples(after), worth, rivals, structure, outcome),
+        cautions={name: text for name, text in cautions.items() if text},
         structure=structure,
         where=where,
         noise_floor=floor,
-        superfluous=look.superfluous(joint),
+        superfluous=first.superfluous(joint),
     )
 
 

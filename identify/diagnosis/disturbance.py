@@ -4,7 +4,7 @@ Noise of an amplifier, a filter or a current sensor forgets itself within a few 
 beside the torque. What a hand, a cable, a brake or the wind does to a joint lasts longer, or is far stronger than
 the noise is at any other time. Hence three questions, none of which knows the motion's repeats or a model:
 
-- Can what is left be foretold from itself before and after, nearer samples than `NOISE_MEMORY` not counted (`time`)?
+- Can what is left be predicted from itself before and after, nearer samples than `NOISE_MEMORY` not counted (`time`)?
 - The same for what is left in the direction of motion (`time`, `direction`): something that drags.
 - Is much of its power in a few runs that stand out of the noise, away from reversals (`moments`)?
 
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 BIN = 0.1
 """s whose mean is predicted from the means of others; faster noise averages out"""
 NOISE_MEMORY = 0.3
-"""s after which noise has forgotten itself: noise with a correlation time of 0.2 s (e^(-t/0.2 s)) is foretold to
+"""s after which noise has forgotten itself: noise with a correlation time of 0.2 s (e^(-t/0.2 s)) is predicted to
 a tenth from there on, with 0.1 s not at all"""
 LOUD = 0.03
 """part of the torque (root mean square) above which what is left is no noise of an amplifier"""
@@ -48,18 +48,18 @@ TURNING = 0.15
 
 
 @dataclass(frozen=True)
-class Foretold:
+class PredictableShare:
     """Part of the residual's power, and its standard error."""
 
     share: float
     deviation: float
 
 
-NOTHING = Foretold(0.0, np.inf)
+NOTHING = PredictableShare(0.0, np.inf)
 
 
-def remembered(predictions: Sequence[Prediction], with_direction: bool = False) -> Foretold:
-    """How much of the residual is foretold by itself, some tenths of a second before and after.
+def remembered(predictions: Sequence[Prediction], with_direction: bool = False) -> PredictableShare:
+    """How much of the residual is predicted by itself, some tenths of a second before and after.
 
     Linear prediction of means over `BIN` from the sums of those at equal times before and after, with coefficients
     from other stretches of the motion (`FOLDS`). The standard error is that of the agreement between mean and
@@ -101,11 +101,11 @@ def remembered(predictions: Sequence[Prediction], with_direction: bool = False) 
     agreement = np.bincount(block, count * value * guess)
     common = float(agreement.sum())
     if common <= 0 or share <= 0:
-        return Foretold(share, np.inf)
-    return Foretold(share, share * float(np.sqrt(agreement @ agreement)) / common)
+        return PredictableShare(share, np.inf)
+    return PredictableShare(share, share * float(np.sqrt(agreement @ agreement)) / common)
 
 
-def standing_out(predictions: Sequence[Prediction]) -> Foretold:
+def strong_runs(predictions: Sequence[Prediction]) -> PredictableShare:
     """How much of the residual's power is in runs that stand out of the noise, away from reversals and stops."""
     smooth, quiet, total = [], [], 0.0
     for part in predictions:
@@ -128,7 +128,7 @@ def standing_out(predictions: Sequence[Prediction]) -> Foretold:
             if (last - first) * _step(part) >= SHORTEST_RUN:
                 power += float(np.sum(values[first:last] ** 2))
                 samples += int(last - first)
-    return Foretold(power / total, np.sqrt(2 * samples) * deviation**2 / total)
+    return PredictableShare(power / total, np.sqrt(2 * samples) * deviation**2 / total)
 
 
 def _step(part: Prediction) -> float:

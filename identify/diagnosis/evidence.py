@@ -41,26 +41,28 @@ def group_evidence(observation: Observation, joint: int, base: Index, extra: Ind
     scale = np.sqrt(np.maximum(np.diag(grams.sum(0)), 1e-300))
     grams, scores = grams / np.outer(scale, scale), scores / scale
     whole, score = grams.sum(0), scores.sum(0)
-    own, combination = _seen_beside(whole, b)
-    rank = own.shape[1]
+    directions, combination = _seen_beside(whole, b)
+    rank = directions.shape[1]
     if not rank:
         return GroupEvidence(1.0, np.zeros(len(outer)), np.full(len(outer), np.nan))
-    onto = np.vstack([-combination @ own, own])
+    onto = np.vstack([-combination @ directions, directions])
     power = np.einsum("ij,ik,kj->j", onto, whole, onto)
     value = onto.T @ score / power
-    estimate = own @ value
+    estimate = directions @ value
     rest = base_within(whole[:b, :b], score[:b, None])[:, 0] - combination @ estimate
     left = (scores - grams @ np.concatenate([rest, estimate])) @ onto / power
     sessions = np.array([block.session for block in observation.blocks])
     deviation = np.sqrt(
-        np.max([np.sum((own @ part.T) ** 2, axis=1) for part in joined_influences(left, sessions)], axis=0)
+        np.max(
+            [np.sum((directions @ part.T) ** 2, axis=1) for part in joined_influences(left, sessions)], axis=0
+        )
     )
     return GroupEvidence(wald_p_value(value, left, sessions), estimate / scale[b:], deviation / scale[b:])
 
 
 def joined_influences(influence: Array, sessions: Index) -> list[Array]:
     """Influences (blocks, k) of single blocks of time, and of two and four joined, as far as enough are left."""
-    found = []
+    influences = []
     for size in (1, 2, 4):
         groups = joined(sessions, size)
         count = int(groups.max()) + 1
@@ -68,8 +70,8 @@ def joined_influences(influence: Array, sessions: Index) -> list[Array]:
             break
         together = np.zeros((count, influence.shape[1]))
         np.add.at(together, groups, influence)
-        found.append(together)
-    return found
+        influences.append(together)
+    return influences
 
 
 def wald_p_value(value: Array, influence: Array, sessions: Index) -> float:

@@ -36,19 +36,19 @@ stretches with what is left of a reversal or a stop must not speak for all."""
 class Finding:
     """How one candidate fares beside the present model.
 
-    before, after : held-out squared error of the joint without and with it
-    standing      : how far it lowers that error beside the model that all candidates can be compared with; once a
-                    declared load is in doubt, that with all payloads as declared: the payload ratio that the others
-                    are judged beside does the work of such an effect
-    loop         : what instruments say, of an effect made of derivatives
-    estimated    : its parameters on all motion, where it lowers the error
+    before, after   : held-out squared error of the joint without and with it
+    comparable_gain : how far it lowers that error beside the model that all candidates can be compared with; once a
+                      declared load is in doubt, that with all payloads as declared: the payload ratio that the others
+                      are judged beside does the work of such an effect
+    loop            : what instruments say, of an effect made of derivatives
+    estimated       : its parameters on all motion, where it lowers the error
     """
 
     candidate: Candidate
     variant: int
     before: HeldOut
     after: HeldOut
-    standing: float
+    comparable_gain: float
     measured: float
     p_value: float
     complexity: int

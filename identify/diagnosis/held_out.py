@@ -89,7 +89,7 @@ class FoldedProducts:
         columns = np.setdiff1d(columns, base)
         place = {int(column): index for index, column in enumerate(columns)}
         wanted = np.concatenate([base, columns])
-        places = [self._places(own, wanted) for own in range(len(self.products))]
+        places = [self._places(row_joint, wanted) for row_joint in range(len(self.products))]
         # the scale of a column is its norm over all rows that it is on
         everything = self._assembled(self.whole, places, len(wanted) + 1)
         fold_systems = []
@@ -126,8 +126,8 @@ class FoldedProducts:
     ) -> Array:
         """(size, size) weighted products of the wanted columns and Y over all joints."""
         total = np.zeros((size, size))
-        for weight, own, (there, here) in zip(self.weights, products, places, strict=True):
-            total[there[:, None], there] += weight**2 * own[here[:, None], here]
+        for weight, product, (there, here) in zip(self.weights, products, places, strict=True):
+            total[there[:, None], there] += weight**2 * product[here[:, None], here]
         return total
 
     def _places(self, joint: int, wanted: Index) -> tuple[Index, Index]:
@@ -135,7 +135,7 @@ class FoldedProducts:
         known = self.local[joint]
         listed = [(place, known[column]) for place, column in enumerate(wanted.tolist()) if column in known]
         there = np.array([*(place for place, _ in listed), len(wanted)], np.intp)
-        return there, np.array([*(own for _, own in listed), len(known)], np.intp)
+        return there, np.array([*(source for _, source in listed), len(known)], np.intp)
 
 
 def _placed(products: Array, places: tuple[Index, Index], size: int) -> Array:
@@ -148,7 +148,7 @@ def _placed(products: Array, places: tuple[Index, Index], size: int) -> Array:
 
 @dataclass(frozen=True)
 class _Reduced:
-    """What is left of columns and Y beside the base: on the training set, and with the same combination elsewhere."""
+    """What is left of columns and Y beside the base: on the training set, and with the same combination on the test set."""
 
     left: Array
     """(c + 1, c + 1) Schur complement on the training set"""
@@ -186,9 +186,9 @@ class _Reduced:
         product = self.left[kept, -1] / scale
         solved = np.asarray(np.linalg.solve(inner, product), np.float64)
         if bounds is not None and len(bounds.lower) == len(option):
-            own = bounds.of(seen, scale)
-            if own.violation(solved) > 0:
-                solved = _inside(inner, product, solved, own)
+            seen_bounds = bounds.of(seen, scale)
+            if seen_bounds.violation(solved) > 0:
+                solved = _inside(inner, product, solved, seen_bounds)
         values[seen] = solved / scale
         return values, float(2 * product @ solved - solved @ inner @ solved)
 
@@ -239,21 +239,21 @@ def held_out_errors(observation: Observation, weights: Array, folds: Index) -> l
     """For every joint the relative error of all columns together on folds that the fit did not see."""
     products = FoldedProducts(observation, weights, folds)
     everything = np.arange(observation.width)
-    found = []
+    errors = []
     for joint in range(len(observation.joint_columns)):
         fared = products.evaluate(joint, everything, [Trial((everything[:0],))])[0]
         measured = products.measured(joint)
-        found.append(float(np.sqrt(max(fared.total, 0.0) / measured)) if measured > 0 else float("nan"))
-    return found
+        errors.append(float(np.sqrt(max(fared.total, 0.0) / measured)) if measured > 0 else float("nan"))
+    return errors
 
 
 def folds_of_motion(observation: Observation, per_session: int) -> Index:
     """Fold of every block: the k-th stretch of every session makes fold k, so that each session stays in each fit."""
-    found = np.zeros(len(observation.blocks), np.intp)
+    folds = np.zeros(len(observation.blocks), np.intp)
     for session in range(len(observation.entries)):
-        own = observation.blocks_of(session)
-        found[own] = np.arange(len(own)) * per_session // max(1, len(own))
-    return found
+        blocks = observation.blocks_of(session)
+        folds[blocks] = np.arange(len(blocks)) * per_session // max(1, len(blocks))
+    return folds
 
 
 def folds_of_sessions(observation: Observation) -> Index:

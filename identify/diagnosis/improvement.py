@@ -90,11 +90,11 @@ class Improvement:
                     joints=tuple(
                         documents.StepJoint(
                             joint=name,
-                            relative_error=own.fit,
-                            relative_error_validation=own.validation,
-                            heldout_error=own.held_out,
+                            relative_error=errors.fit,
+                            relative_error_validation=errors.validation,
+                            heldout_error=errors.held_out,
                         )
-                        for name, own in zip(names, step.joints, strict=True)
+                        for name, errors in zip(names, step.joints, strict=True)
                     ),
                 )
                 for step in self.steps
@@ -118,11 +118,11 @@ def improve(
     """
     record = open_record(experiment)
     present = requested_model(record, model, add)
-    told = progress or (lambda fraction, words: None)
+    report = progress or (lambda fraction, words: None)
     steps = [_step(None, fit_model(record, present))]
     refused: set[tuple[str, int]] = set()
     while True:
-        told(min(0.9, (len(steps) - 1) / MOST_STEPS), f"diagnosis after {len(steps) - 1} additions")
+        report(min(0.9, (len(steps) - 1) / MOST_STEPS), f"diagnosis after {len(steps) - 1} additions")
         last = steps[-1].fitted.model
         diagnosis = diagnose_record(record, model, last, without=frozenset(refused))
         # an effect of a motor that two joints share is found on both, and is one
@@ -143,7 +143,7 @@ def improve(
         refused |= {term.key for term in waiting}
         if not diagnosis.added or len(steps) > MOST_STEPS:
             break
-    told(1.0, "done")
+    report(1.0, "done")
     return Improvement(experiment, model, tuple(steps), diagnosis, frozenset(refused))
 
 
@@ -179,11 +179,12 @@ def _step(added: Term | None, fitted: FittedModel) -> Step:
     if entries:
         errors = block_errors(fitted.observe(entries), fitted.fit.chi).sum(axis=0)
         checked = ratio(*errors.sum(axis=0))
-        unseen = [ratio(*own) for own in errors]
+        unseen = [ratio(*error) for error in errors]
     observation, fit = fitted.observation, fitted.fit
     held_out = held_out_errors(observation, fit.weights, folds_of_motion(observation, FOLDS))
     known = fit.residual / np.where(fit.norm > 0, fit.norm, 1.0)
     joints = tuple(
-        JointErrors(float(own), other, held) for own, other, held in zip(known, unseen, held_out, strict=True)
+        JointErrors(float(error), other, held)
+        for error, other, held in zip(known, unseen, held_out, strict=True)
     )
     return Step(added, fitted, fit.relative_error, checked, joints)

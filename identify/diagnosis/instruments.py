@@ -57,26 +57,26 @@ class Instruments:
 
     def __call__(self, session: Session) -> Array:
         """(N, n) rad or m."""
-        found = reference_positions(session) if self.reference else self._low_passed(session)
+        positions = reference_positions(session) if self.reference else self._low_passed(session)
         stretch = self.repeats.get(session.entry.file)
         if stretch is None:
-            return found
+            return positions
         start, stop, period = stretch
         inside = (session.time >= start) & (session.time <= stop)
         later = session.time + period
         other = np.where(later <= stop, later, session.time - period)[inside]
         for joint in range(session.n):
-            found[inside, joint] = np.interp(other, session.time, session.position[:, joint])
-        return found
+            positions[inside, joint] = np.interp(other, session.time, session.position[:, joint])
+        return positions
 
     def _low_passed(self, session: Session) -> Array:
         """Each segment by itself."""
-        found = np.array(session.position, dtype=float, copy=True)
+        positions = np.array(session.position, dtype=float, copy=True)
         for segment in session.segments:
-            found[segment] = differentiation.differentiate(
-                found[segment], session.sampling_period, self.cutoff
+            positions[segment] = differentiation.differentiate(
+                positions[segment], session.sampling_period, self.cutoff
             )[0]
-        return found
+        return positions
 
 
 def instrument_record(record: Record) -> Record:
@@ -95,9 +95,9 @@ def instrument_record(record: Record) -> Record:
 
 def _covers(stretch: tuple[Samples, float], time: Array) -> bool:
     """Whether a repeated stretch makes up most of a session and has a repeat for all of its motion."""
-    own = stretch[0].time
-    whole = own[-1] - own[0] >= 2 * stretch[1]
-    return bool(whole and own[-1] - own[0] >= MOST_OF_A_SESSION * (time[-1] - time[0]))
+    covered = stretch[0].time
+    whole = covered[-1] - covered[0] >= 2 * stretch[1]
+    return bool(whole and covered[-1] - covered[0] >= MOST_OF_A_SESSION * (time[-1] - time[0]))
 
 
 def motion_band(record: Record) -> tuple[float, ...]:
@@ -105,7 +105,7 @@ def motion_band(record: Record) -> tuple[float, ...]:
     highest = BELOW_THE_FILTER * record.settings.decimation_cutoff
     sessions = [record.session(entry) for entry in record.entries()]
     longest = max(session.sampling_period * _longest(session) for session in sessions)
-    found = []
+    bands = []
     for joint in range(record.joints):
         held = [
             velocity_bandwidth(
@@ -115,8 +115,8 @@ def motion_band(record: Record) -> tuple[float, ...]:
             )
             for session in sessions
         ]
-        found.append(float(np.clip(BAND * np.median(held), 1 / longest, highest)))
-    return tuple(found)
+        bands.append(float(np.clip(BAND * np.median(held), 1 / longest, highest)))
+    return tuple(bands)
 
 
 def _longest(session: Session) -> int:

@@ -19,7 +19,7 @@ class JointDiagnosis:
     missing   : effects that are justified, the strongest first
     evidence  : what each of them is worth beside all the others
     findings  : every candidate beside the model, the best first; what stands out only beside the missing ones, beside them
-    rivals    : for an effect those that explain the data alike, judged in the look that found it
+    rivals    : for an effect those that explain the data alike, judged in the round that found it
     probable  : how probable each candidate is, and that nothing, or nothing known, is missing
     cautions  : for a candidate what these data cannot tell of it
     structure : what a predictor without any model still finds, after the missing effects are added

@@ -103,14 +103,14 @@ def separate_diagnosed(
     model : the model that was diagnosed
     name  : the joint
     """
-    said = diagnosis.joint(name)
-    if said is None:
+    diagnosed = diagnosis.joint(name)
+    if diagnosed is None:
         return None
-    candidates = {candidate.effect: candidate for candidate in said.candidates}
-    strongest = [candidate.effect for candidate in said.candidates[:1] if candidate.justified]
+    candidates = {candidate.effect: candidate for candidate in diagnosed.candidates}
+    strongest = [candidate.effect for candidate in diagnosed.candidates[:1] if candidate.justified]
     pairs = [
         (effect, rival)
-        for effect in [*said.missing, *strongest]
+        for effect in [*diagnosed.missing, *strongest]
         if effect in candidates
         for rival in candidates[effect].indistinguishable_from
         if rival in candidates
@@ -120,8 +120,8 @@ def separate_diagnosed(
     known = known_effects(record.experiment)
 
     def term_of(candidate: Candidate, joint: int) -> Term:
-        own = terms_of(known[candidate.effect], [joint], record.experiment.drive_gain)
-        return own[0].chosen(dict(candidate.constants))
+        terms = terms_of(known[candidate.effect], [joint], record.experiment.drive_gain)
+        return terms[0].chosen(dict(candidate.constants))
 
     joint = record.joint_names.index(name)
     pair = [candidates[effect] for effect in pairs[0]]
@@ -187,14 +187,14 @@ def separate_terms(
 
 def _rivals(diagnosis: Diagnosis, wanted: Sequence[str]) -> tuple[int, tuple[Finding, Finding]] | None:
     """The joint and the two findings to separate."""
-    for joint, said in enumerate(diagnosis.joints):
-        by_name = {finding.candidate.name: finding for finding in said.findings}
+    for joint, diagnosed in enumerate(diagnosis.joints):
+        by_name = {finding.candidate.name: finding for finding in diagnosed.findings}
         if len(wanted) == 2 and all(name in by_name for name in wanted):
             return joint, (by_name[wanted[0]], by_name[wanted[1]])
-        doubtful = [term.effect.name for term in said.missing]
-        doubtful += [finding.candidate.name for finding in said.findings[:1] if finding.justified]
+        doubtful = [term.effect.name for term in diagnosed.missing]
+        doubtful += [finding.candidate.name for finding in diagnosed.findings[:1] if finding.justified]
         for name in doubtful:
-            rivals = [rival for rival in said.rivals.get(name, ()) if rival in by_name]
+            rivals = [rival for rival in diagnosed.rivals.get(name, ()) if rival in by_name]
             if not wanted and name in by_name and rivals:
                 return joint, (by_name[name], by_name[rivals[0]])
     return None
@@ -276,11 +276,11 @@ class _Question:
         torque = fits[0].torque
         known = observe(record, base.entries, slots, torque)
         sides = []
-        for own, other in ((0, 1), (1, 0)):
-            mine = known.slot_columns[len(base.slots) + own]
+        for one, other in ((0, 1), (1, 0)):
+            mine = known.slot_columns[len(base.slots) + one]
             theirs = known.slot_columns[len(base.slots) + other]
             beside = np.setdiff1d(np.arange(known.width), np.concatenate([mine, theirs]))
-            sides.append((mine, np.concatenate([beside, theirs]), _values(fits[own], terms[own])))
+            sides.append((mine, np.concatenate([beside, theirs]), _values(fits[one], terms[one])))
         noise = min(float(fit.fit.residual[joint] / np.sqrt(max(fit.fit.rows[joint], 1))) for fit in fits)
         return cls(record, joint, slots, torque, joint_rows(known, joint), sides, noise)
 
@@ -289,8 +289,8 @@ class _Question:
 
         The smaller counts, unless one effect is a special case of the other: then what the special case cannot follow.
         """
-        found = [_unfollowed(rows, *side) for side in self.sides]
-        apart = [left for left, whole in found if left > CONTAINED * whole]
+        separations = [_unfollowed(rows, *side) for side in self.sides]
+        apart = [left for left, whole in separations if left > CONTAINED * whole]
         return float(min(apart, default=0.0)) / max(self.noise, 1e-300)
 
 
@@ -352,8 +352,8 @@ def _advice(terms: Sequence[Term], now: float, best: tuple[float, Proposal] | No
     """What to do, in words, from the best proposal and the separation that it promises."""
     pair = " and ".join(term.effect.name for term in terms)
     if best is None or best[0] < HELPS:
-        words = f"With these payloads and within the limits no motion separates {pair}."
-        return " ".join([words, cautious or _checks(terms)]).strip()
+        advice = f"With these payloads and within the limits no motion separates {pair}."
+        return " ".join([advice, cautious or _checks(terms)]).strip()
     separation, motion = best
     word = "decides" if motion.decides else "helps most, but does not decide,"
     return (
@@ -365,9 +365,9 @@ def _advice(terms: Sequence[Term], now: float, best: tuple[float, Proposal] | No
 
 def _checks(terms: Sequence[Term]) -> str:
     """What to look at on the machine, from the effects' own explanations."""
-    found = []
+    checks = []
     for term in terms:
         _, mark, check = term.effect.explanation.partition("Check: ")
         if mark:
-            found.append(f"{term.effect.name}: {check}")
-    return "What the machine itself can tell: " + " ".join(found) if found else ""
+            checks.append(f"{term.effect.name}: {check}")
+    return "What the machine itself can tell: " + " ".join(checks) if checks else ""

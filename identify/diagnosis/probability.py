@@ -71,9 +71,9 @@ def probabilities(alone: HeldOut, others: Sequence[HeldOut], samples: float) -> 
     prior = np.array([ALONE, *([(1 - ALONE) / max(len(others), 1)] * len(others))])
     score = score + np.log(prior)
     score -= score.max(axis=1, keepdims=True)
-    found = np.exp(score)
-    found /= found.sum(axis=1, keepdims=True)
-    mean = found.mean(axis=0)
+    drawn = np.exp(score)
+    drawn /= drawn.sum(axis=1, keepdims=True)
+    mean = drawn.mean(axis=0)
     return float(mean[0]), mean[1:]
 
 
@@ -109,7 +109,7 @@ def joint_probabilities(
     named: Mapping[str, Finding],
     rivals: Mapping[str, Sequence[str]],
     structure: Sequence[Structure],
-    said: Verdict,
+    outcome: Verdict,
 ) -> JointProbabilities:
     """The probabilities of a joint.
 
@@ -132,7 +132,7 @@ def joint_probabilities(
         effects[name] = need / whole
         for other in others:
             effects[other] = max(effects.get(other, 0.0), need * RIVAL / whole)
-    unexplained = _unexplained(structure, said)
+    unexplained = _unexplained(structure, outcome)
     adequate = (nothing + worthless) * (1.0 - unexplained)
     for finding in named.values():
         adequate *= 1.0 - SURE * needed(finding.before, finding.after, samples)
@@ -146,9 +146,9 @@ def _evident(finding: Finding) -> HeldOut:
     return finding.after
 
 
-def _unexplained(structure: Sequence[Structure], said: Verdict) -> float:
+def _unexplained(structure: Sequence[Structure], outcome: Verdict) -> float:
     """From how near what a predictor without any model finds comes to what is called structure."""
-    if said == "unexplained":
+    if outcome == "unexplained":
         return STRUCTURE_RIGHT
     nearest = max(
         (each.share / each.least for each in structure if each.share > DECIDED * each.deviation), default=0.0

@@ -8,6 +8,6 @@ def made_by_recording(fitted: FittedModel, term: Term) -> str | None:
     """Words where a term of a fitted model has the size that recording makes by itself; else None."""
     period = min(fitted.record.facts(entry).period for entry in fitted.entries)
     for slot, values in fitted.torque.factors:
-        if slot.term.key == term.key and (words := term.effect.made_by_recording(values, period)):
-            return words
+        if slot.term.key == term.key and (reason := term.effect.made_by_recording(values, period)):
+            return reason
     return None

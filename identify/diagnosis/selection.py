@@ -35,7 +35,7 @@ KNOWN = 0.05
 """Weight of what all sessions say of an effect beside the others, when one is left out: one session with one load often
 tells nothing of parameters that a change of load would tell, and a guess at them is no prediction."""
 WAITING = 0.5
-"""Part of the strongest joint's drop below which another joint waits for the next look."""
+"""Part of the strongest joint's drop below which another joint waits for the next round."""
 PAIRED = 10
 """Best candidates of which all pairs are tried when no single one is justified."""
 
@@ -70,31 +70,31 @@ class Selection:
 
     def findings(self, joint: int) -> list[Finding]:
         """All candidates of a joint beside the present model, the best first."""
-        own = [candidate for candidate in self.candidates if candidate.judged == joint]
-        ordinary = [c for c in own if c.beside_ratio]
+        candidates = [candidate for candidate in self.candidates if candidate.judged == joint]
+        ordinary = [c for c in candidates if c.beside_ratio]
         nothing = [Trial((self.model_columns[:0],))]
         free = self.motion.evaluate(joint, self.base(), nothing)[0]
         declared = self.motion.evaluate(joint, self.base(declared=True), nothing)[0]
         better = min(free, declared, key=lambda fared: fared.total)
-        load_friction = [c for c in own if c.declared_load is DeclaredLoad.TRUSTED]
-        loads = [c for c in own if c.declared_load is DeclaredLoad.QUESTIONED]
-        found = self._judge(joint, self.base(), free, ordinary)
+        load_friction = [c for c in candidates if c.declared_load is DeclaredLoad.TRUSTED]
+        loads = [c for c in candidates if c.declared_load is DeclaredLoad.QUESTIONED]
+        findings = self._judge(joint, self.base(), free, ordinary)
         friction = self._judge(joint, self.base(declared=True), better, load_friction)
         of_loads = self._judge(joint, self.base(declared=True), declared, loads)
         reference = free
         if any(finding.justified for finding in of_loads):
             reference = declared
-            trials = [finding.candidate.trial(self.observation) for finding in found]
+            trials = [finding.candidate.trial(self.observation) for finding in findings]
             without_ratio = self.motion.evaluate(joint, self.base(declared=True), trials)
-            found = [
-                replace(finding, standing=declared.total - fared.total)
-                for finding, fared in zip(found, without_ratio, strict=True)
+            findings = [
+                replace(finding, comparable_gain=declared.total - fared.total)
+                for finding, fared in zip(findings, without_ratio, strict=True)
             ]
-        found += [
-            replace(finding, standing=reference.total - finding.after.total)
+        findings += [
+            replace(finding, comparable_gain=reference.total - finding.after.total)
             for finding in (*friction, *of_loads)
         ]
-        return self._ranked(found)
+        return self._ranked(findings)
 
     def _judge(
         self,
@@ -111,14 +111,14 @@ class Selection:
         after = self.motion.evaluate(joint, base, trials)
         agree = self._sessions_agree(joint, np.setdiff1d(base, self.ratio_columns), listed, trials)
         measured = self.motion.measured(joint)
-        found = []
+        findings = []
         for candidate, fared, agrees in zip(listed, after, agree, strict=True):
             p_value, estimated = 1.0, None
             if fared.total < before.total:
                 p_value, estimated = self._possible_evidence(joint, base, candidate, fared.variant)
                 p_value = min(1.0, p_value * candidate.searched * self._tried(joint))
             complexity = candidate.complexity(self.observation, fared.variant)
-            found.append(
+            findings.append(
                 Finding(
                     candidate,
                     fared.variant,
@@ -132,7 +132,7 @@ class Selection:
                     estimated=estimated,
                 )
             )
-        return self._seen_with_instruments(joint, found) if instruments else found
+        return self._seen_with_instruments(joint, findings) if instruments else findings
 
     def beside_the_others(self, added: Sequence[Candidate], least: Sequence[float]) -> list[Finding]:
         """Terms of the model that a search added, each beside all the rest of the model; the ones that are no longer
@@ -144,17 +144,17 @@ class Selection:
         kept = list(added)
         gone: list[Index] = []
         while True:
-            found = []
+            findings = []
             for candidate in kept:
                 declared = not candidate.beside_ratio
                 base = np.setdiff1d(
                     self.base(declared), np.concatenate([*gone, candidate.columns(self.observation, 0)])
                 )
                 before = self.motion.evaluate(candidate.judged, base, [Trial((base[:0],))])[0]
-                found += self._judge(candidate.judged, base, before, [candidate], instruments=False)
-            weak = [f for f in found if not f.justified or f.gain < least[f.candidate.judged]]
+                findings += self._judge(candidate.judged, base, before, [candidate], instruments=False)
+            weak = [f for f in findings if not f.justified or f.gain < least[f.candidate.judged]]
             if not weak:
-                return found
+                return findings
             weakest = min(weak, key=lambda finding: finding.drop)
             gone.append(weakest.candidate.columns(self.observation, 0))
             kept = [candidate for candidate in kept if candidate is not weakest.candidate]
@@ -170,27 +170,27 @@ class Selection:
         """Evidence of a candidate for values that it can have, and its estimates; what wants to be outside explains
         nothing."""
         extra = np.setdiff1d(candidate.columns(self.observation, variant), base)
-        found = group_evidence(self.observation, joint, base, extra)
-        outside = candidate.outside(found.estimates, variant)
+        evidence = group_evidence(self.observation, joint, base, extra)
+        outside = candidate.outside(evidence.estimates, variant)
         if outside.all():
-            return 1.0, found
+            return 1.0, evidence
         if outside.any():
             inside = group_evidence(self.observation, joint, base, extra[~outside])
             if len(inside.estimates) == int((~outside).sum()):
                 estimates, deviations = np.zeros(len(outside)), np.zeros(len(outside))
                 estimates[~outside], deviations[~outside] = inside.estimates, inside.deviations
-                found = GroupEvidence(inside.p_value, estimates, deviations)
-            return inside.p_value, found
-        return found.p_value, found
+                evidence = GroupEvidence(inside.p_value, estimates, deviations)
+            return inside.p_value, evidence
+        return evidence.p_value, evidence
 
-    def _seen_with_instruments(self, joint: int, found: list[Finding]) -> list[Finding]:
+    def _seen_with_instruments(self, joint: int, findings: list[Finding]) -> list[Finding]:
         """The findings with what instruments say of those made of derivatives that the evidence would call missing."""
-        asked = [f for f in found if f.candidate.from_derivatives and f.justified]
+        asked = [f for f in findings if f.candidate.from_derivatives and f.justified]
         if not asked:
-            return found
-        said = self.loop(joint, [(finding.candidate, finding.variant) for finding in asked])
-        known = {finding.candidate.name: evidence for finding, evidence in zip(asked, said, strict=True)}
-        return [replace(finding, loop=known.get(finding.candidate.name)) for finding in found]
+            return findings
+        answers = self.loop(joint, [(finding.candidate, finding.variant) for finding in asked])
+        known = {finding.candidate.name: evidence for finding, evidence in zip(asked, answers, strict=True)}
+        return [replace(finding, loop=known.get(finding.candidate.name)) for finding in findings]
 
     def _refuted(self, joint: int, listed: Sequence[tuple[Candidate, int]]) -> bool:
         """Whether instruments see nothing of one of some candidates."""
@@ -215,25 +215,25 @@ class Selection:
             for candidate, other in zip(listed, others, strict=True)
         ]
 
-    def _ranked(self, found: list[Finding]) -> list[Finding]:
-        """By standing; a simpler one that is nearly as good goes before a more complex one."""
-        rest = sorted(found, key=lambda finding: finding.standing, reverse=True)
+    def _ranked(self, findings: list[Finding]) -> list[Finding]:
+        """By comparable gain; a simpler one that is nearly as good goes before a more complex one."""
+        rest = sorted(findings, key=lambda finding: finding.comparable_gain, reverse=True)
         ranked: list[Finding] = []
         while rest:
             best = rest[0]
             near = [best, *(f for f in rest[1:] if self._as_good(f, best))]
             near = [f for f in near if f.justified] or near
-            chosen = min(near, key=lambda f: (f.complexity, -f.standing))
+            chosen = min(near, key=lambda f: (f.complexity, -f.comparable_gain))
             ranked.append(chosen)
             rest.remove(chosen)
         return ranked
 
     def _as_good(self, finding: Finding, best: Finding) -> bool:
         """Whether the lead of another over a finding is too small to matter, or not decided."""
-        if best.standing <= 0 or finding.standing < RIVAL_GAIN * best.standing:
+        if best.comparable_gain <= 0 or finding.comparable_gain < RIVAL_GAIN * best.comparable_gain:
             return False
-        lead = best.standing - finding.standing
-        nearly_all = finding.standing >= AS_GOOD * best.standing
+        lead = best.comparable_gain - finding.comparable_gain
+        nearly_all = finding.comparable_gain >= AS_GOOD * best.comparable_gain
         small = SLIGHTLY_MORE if nearly_all else TOO_SMALL
         return lead <= small * best.after.total or not self._decided(best, finding)
 
@@ -245,15 +245,15 @@ class Selection:
         columns = finding.candidate.columns(self.observation, finding.variant)
         return self._p_value(finding.candidate.judged, base, columns) < DECIDED
 
-    def rivals(self, finding: Finding, found: Sequence[Finding]) -> tuple[str, ...]:
+    def rivals(self, finding: Finding, findings: Sequence[Finding]) -> tuple[str, ...]:
         """Effects that explain the data alike: nearly the gain, and the evidence does not decide against them."""
-        if finding.standing <= 0:
+        if finding.comparable_gain <= 0:
             return ()
         return tuple(
             other.candidate.name
-            for other in found
+            for other in findings
             if other is not finding
-            and other.standing >= RIVAL_GAIN * finding.standing
+            and other.comparable_gain >= RIVAL_GAIN * finding.comparable_gain
             and not self._decided(finding, other)
         )
 
@@ -282,10 +282,10 @@ class Selection:
         return [addition for drop, added in choices if drop >= WAITING * strongest for addition in added]
 
     def _pair(
-        self, joint: int, found: Sequence[Finding], least: float
+        self, joint: int, findings: Sequence[Finding], least: float
     ) -> tuple[float, list[tuple[Candidate, int]]] | None:
         """Two effects that only help together, and by at least the gain `least`."""
-        listed = [f for f in found if f.candidate.beside_ratio][:PAIRED]
+        listed = [f for f in findings if f.candidate.beside_ratio][:PAIRED]
         if len(listed) < 2:
             return None
         base = self.base()
@@ -323,11 +323,14 @@ class Selection:
     ) -> bool:
         """Whether each of two effects explains something beside the other, with values that it can have."""
         columns = [c.columns(self.observation, v) for c, v in zip(pair, variants, strict=True)]
-        for candidate, variant, own, other in zip(pair, variants, columns, columns[::-1], strict=True):
+        for candidate, variant, tested, other in zip(pair, variants, columns, columns[::-1], strict=True):
             beside = np.union1d(base, other)
-            found = group_evidence(self.observation, joint, beside, np.setdiff1d(own, beside))
+            evidence = group_evidence(self.observation, joint, beside, np.setdiff1d(tested, beside))
             tried = candidate.searched * self._tried(joint)
-            if found.p_value * tried >= SIGNIFICANCE or candidate.outside(found.estimates, variant).any():
+            if (
+                evidence.p_value * tried >= SIGNIFICANCE
+                or candidate.outside(evidence.estimates, variant).any()
+            ):
                 return False
         return True
 
@@ -357,7 +360,7 @@ class Selection:
     ) -> tuple[Candidate, int] | None:
         """The rival of a term of the model that explains what the term does not, and leaves it nothing to explain.
 
-        columns : the term's. What one look left undecided may be decided when other effects are in the model.
+        columns : the term's. What one round left undecided may be decided when other effects are in the model.
         """
         listed = [c for c in self.candidates if c.judged == joint and c.name in rivals]
         if not listed:
@@ -368,11 +371,11 @@ class Selection:
             joint, base, [Trial((columns,)), *(c.trial(self.observation) for c in listed)]
         )
         for candidate, other in sorted(zip(listed, others, strict=True), key=lambda row: row[1].total):
-            own = candidate.columns(self.observation, other.variant)
+            rival = candidate.columns(self.observation, other.variant)
             if (
                 other.total < (1 - TOO_SMALL) * present.total
-                and self._p_value(joint, np.union1d(base, columns), own) < DECIDED
-                and self._p_value(joint, np.union1d(base, own), columns) > SIGNIFICANCE
+                and self._p_value(joint, np.union1d(base, columns), rival) < DECIDED
+                and self._p_value(joint, np.union1d(base, rival), columns) > SIGNIFICANCE
                 and not self._refuted(joint, [(candidate, other.variant)])
             ):
                 return candidate, other.variant

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.diagnosis.disturbance import Foretold, remembered, standing_out
+from identify.diagnosis.disturbance import PredictableShare, remembered, strong_runs
 from identify.estimation.prediction import Prediction
 
 Array = NDArray[np.float64]
@@ -20,7 +20,7 @@ LEAST_SHARE = 0.12
 """Part of the residual's power that must be predictable before it is called structure. The mean of neighbours finds
 more than this wherever an effect is worth a twentieth of the torque's error to an operator."""
 LEAST_REMEMBERED = 0.2
-"""The same for what is foretold from itself in time: noise with a memory of 0.2 s reaches a tenth."""
+"""The same for what is predicted from itself in time: noise with a memory of 0.2 s reaches a tenth."""
 DECIDED = 3.0
 """standard errors over the folds by which the share must differ from none"""
 BOUND = 6.0
@@ -81,18 +81,18 @@ def leftover_structure(predictions: Sequence[Prediction]) -> list[Structure]:
     disturbances that come and go whatever the motion does (`disturbance.py`).
     """
     cut = bounded(predictions)
-    found = [_predictable(cut, view) for view in VIEWS]
-    found += [_from_history(cut), _line_over_time(cut)]
-    found += [
-        _foretold(("time",), remembered(cut), LEAST_REMEMBERED),
-        _foretold(("time", "direction"), remembered(cut, with_direction=True), LEAST_REMEMBERED),
-        _foretold(("moments",), standing_out(predictions), LEAST_SHARE),
+    structures = [_predictable(cut, view) for view in VIEWS]
+    structures += [_from_history(cut), _line_over_time(cut)]
+    structures += [
+        _as_structure(("time",), remembered(cut), LEAST_REMEMBERED),
+        _as_structure(("time", "direction"), remembered(cut, with_direction=True), LEAST_REMEMBERED),
+        _as_structure(("moments",), strong_runs(predictions), LEAST_SHARE),
     ]
-    return sorted(found, key=lambda structure: structure.share, reverse=True)
+    return sorted(structures, key=lambda structure: structure.share, reverse=True)
 
 
-def _foretold(view: tuple[str, ...], found: Foretold, least: float) -> Structure:
-    return Structure(view, found.share, found.deviation, least)
+def _as_structure(view: tuple[str, ...], predictable: PredictableShare, least: float) -> Structure:
+    return Structure(view, predictable.share, predictable.deviation, least)
 
 
 def bounded(predictions: Sequence[Prediction]) -> list[Prediction]:
@@ -196,7 +196,7 @@ def _from_history(predictions: Sequence[Prediction]) -> Structure:
     width = min(table.shape[1] for table in tables)
     table = np.concatenate([part[:, :width] for part in tables])
     left, fold = np.concatenate(residuals), np.concatenate(folds)
-    # What never changes (the direction of a motion that never turns round) foretells nothing.
+    # What never changes (the direction of a motion that never turns round) predicts nothing.
     spread = np.std(table, axis=0)
     table = table[:, spread > 0] / spread[spread > 0]
     width = table.shape[1]

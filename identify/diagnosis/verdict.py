@@ -82,18 +82,18 @@ def verdict(
     telling = [each for each in structure if each.found and each.share * after**2 >= LEAST_OF_TORQUE**2]
     if floor is not None and after < AT_THE_FLOOR * floor:
         telling = [each for each in telling if WITHOUT_MOTION & set(each.variables)]
-    found = telling[0] if telling else None
+    strongest = telling[0] if telling else None
     above = floor is not None and after > ABOVE_FLOOR * floor
     if not missing:
-        return "unexplained" if found is not None or above else "adequate"
-    share = min(found.share, 1.0) if found is not None else 0.0
+        return "unexplained" if strongest is not None or above else "adequate"
+    share = min(strongest.share, 1.0) if strongest is not None else 0.0
     noise = after if floor is None else min(after, floor)
-    if floor is None or (found is not None and WITHOUT_MOTION & set(found.variables)):
+    if floor is None or (strongest is not None and WITHOUT_MOTION & set(strongest.variables)):
         noise = min(noise, after * float(np.sqrt(1 - share)))
     excess_before = max(before**2 - noise**2, 1e-300)
     excess_after = max(after**2 - noise**2, 0.0)
     explained = 1 - excess_after / excess_before
     mostly = share > MOSTLY_STRUCTURE and excess_after > WORTH_SAYING * excess_before
-    if (found is not None or above) and (explained < EXPLAINED or mostly):
+    if (strongest is not None or above) and (explained < EXPLAINED or mostly):
         return "unexplained"
     return "missing"

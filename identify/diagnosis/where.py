@@ -23,18 +23,18 @@ def where_it_fails(predictions: Sequence[Prediction]) -> tuple[Where, ...]:
     total = float(power.sum())
     if total <= 0:
         return ()
-    found = []
+    ranges = []
     for name in VARIABLES:
         if name == "temperature" and any(part.temperature is None for part in predictions):
             continue
         values = np.concatenate([variable(part, name)[part.moving] for part in predictions])
         row = _worst_range(name, values, residual, total)
         if row is not None:
-            found.append(row)
+            ranges.append(row)
     worst = _worst_session(predictions, total)
     if worst is not None:
-        found.append(worst)
-    return tuple(sorted(found, key=lambda row: row.excess, reverse=True))
+        ranges.append(worst)
+    return tuple(sorted(ranges, key=lambda row: row.excess, reverse=True))
 
 
 def _worst_range(name: str, values: Array, residual: Array, total: float) -> Where | None:

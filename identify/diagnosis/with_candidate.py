@@ -10,11 +10,11 @@ from identify.estimation.small_algebra import single_threaded
 from identify.recording import SessionEntry
 
 
-def worth_a_look(diagnosis: Diagnosis, joint: int, ranked: int) -> Iterator[Finding]:
-    """The findings of a joint that a person will look at: the `ranked` best, and whatever is missing."""
-    said = diagnosis.joints[joint]
-    missing = {term.effect.name for term in said.missing}
-    for rank, finding in enumerate(said.findings):
+def shown_findings(diagnosis: Diagnosis, joint: int, ranked: int) -> Iterator[Finding]:
+    """The findings of a joint that are shown: the `ranked` best, and whatever is missing."""
+    diagnosed = diagnosis.joints[joint]
+    missing = {term.effect.name for term in diagnosed.missing}
+    for rank, finding in enumerate(diagnosed.findings):
         if rank < ranked or finding.candidate.name in missing:
             yield finding
 

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.signal import butter, lfilter, sosfilt
 
-from identify.diagnosis.disturbance import remembered, standing_out
+from identify.diagnosis.disturbance import remembered, strong_runs
 from identify.diagnosis.structure import Structure, leftover_structure
 from identify.diagnosis.verdict import verdict
 from identify.estimation.prediction import Prediction
@@ -106,7 +106,7 @@ def test_noise_of_an_amplifier_is_called_a_disturbance_in_two_runs_of_a_hundred_
         parts = sessions(rest, seed, loudness=0.01)
         rests = (remembered(parts), remembered(parts, with_direction=True))
         alarms += any(each.share > 0.2 and each.share > 3 * each.deviation for each in rests)
-        alarms += standing_out(parts).share > 0.12
+        alarms += strong_runs(parts).share > 0.12
     assert alarms <= 0.02 * RUNS
 
 
@@ -114,7 +114,7 @@ def test_loud_noise_that_forgets_itself_in_a_tenth_of_a_second_is_noise_as_well(
     for seed in range(50):
         parts = sessions(coloured(0.1), seed, loudness=0.1)
         assert remembered(parts).share < 0.15
-        assert standing_out(parts).share < 0.01
+        assert strong_runs(parts).share < 0.01
 
 
 def test_exponential_noise_is_foretold_by_the_closed_form_of_its_two_nearest_neighbours():
@@ -144,7 +144,7 @@ def test_a_kink_at_every_reversal_is_no_disturbance():
         early = np.sign(np.cos(2 * np.pi * 0.23 * (time + 0.04)))
         return 0.05 * random.standard_normal(len(time)) + np.sign(np.cos(2 * np.pi * 0.23 * time)) - early
 
-    assert standing_out(sessions(turning_late, 3, loudness=0.02, count=1)).share == 0.0
+    assert strong_runs(sessions(turning_late, 3, loudness=0.02, count=1)).share == 0.0
 
 
 def shaking(hertz: Callable[[Array], Array]) -> Rest:

@@ -6,7 +6,7 @@ import pytest
 import identify
 from identify.diagnosis.diagnosis import diagnose_record
 from identify.diagnosis.next_experiment import separate, separate_diagnosed
-from identify.diagnosis.with_candidate import predictions_with, worth_a_look
+from identify.diagnosis.with_candidate import predictions_with, shown_findings
 from identify.estimation.requested_model import open_record, requested_model
 from identify.results.diagnosis import DiagnosisDocument
 from identify.results.reading import document_from_json
@@ -40,7 +40,7 @@ def test_what_is_foretold_of_a_candidate_is_what_adding_it_gives(looked):
 
 def test_the_best_candidates_and_all_that_is_missing_are_worth_a_look(looked):
     diagnosis = looked[3]
-    names = [finding.candidate.name for finding in worth_a_look(diagnosis, 0, 2)]
+    names = [finding.candidate.name for finding in shown_findings(diagnosis, 0, 2)]
     assert names[:2] == [finding.candidate.name for finding in diagnosis.joints[0].findings[:2]]
     assert {term.effect.name for term in diagnosis.joints[0].missing} <= set(names)
 

@@ -17,7 +17,7 @@ WORSE = 2.0
 do not make: a payload or a gain that is not what was declared."""
 
 
-def fails_elsewhere(known: Sequence[Prediction], unseen: Sequence[Prediction]) -> bool:
+def fails_on_unseen(known: Sequence[Prediction], unseen: Sequence[Prediction]) -> bool:
     """Whether a joint's error on unseen sessions is beyond that on known ones."""
     if not unseen:
         return False
@@ -34,7 +34,7 @@ def _residual(parts: Sequence[Prediction]) -> NDArray[np.float64]:
     return np.concatenate([part.residual[part.moving] for part in parts])
 
 
-def worse_elsewhere(fitted: FittedModel, added: Sequence[tuple[Term, int]]) -> list[tuple[Term, int]]:
+def worse_on_unseen(fitted: FittedModel, added: Sequence[tuple[Term, int]]) -> list[tuple[Term, int]]:
     """Terms of a model, each with the joint it is judged on, that raise that joint's error on the validation sessions, or
     that of all joints together.
 

@@ -1,4 +1,4 @@
-"""A look at a fitted model: its residual, and every candidate's columns beside it."""
+"""Screening of candidates: the residual of a fitted model, and every candidate's columns beside it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ business."""
 
 
 @dataclass(frozen=True)
-class Look:
+class Screening:
     """What one pass over the samples gives the search.
 
     predictions : for every joint those of the sessions of the fit
@@ -45,7 +45,7 @@ class Look:
     free_functions: list[dict[str, NDArray[np.intp]]]
 
     @classmethod
-    def at(cls, fitted: FittedModel) -> "Look":
+    def of(cls, fitted: FittedModel) -> "Screening":
         """Compute the columns of every candidate beside a fitted model."""
         record = fitted.record
         predictions = joint_predictions(fitted)
@@ -63,15 +63,15 @@ class Look:
         slots += free
         noise = reversal_noise(fitted, predictions)
         observation = observe(record, fitted.entries, slots, fitted.torque, noise)
-        own = list(range(first - 1 if fitted.estimates_payload_ratio else first))
+        model_slots = list(range(first - 1 if fitted.estimates_payload_ratio else first))
         nothing = np.zeros(0, np.intp)
         selection = Selection(
             observation,
             fitted.fit.weights,
             candidates,
-            np.concatenate([np.arange(observation.base), *(observation.slot_columns[i] for i in own)]).astype(
-                np.intp
-            ),
+            np.concatenate(
+                [np.arange(observation.base), *(observation.slot_columns[i] for i in model_slots)]
+            ).astype(np.intp),
             observation.slot_columns[first - 1] if fitted.estimates_payload_ratio else nothing,
             partial(loop_evidence, fitted, noise),
         )
@@ -117,9 +117,9 @@ class Look:
             constants = (self.fitted.slots[places[term.key]].values,)
             searched = term.effect.searched(summary)
             listed.append((Candidate(term, judged, constants, places[term.key], searched, summary), term))
-        found = self.selection.beside_the_others([candidate for candidate, _ in listed], least)
+        findings = self.selection.beside_the_others([candidate for candidate, _ in listed], least)
         terms = {id(candidate): term for candidate, term in listed}
-        return [(finding, terms[id(finding.candidate)]) for finding in found]
+        return [(finding, terms[id(finding.candidate)]) for finding in findings]
 
     def worth(self, term: Term) -> float:
         """Part of the held-out error that a term of the model takes away."""
@@ -139,10 +139,10 @@ class Look:
             if slot.term.key == term.key:
                 joint = self.judged_on(term)
                 complexity = len(columns) + len(term.constants or ())
-                found = self.selection.replacement(joint, columns, complexity)
-                found = found or self.selection.decided_since(joint, columns, rivals)
-                if found is not None:
-                    candidate, variant = found
+                better = self.selection.replacement(joint, columns, complexity)
+                better = better or self.selection.decided_since(joint, columns, rivals)
+                if better is not None:
+                    candidate, variant = better
                     return candidate.term.chosen(candidate.constants[variant]), joint
         return None
 
@@ -151,7 +151,7 @@ class Look:
         observation = self.selection.observation
         for slot, columns in zip(self.fitted.slots, observation.slot_columns, strict=False):
             if slot.term.key == term.key:
-                carried = [np.isin(columns, own).sum() for own in observation.joint_columns]
+                carried = [np.isin(columns, of_joint).sum() for of_joint in observation.joint_columns]
                 return term.joint if carried[term.joint] else int(np.argmax(carried))
         return term.joint
 
