@@ -130,9 +130,9 @@ class Acquisition:
                     reason = StopReason(StopCause.INTERNAL, str(error))
                 except Exception as error:
                     traceback.print_exc()
-                    said = str(error) or "without words"
-                    words = f"an error of the software ended the session ({type(error).__name__}: {said}); please report it"
-                    reason = StopReason(StopCause.INTERNAL, words)
+                    detail = str(error) or "without words"
+                    sentence = f"an error of the software ended the session ({type(error).__name__}: {detail}); please report it"
+                    reason = StopReason(StopCause.INTERNAL, sentence)
                 finally:
                     rows.finish()
                     frames.finish()
@@ -245,12 +245,12 @@ class Acquisition:
             return StopReason(StopCause.OPERATOR, self._stop_asked)
         if now - self._heard > self.rig.supervision.parent_timeout:
             silent = now - self._heard
-            words = (
+            sentence = (
                 "the supervising process, which holds the stop button, is gone"
                 if np.isinf(silent)
                 else f"the supervising process, which holds the stop button, gave no sign of life for {silent:.1f} s"
             )
-            return StopReason(StopCause.DEAD_PARENT, words)
+            return StopReason(StopCause.DEAD_PARENT, sentence)
         return self._recorder_trouble()
 
     def _recorder_trouble(self) -> StopReason | None:
@@ -290,10 +290,10 @@ class Acquisition:
             self._heard = -np.inf
             time.sleep(timeout)
 
-    def tell(self, told: AcquisitionMessage) -> None:
+    def tell(self, message: AcquisitionMessage) -> None:
         """Send a message to the parent; one that is gone counts as silent from now on."""
         try:
-            self._parent.send(told)
+            self._parent.send(message)
         except OSError:
             self._heard = -np.inf
 
@@ -305,9 +305,9 @@ class Acquisition:
         """How far the plan has been driven."""
         self.tell(AcquisitionMessage("progress", cycle=cycle, cycles=cycles))
 
-    def tell_alarm(self, words: str) -> None:
+    def tell_alarm(self, alarm: str) -> None:
         """What a person must do now; empty words take it back."""
-        self.tell(AcquisitionMessage("alarm", words))
+        self.tell(AcquisitionMessage("alarm", alarm))
 
     def _say_ending(self, ending: Ending) -> None:
         try:

@@ -79,8 +79,8 @@ def read_can_log(path: Path, rig: Rig, begin: float | None = None, end: float | 
     ]
     rows = np.concatenate(decoded)
     rows["setpoint"] = _setpoints(frames, streams, rows["sync_time"])
-    chosen, words = _chosen(path, rows, begin, end)
-    return LoggedSession(chosen, {"alignment": alignment.counters.to_json()}, (*remarks, words))
+    chosen, remark = _chosen(path, rows, begin, end)
+    return LoggedSession(chosen, {"alignment": alignment.counters.to_json()}, (*remarks, remark))
 
 
 def write_recording(
@@ -108,7 +108,7 @@ def write_recording(
 
 def _frames(path: Path, identifiers: set[int]) -> tuple[NDArray[Any], list[str]]:
     """Frames with these ids, in the order of the log, of the channel that has most of them."""
-    found: list[tuple[str, int, int, int, bytes]] = []
+    messages: list[tuple[str, int, int, int, bytes]] = []
     try:
         with can.LogReader(path) as reader:
             for message in reader:
@@ -119,7 +119,7 @@ def _frames(path: Path, identifiers: set[int]) -> tuple[NDArray[Any], list[str]]
                     flags |= FD if message.is_fd else 0
                     stamp = round(message.timestamp * 1e9)
                     data = bytes(message.data)[:CLASSIC_DATA]
-                    found.append((str(message.channel), stamp, message.arbitration_id, flags, data))
+                    messages.append((str(message.channel), stamp, message.arbitration_id, flags, data))
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
     except Exception:  # readers let through whatever a damaged line or block raises in them
@@ -127,21 +127,21 @@ def _frames(path: Path, identifiers: set[int]) -> tuple[NDArray[Any], list[str]]
         raise InputError(
             f"{path}: cannot be read as a {kind} log of CAN frames; is it damaged or cut short?"
         ) from None
-    channels = Counter(channel for channel, _, identifier, _, _ in found if identifier != SYNC_ID)
+    channels = Counter(channel for channel, _, identifier, _, _ in messages if identifier != SYNC_ID)
     remarks: list[str] = []
     if len(channels) > 1:
         chosen = channels.most_common(1)[0][0]
         remarks.append(f"channel {chosen} of {len(channels)}, which has most of the drives' process data")
-        found = [frame for frame in found if frame[0] == chosen]
-    frames = np.zeros(len(found), FRAME)
+        messages = [frame for frame in messages if frame[0] == chosen]
+    frames = np.zeros(len(messages), FRAME)
     for name, values in (
-        ("stamp", [frame[1] for frame in found]),
-        ("can_id", [frame[2] for frame in found]),
-        ("flags", [frame[3] & ~EXTENDED for frame in found]),
-        ("length", [len(frame[4]) for frame in found]),
+        ("stamp", [frame[1] for frame in messages]),
+        ("can_id", [frame[2] for frame in messages]),
+        ("flags", [frame[3] & ~EXTENDED for frame in messages]),
+        ("length", [len(frame[4]) for frame in messages]),
     ):
         frames[name] = values
-    padded = b"".join(frame[4].ljust(CLASSIC_DATA, b"\0") for frame in found)
+    padded = b"".join(frame[4].ljust(CLASSIC_DATA, b"\0") for frame in messages)
     frames["data"] = np.frombuffer(padded, np.uint8).reshape(-1, CLASSIC_DATA)
     return frames, remarks
 
@@ -164,7 +164,7 @@ def _setpoints(
     frames: NDArray[Any], streams: list[DriveStream], sync_time: NDArray[np.int64]
 ) -> NDArray[np.int32]:
     """(M, n) targets that took effect at each SYNC: the last one sent before it, 0 where none was."""
-    found = np.zeros((len(sync_time), len(streams)), np.int32)
+    setpoints = np.zeros((len(sync_time), len(streams)), np.int32)
     for axis, stream in enumerate(streams):
         sent = frames[frames["can_id"] == stream.receive.can_id]
         if not len(sent):
@@ -174,8 +174,8 @@ def _setpoints(
         raw = np.ascontiguousarray(sent["data"][:, entry.byte_offset : entry.byte_offset + size])
         targets = raw.view(entry.kind)[:, 0]
         last = np.searchsorted(sent["stamp"], sync_time, side="left") - 1
-        found[:, axis] = np.where(last >= 0, targets[np.clip(last, 0, None)], 0)
-    return found
+        setpoints[:, axis] = np.where(last >= 0, targets[np.clip(last, 0, None)], 0)
+    return setpoints
 
 
 def _chosen(
@@ -186,18 +186,16 @@ def _chosen(
         keep = np.ones(len(rows), bool)
         if begin is not None or end is not None:
             keep &= (seconds >= (begin or 0.0) - 1e-9) & (seconds <= (np.inf if end is None else end) + 1e-9)
-            words = "as given"
+            how = "as given"
         else:
             came = (rows["valid"] & (POSITION_CAME | COMMAND_CAME)) == POSITION_CAME | COMMAND_CAME
             mask, pattern = State.OPERATION_ENABLED.value
             on = ((rows["status"] & mask == pattern) | ~came).all(axis=1) & came.any(axis=1)
             keep = _longest(on)
-            words = "in which all drives were enabled"
+            how = "in which all drives were enabled"
         if keep.sum() >= FEWEST_ROWS:
             first, last = seconds[keep][0], seconds[keep][-1]
-            return rows[
-                keep
-            ], f"{int(keep.sum())} cycles from {first:.6g} to {last:.6g} s of the log, {words}"
+            return rows[keep], f"{int(keep.sum())} cycles from {first:.6g} to {last:.6g} s of the log, {how}"
     raise InputError(
         f"{path}: holds no {FEWEST_ROWS} cycles in which all drives were enabled; name a part by --begin and --end"
     )

@@ -91,7 +91,7 @@ class DerivativeLimits:
         self._misplaced = misplaced = np.concatenate([self._misplaced, misplaced])
         self._judged = judged = np.concatenate([self._judged, judged])
         self._held = held = np.concatenate([self._held, held])
-        found: list[Excess | None] = []
+        excesses: list[Excess | None] = []
         if len(position) > w:
             # A clock that was set back in between says nothing; the other one then decides.
             elapsed = np.maximum(clocks[w:] - clocks[:-w], 0.5 * w * self._cycle)
@@ -100,20 +100,22 @@ class DerivativeLimits:
             speed = np.abs(way) / longest
             feigned = self._resolution + speed * self._cycle * _sum_over(misplaced, w + 1)
             allowed = self._velocity_limit * self._velocity_margin + feigned / longest
-            found.append(self._lasting(speed, allowed, judged[w:], past - w, "velocity", "/s"))
+            excesses.append(self._lasting(speed, allowed, judged[w:], past - w, "velocity", "/s"))
             if held.any():
                 # Nothing has been commanded yet that is faster than the approach.
                 slowly = self._velocity_limit * self._held_share + feigned / longest
-                words = "velocity of the held axis"
-                found.append(self._lasting(speed, slowly, held[w:], past - w, words, "/s", self._held_share))
+                quantity = "velocity of the held axis"
+                excesses.append(
+                    self._lasting(speed, slowly, held[w:], past - w, quantity, "/s", self._held_share)
+                )
             if len(position) > 2 * w:
-                found.append(
+                excesses.append(
                     self._beyond_acceleration(way, elapsed, misplaced, judged[2 * w :], past - 2 * w)
                 )
         self._clocks, self._positions = clocks[-self._kept :], position[-self._kept :]
         self._misplaced, self._judged = misplaced[-self._kept :], judged[-self._kept :]
         self._held = held[-self._kept :]
-        return [excess for excess in found if excess is not None]
+        return [excess for excess in excesses if excess is not None]
 
     def _misplaced_cycles(self, lacking: NDArray[np.bool_], again: NDArray[np.bool_]) -> NDArray[np.int_]:
         """(M, n) by how many cycles a joint's positions may have fallen behind or caught up in a row."""
@@ -176,8 +178,8 @@ class DerivativeLimits:
         row = first + skipped + LASTING - 1
         limit = share * (self._acceleration_limit if what == "acceleration" else self._velocity_limit)[axis]
         unit = self._units[axis]
-        words = f"{what} {excess_in_words(value[row, axis], limit, unit + per)}"
-        return Excess(row - old, axis, words)
+        sentence = f"{what} {excess_in_words(value[row, axis], limit, unit + per)}"
+        return Excess(row - old, axis, sentence)
 
 
 def _sum_over(flags: NDArray[Any], length: int) -> NDArray[Any]:

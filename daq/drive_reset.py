@@ -42,20 +42,20 @@ def reset_drives(rig: Rig) -> list[ResetJoint]:
 
 def _reset(drives: RigDrives, index: int) -> ResetJoint:
     axis, drive = drives.rig.axes[index], drives.drives[index]
-    said: list[str] = []
+    events: list[str] = []
     try:
         state = drives.state_before_writing(drive)
         if state in POWERED:
             drive.quick_stop()
             drive.disable()
-            said.append(f"had power ({state.words}), which was taken")
+            events.append(f"had power ({state.words}), which was taken")
         if drive.state() is State.FAULT:
             reason = drive.error_in_words()
             drive.reset_fault()
-            said.append(f"fault reset; it was {reason}")
+            events.append(f"fault reset; it was {reason}")
         state = drive.state()
     except DriverError as error:
-        return ResetJoint(axis.joint, axis.node, False, "; ".join([*said, str(error)]))
+        return ResetJoint(axis.joint, axis.node, False, "; ".join([*events, str(error)]))
     ok = state in OFF and state is not State.FAULT
-    said.append(f"now in {state.words}" if said else f"nothing to reset: in {state.words}")
-    return ResetJoint(axis.joint, axis.node, ok, "; ".join(said))
+    events.append(f"now in {state.words}" if events else f"nothing to reset: in {state.words}")
+    return ResetJoint(axis.joint, axis.node, ok, "; ".join(events))

@@ -58,29 +58,29 @@ class ForeignFrames:
         identifier = frames["can_id"]
         plain = (frames["flags"] & (EXTENDED | ERROR)) == 0
         column = np.where(plain, identifier & 0x7FF, 0x7FF)
-        own = (frames["flags"] & OWN) != 0
-        watched = plain & self._watched[column] & ~own
+        echo = (frames["flags"] & OWN) != 0
+        watched = plain & self._watched[column] & ~echo
         reason = self._look(identifier[watched], frames["data"][watched]) if watched.any() else None
-        keep = ~(watched & (identifier == SYNC_ID)) & (self._recorded[column] | ~plain | ~own)
+        keep = ~(watched & (identifier == SYNC_ID)) & (self._recorded[column] | ~plain | ~echo)
         return frames[keep], reason
 
     def _look(self, identifiers: NDArray[np.uint32], data: NDArray[np.uint8]) -> StopReason | None:
         for can_id, content in zip(identifiers.tolist(), data, strict=True):
-            words = ""
+            frame = ""
             if can_id == SYNC_ID:
-                words = "a SYNC (0x080) that is not ours"
+                frame = "a SYNC (0x080) that is not ours"
             elif can_id in self._setpoints:
-                words = f"setpoints (0x{can_id:03X}) for node {self._setpoints[can_id]} that are not ours"
+                frame = f"setpoints (0x{can_id:03X}) for node {self._setpoints[can_id]} that are not ours"
             else:
                 self._seen[can_id] += 1
                 if self._seen[can_id] > self._sent(can_id) - self._before[can_id]:
-                    words = f"{self._counted[can_id]} (0x{can_id:03X}) that is not ours"
-            if words:
+                    frame = f"{self._counted[can_id]} (0x{can_id:03X}) that is not ours"
+            if frame:
                 self.count += 1
                 data = content.tobytes().hex(" ").upper()
-                said = words if can_id == SYNC_ID else f"{words} (data {data})"
+                described = frame if can_id == SYNC_ID else f"{frame} (data {data})"
                 return StopReason(
                     StopCause.FOREIGN_MASTER,
-                    f"another master commands this rig: on the bus came {said}; {_WAY_OUT}",
+                    f"another master commands this rig: on the bus came {described}; {_WAY_OUT}",
                 )
         return None

@@ -93,7 +93,7 @@ class Supervision(Protocol):
         """How far the plan has been driven."""
         ...
 
-    def tell_alarm(self, words: str) -> None:
+    def tell_alarm(self, alarm: str) -> None:
         """What a person must do now; empty words take it back."""
         ...
 
@@ -192,9 +192,9 @@ class Motion:
             self._done = max(0, setpoints.done - (setpoints.length - self._plan))
         self._acquisition.tell_progress(self._done, self._plan)
 
-    def _alarm(self, words: str) -> None:
-        self._acquisition.alarm = words
-        self._acquisition.tell_alarm(words)
+    def _alarm(self, alarm: str) -> None:
+        self._acquisition.alarm = alarm
+        self._acquisition.tell_alarm(alarm)
 
     def cut_in_vain(self) -> None:
         """An error of ours in motion: take the power, whatever the sequence says."""
@@ -220,17 +220,17 @@ class Motion:
             report = self._drives.power()
         self._explain_by_emergency()
         reason = self._story.told()
-        words = reason.words
+        sentence = reason.words
         if self._cut is not None:
             seen = "and was read back as off" if report.off else "and was not read back as off"
-            words = f"{words}; {because}: power was cut by every means {seen}"
+            sentence = f"{sentence}; {because}: power was cut by every means {seen}"
         self._report_alarm(report)
         if report.alarm:
-            words = f"{words}; {report.alarm}"
+            sentence = f"{sentence}; {report.alarm}"
         cause = reason.cause
         if not report.off and cause is StopCause.PLAN_DONE:
             cause = StopCause.POWER_NOT_OFF
-        return StopReason(cause, words)
+        return StopReason(cause, sentence)
 
     def _explain_by_emergency(self) -> None:
         """The drive's own word for what ended the motion, or came up while it ended."""

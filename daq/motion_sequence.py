@@ -107,11 +107,11 @@ class MotionSequence:
             self._told_now = True
             self._enter(Step.STOPPING)
 
-    def cut(self, words: str) -> None:
+    def cut(self, because: str) -> None:
         """The axes cannot be left to the quick stop: no power, now. The first words count."""
         if self.cut_because or self.step in (Step.STANDBY, Step.ENDED):
             return
-        self.cut_because = words
+        self.cut_because = because
         self._setpoints.stop()
         self._setpoints.command([Command.DISABLE_VOLTAGE.value] * len(self._status))
         self._recent[:] = np.nan
@@ -209,8 +209,8 @@ class MotionSequence:
                 for axis, word in zip(self.rig.axes, self._status, strict=True)
                 if word is None or _state(word) is not State.OPERATION_ENABLED
             ]
-            words = f"no power within {_ENABLE_TIMEOUT:g} s: {', '.join(stuck)}"
-            self.stop(StopReason(StopCause.DRIVE_FAULT, words))
+            fault = f"no power within {_ENABLE_TIMEOUT:g} s: {', '.join(stuck)}"
+            self.stop(StopReason(StopCause.DRIVE_FAULT, fault))
 
     def _watch_stopping(self, rows: NDArray[Any]) -> None:
         trouble = self._watch.judge(rows)

@@ -69,8 +69,8 @@ class PowerReport:
         moving = [axis for axis in self.axes if axis.off and axis.rests is False]
         parts: list[str] = []
         if on:
-            said = "; ".join(f"joint {axis.joint} (node {axis.node}): {axis.words}" for axis in on)
-            parts.append(f"power could not be read back as off ({said}): {EMERGENCY_STOP}")
+            listed = "; ".join(f"joint {axis.joint} (node {axis.node}): {axis.words}" for axis in on)
+            parts.append(f"power could not be read back as off ({listed}): {EMERGENCY_STOP}")
         if moving:
             joints = ", ".join(axis.joint for axis in moving)
             parts.append(f"joint {joints} still moves, without power: keep clear, {EMERGENCY_STOP}")
@@ -98,8 +98,8 @@ def read_power(rig: Rig, drives: Sequence[Drive], quickly: bool = True) -> Power
             rests = [bool(each) for each in way <= limit]
     return PowerReport(
         tuple(
-            AxisPower(axis.joint, axis.node, state in OFF, rest, words)
-            for axis, (state, words), rest in zip(rig.axes, states, rests, strict=True)
+            AxisPower(axis.joint, axis.node, state in OFF, rest, answer)
+            for axis, (state, answer), rest in zip(rig.axes, states, rests, strict=True)
         )
     )
 
@@ -179,11 +179,11 @@ class PowerCut:
         for drive in left:
             self._try(drive.reset_at_once)
         latest = time.monotonic() + _BOOT
-        told = False
+        reported = False
         while left:
             left = [drive for drive in left if not self._is_off_or_booted(drive, before[drive.node])]
-            if left and not told:
-                told = True
+            if left and not reported:
+                reported = True
                 joints = ", ".join(self._joint(drive.node) for drive in left)
                 self._tell(f"{joints} may still have power: {EMERGENCY_STOP}")
             if not left or time.monotonic() >= latest:

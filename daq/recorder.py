@@ -130,18 +130,18 @@ class Recorder:
             self._log.flush(to_disk)
             self.file.flush(to_disk)
             if self.file.gone:
-                words = (
+                sentence = (
                     f"the recording {self.file.path.name} or its folder was moved or deleted while it was being recorded; "
                     "what was measured is written anew at the same place"
                 )
-                self._refuse(StopReason(StopCause.RECORDER, words))
+                self._refuse(StopReason(StopCause.RECORDER, sentence))
             free = self.file.free_space() / 1e6
             if free < self._storage.disk_reserve:
-                words = (
+                sentence = (
                     f"the disk has {free:.0f} MB left, less than the {self._storage.disk_reserve:g} MB in reserve "
                     "(storage.disk_reserve); make room, then begin anew"
                 )
-                self._refuse(StopReason(StopCause.FULL_DISK, words))
+                self._refuse(StopReason(StopCause.FULL_DISK, sentence))
         self._flushed = now
         if to_disk:
             self._synced = now
@@ -158,10 +158,10 @@ class Recorder:
                 if full
                 else f"does not take the data ({error.strerror or 'it refuses without a reason'})"
             )
-            words = (
+            sentence = (
                 f"the disk {what}; what it took is kept; make room or look after the disk, then begin anew"
             )
-            self._refuse(StopReason(StopCause.FULL_DISK, words))
+            self._refuse(StopReason(StopCause.FULL_DISK, sentence))
 
     def _refuse(self, reason: StopReason) -> None:
         if not self._refused:
@@ -184,12 +184,12 @@ class Recorder:
         }
         reason = ending.reason
         if self.lost_rows and reason.status == "complete":
-            words = f"{self.lost_rows} rows were overwritten in the ring before they could be recorded"
-            reason = StopReason(StopCause.RECORDER, words)
+            sentence = f"{self.lost_rows} rows were overwritten in the ring before they could be recorded"
+            reason = StopReason(StopCause.RECORDER, sentence)
         problems = self._verdict.problems()
         if problems and reason.status == "complete":
-            words = f"{reason.words}, but: {'; '.join(problems)}"
-            reason = StopReason(StopCause.DATA_IN_DOUBT, words)
+            sentence = f"{reason.words}, but: {'; '.join(problems)}"
+            reason = StopReason(StopCause.DATA_IN_DOUBT, sentence)
         counters["problems"] = problems
         self._log.close()
         self.file.finish(reason.status, reason.words, counters, reason.cause.value)
@@ -213,8 +213,8 @@ def record(order: RecorderOrder, acquisition: Connection) -> None:
         recorder = Recorder(order, tell)
     except OSError as error:
         reason = error.strerror or str(error)
-        words = f"the recording {order.path} cannot be created ({reason}); see who may write there, then begin anew"
-        tell(StopReason(StopCause.RECORDER, words))
+        sentence = f"the recording {order.path} cannot be created ({reason}); see who may write there, then begin anew"
+        tell(StopReason(StopCause.RECORDER, sentence))
         return
     tell("ready")
     ending = None
@@ -224,8 +224,8 @@ def record(order: RecorderOrder, acquisition: Connection) -> None:
             if acquisition.poll(_PERIOD):
                 ending = acquisition.recv()
         except (EOFError, OSError):
-            words = "the acquisition process died; what it had measured until then is here"
-            ending = Ending(StopReason(StopCause.INTERNAL, words))
+            sentence = "the acquisition process died; what it had measured until then is here"
+            ending = Ending(StopReason(StopCause.INTERNAL, sentence))
     recorder.finish(ending)
 
 

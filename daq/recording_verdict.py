@@ -148,10 +148,10 @@ class RecordingVerdict:
         """One sentence for each thing that is to be said; none where the recording may be listed."""
         if not self._rows:
             return []
-        found: list[str] = []
+        problems: list[str] = []
         whole = self._whole / self._rows
         if whole < LEAST_WHOLE:
-            found.append(
+            problems.append(
                 f"only {100 * whole:.0f} % of the rows have an answer of every drive, {100 * LEAST_WHOLE:.0f} % are needed: look "
                 "at wiring, termination and the load of the bus"
             )
@@ -159,31 +159,31 @@ class RecordingVerdict:
             name = f"joint {self._rig.axes[axis].joint}"
             late, again = (count / max(1, joint.came) for count in (joint.late, joint.again))
             if late > MOST_ODD:
-                found.append(
+                problems.append(
                     f"{name}: {100 * late:.0f} % of the answers came a cycle late: lengthen the cycle"
                 )
             if again > MOST_ODD:
-                found.append(
+                problems.append(
                     f"{name}: {100 * again:.0f} % of the answers came more than once: is there a second node with its id?"
                 )
             if joint.behind or self._first_unanswered[axis]:
-                found.append(
+                problems.append(
                     f"{name}: its answers fell {max(1, joint.behind)} cycle(s) behind and stayed so, so that they stand in the "
                     "wrong rows: lengthen the cycle"
                 )
-            found += self._stuck(name, joint)
-        return found
+            problems += self._stuck(name, joint)
+        return problems
 
     def _stuck(self, name: str, joint: _Joint) -> list[str]:
         least = max(STUCK / self._rig.cycle, STUCK_SHARE * self._moving)
-        found: list[str] = []
+        problems: list[str] = []
         for what, still in (("current", joint.command), ("position", joint.position)):
             if still.longest >= least:
-                found.append(
+                problems.append(
                     f"{name}: the {what} stood at {still.value} counts for {still.longest * self._rig.cycle:.1f} s of motion: "
                     "is the right object mapped (the drive's profile), and does the drive update it in this mode?"
                 )
-        return found
+        return problems
 
 
 def _cycles_behind(before: NDArray[Any], after: NDArray[Any], gap: int) -> int:

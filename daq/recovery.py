@@ -201,8 +201,8 @@ def recover_experiment(folder: Path, reason: str, admit_too: Collection[str] = (
             state = admit_if_it_may_serve(folder, state, decided=path.name in admit_too)
         except InputError as error:
             # One bad file must not keep the others from being saved.
-            words = f"{str(error).removeprefix(f'{path}: ')}; move it elsewhere, or delete it, if nobody can read it"
-            state = RecordingState(path, UNREADABLE, "", 0, "", "", lacks=words)
+            fault = f"{str(error).removeprefix(f'{path}: ')}; move it elsewhere, or delete it, if nobody can read it"
+            state = RecordingState(path, UNREADABLE, "", 0, "", "", lacks=fault)
         states.append(state)
     return states
 
@@ -253,15 +253,15 @@ def admit_if_it_may_serve(folder: Path, state: RecordingState, decided: bool = F
     path = state.path
     if state.status != "complete":
         try:
-            found = measured(path)
+            verdict = measured(path)
         except _UNREADABLE as error:
             return replace(state, lacks=f"cannot be judged ({_in_words(error)})")
-        lacks = found.lacks
-        if not lacks and found.needs_a_person and not decided:
+        lacks = verdict.lacks
+        if not lacks and verdict.needs_a_person and not decided:
             lacks = f"look at it, then `coulomb recover {folder} --admit {path.name}`"
         if lacks:
-            return replace(state, lacks=f"{found.words}; {lacks}")
-        _remember(path, f"{found.words}; listed" + (" by hand" if decided else ""))
+            return replace(state, lacks=f"{verdict.words}; {lacks}")
+        _remember(path, f"{verdict.words}; listed" + (" by hand" if decided else ""))
     try:
         with h5py.File(path, "r") as file:
             payload = KnownPayload.model_validate_json(str(file.attrs["payload"]))
@@ -271,10 +271,10 @@ def admit_if_it_may_serve(folder: Path, state: RecordingState, decided: bool = F
     return replace(recording_state(listed), admitted=True)
 
 
-def _remember(path: Path, words: str) -> None:
+def _remember(path: Path, remark: str) -> None:
     """Write into a closed recording how it came to be listed."""
     with h5py.File(path, "r+", libver="latest") as file:
-        file.attrs["status_reason"] = f"{file.attrs['status_reason']}; {words}"
+        file.attrs["status_reason"] = f"{file.attrs['status_reason']}; {remark}"
         file.flush()
         os.fsync(file.id.get_vfd_handle())
 

@@ -135,7 +135,9 @@ class RigDrives:
                         CheckItem(what, True, f"{named}: passed over {'; '.join(drive.passed_over)}")
                     )
                 try:
-                    items += [CheckItem(what, ok, words) for ok, words in self._look(axis, drive, profile)]
+                    items += [
+                        CheckItem(what, ok, sentence) for ok, sentence in self._look(axis, drive, profile)
+                    ]
                 except DriverError as error:
                     items.append(CheckItem(what, False, str(error)))
         if all(item.ok for item in items):
@@ -155,27 +157,30 @@ class RigDrives:
         if not heard:
             return []
         named = ", ".join("SYNC" if each == SYNC_ID else f"setpoints 0x{each:03X}" for each in sorted(heard))
-        words = f"another master is at work on {self.rig.bus}: it sends {named}; nothing was sent. End it, or take it off the bus"
-        return [CheckItem("bus", False, words)]
+        sentence = (
+            f"another master is at work on {self.rig.bus}: it sends {named}; nothing was sent. "
+            "End it, or take it off the bus"
+        )
+        return [CheckItem("bus", False, sentence)]
 
     def _look(self, axis: Axis, drive: Drive, profile: DriveProfile) -> list[tuple[bool, str]]:
         state = self.state_before_writing(drive)
         if state in POWERED:
-            words = (
+            sentence = (
                 f"has power (it is in {state.words}): somebody else commands it, or a session left it so; nothing was written "
                 f"to it. If nobody does, `coulomb reset {self.rig.name}` takes its power"
             )
-            return [(False, words)]
+            return [(False, sentence)]
         if self._moves(drive, axis):
-            words = (
+            sentence = (
                 "moves although it has no power: it was let go, or something pushes it; wait until it stands"
             )
-            return [(False, words)]
+            return [(False, sentence)]
         # A drive that an earlier session left streaming must not answer SDOs between its PDOs.
         drive.produce_heartbeat(self.rig.supervision.heartbeat_period)
         drive.set_nmt_state("PRE-OPERATIONAL")
         identity = drive.identity()
-        found = [
+        items = [
             (
                 identity.profile == 402,
                 f"vendor 0x{identity.vendor:X}, product 0x{identity.product:X}, "
@@ -184,20 +189,20 @@ class RigDrives:
         ]
         state = drive.state()
         if state is State.FAULT:
-            words = (
+            sentence = (
                 f"in FAULT: {drive.error_in_words()}; when the cause is gone, `coulomb reset {self.rig.name}` resets it, or "
                 "the button on the rig's page; its zero stays as it is"
             )
-            return [*found, (False, words)]
-        found.append((True, f"state {state.words}"))
-        found += [(True, words) for words in drive.oddities()]
+            return [*items, (False, sentence)]
+        items.append((True, f"state {state.words}"))
+        items += [(True, sentence) for sentence in drive.oddities()]
         if profile.rated is not None:
             scale = drive.command_scale()
             believed = axis.rated_torque if profile.rated.unit == "N m" else axis.rated_current
             assert believed is not None
             rated = abs(scale / profile.current_reference.scale)
             ok = abs(rated / believed - 1) <= _RATED_TOLERANCE
-            found.append(
+            items.append(
                 (
                     ok,
                     f"rated {rated:g} {profile.rated.unit}"
@@ -205,8 +210,8 @@ class RigDrives:
                 )
             )
         if axis.homing == "drive":
-            found.append(self._homed(drive))
-        return found
+            items.append(self._homed(drive))
+        return items
 
     def state_before_writing(self, drive: Drive) -> State:
         """What the drive says of itself. Only one in NMT STOPPED, where it cannot answer, is made able to first."""
@@ -244,10 +249,10 @@ class RigDrives:
             lowest, highest = axis.limits.position
             slack = axis.limits.following_error
             ok = bool(lowest - slack <= value <= highest + slack)
-            words = f"stands at {value:.4g}" + (
+            sentence = f"stands at {value:.4g}" + (
                 "" if ok else f", outside its limits {lowest:g} to {highest:g}"
             )
-            items.append(CheckItem(f"joint {axis.joint}", ok, words))
+            items.append(CheckItem(f"joint {axis.joint}", ok, sentence))
         return items
 
     def positions(self) -> np.ndarray:
@@ -287,8 +292,8 @@ class RigDrives:
             while self._emergencies:
                 emergency = self._emergencies.popleft()
                 if not emergency.is_reset:
-                    words = f"{self.joint(emergency.node)}: EMCY {code_in_words(emergency.code)}"
-                    return StopReason(StopCause.EMERGENCY, words)
+                    sentence = f"{self.joint(emergency.node)}: EMCY {code_in_words(emergency.code)}"
+                    return StopReason(StopCause.EMERGENCY, sentence)
             if time.monotonic() >= deadline:
                 return None
             time.sleep(_EMERGENCY_POLL)
@@ -301,8 +306,8 @@ class RigDrives:
         for drive in self.drives:
             silence = drive.watch.silence
             if silence is not None and silence > self._silence:
-                words = f"{self.joint(drive.node)}: no heartbeat for {silence:.2g} s"
-                return StopReason(StopCause.LOST_HEARTBEAT, words)
+                sentence = f"{self.joint(drive.node)}: no heartbeat for {silence:.2g} s"
+                return StopReason(StopCause.LOST_HEARTBEAT, sentence)
         return None
 
     def joint(self, node: int) -> str:
@@ -370,5 +375,5 @@ def _no_rpdo() -> None:
     """Without a stream there is none."""
 
 
-def _nobody(words: str) -> None:
+def _nobody(alarm: str) -> None:
     """The report says it all."""

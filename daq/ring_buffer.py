@@ -146,12 +146,12 @@ class RingWriter(_Segment):
             path.unlink()
             raise
         mapped[_DESCRIPTION_OFFSET : _DESCRIPTION_OFFSET + len(description)] = description
-        words = np.frombuffer(mapped, np.int64, _DESCRIPTION_OFFSET // 8)
-        words[_WORD_CAPACITY] = capacity
-        words[_WORD_DESCRIPTION_BYTES] = len(description)
-        words[_WORD_WRITER] = os.getpid()
-        words[_WORD_MAGIC] = _MAGIC
-        del words
+        header = np.frombuffer(mapped, np.int64, _DESCRIPTION_OFFSET // 8)
+        header[_WORD_CAPACITY] = capacity
+        header[_WORD_DESCRIPTION_BYTES] = len(description)
+        header[_WORD_WRITER] = os.getpid()
+        header[_WORD_MAGIC] = _MAGIC
+        del header
         super().__init__(path, mapped, descriptor)
 
     def write(self, rows: NDArray[Any]) -> None:

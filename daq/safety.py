@@ -112,7 +112,7 @@ class LimitMonitor:
         held = ~moving & (((rows["status"] & mask) == pattern) & came).any(axis=1)
         following = (rows["phase"] == Phase.PLAN) | (rows["phase"] == Phase.APPROACH)
 
-        found = [
+        excesses = [
             self._beyond_position(position, moving | held),
             *self._derivatives.check(
                 np.column_stack([counted, stamped]), position, ~came | late, again, moving, held
@@ -123,7 +123,7 @@ class LimitMonitor:
         ]
         reasons = [
             (item.row, StopReason(StopCause.LIMIT, f"joint {self._names[item.axis]}: {item.words}"))
-            for item in found
+            for item in excesses
             if item is not None
         ]
         reasons += self._not_enabled(rows, came, following)
@@ -186,8 +186,8 @@ class LimitMonitor:
             state = state_of(word).words
         except ValueError:
             state = f"statusword 0x{word:04X}"
-        words = f"joint {self._names[at[1]]}: the drive left OPERATION ENABLED; it is in {state}"
-        return [(at[0], StopReason(StopCause.DRIVE_FAULT, words))]
+        sentence = f"joint {self._names[at[1]]}: the drive left OPERATION ENABLED; it is in {state}"
+        return [(at[0], StopReason(StopCause.DRIVE_FAULT, sentence))]
 
     def _silence(self, came: NDArray[Any], following: NDArray[Any]) -> list[tuple[int, StopReason]]:
         reasons: list[tuple[int, StopReason]] = []
@@ -201,8 +201,8 @@ class LimitMonitor:
             too_long = np.flatnonzero(run >= self._silent)
             if len(too_long):
                 lasting = self._silent * self.rig.cycle
-                words = f"joint {name}: no position from the drive for {lasting:g} s"
-                reasons.append((int(too_long[0]), StopReason(StopCause.SILENT_DRIVE, words)))
+                sentence = f"joint {name}: no position from the drive for {lasting:g} s"
+                reasons.append((int(too_long[0]), StopReason(StopCause.SILENT_DRIVE, sentence)))
         return reasons
 
     def _lost_sync(self, rows: NDArray[Any], moving: NDArray[Any]) -> list[tuple[int, StopReason]]:
@@ -215,8 +215,8 @@ class LimitMonitor:
         too_long = np.flatnonzero(run >= self._silent)
         if not len(too_long):
             return []
-        words = f"no SYNC was seen on the bus for {self._silent * self.rig.cycle:g} s"
-        return [(int(too_long[0]), StopReason(StopCause.LOST_SYNC, words))]
+        sentence = f"no SYNC was seen on the bus for {self._silent * self.rig.cycle:g} s"
+        return [(int(too_long[0]), StopReason(StopCause.LOST_SYNC, sentence))]
 
 
 def _running_length(true: NDArray[np.bool_], before: int) -> NDArray[np.int64]:

@@ -181,11 +181,11 @@ class SamplingLoop:
         self._last_turn, self._missed = now, missed
         if self._simulated or max(blind, late) <= max(self._silence, 5 * self.rig.cycle, _HELD_UP):
             return None
-        words = (
+        sentence = (
             f"this computer was held up for {max(blind, late):.2g} s: {missed} SYNCs did not go out and nobody watched the "
             "samples meanwhile; close what else runs here, and allow real-time priority (docs/drives.md)"
         )
-        return StopReason(StopCause.HELD_UP, words)
+        return StopReason(StopCause.HELD_UP, sentence)
 
     def _receive(self) -> NDArray[Any]:
         """All frames since the last turn; they go into the ring of frames."""
@@ -209,23 +209,25 @@ class SamplingLoop:
 
     def _bus_trouble(self, rows: NDArray[Any]) -> StopReason | None:
         if self._bus_off:
-            words = (
+            sentence = (
                 "the CAN controller went bus off: it could not send without errors; look at wiring, termination and bit "
                 "rate, then `ip link set … down` and `up`"
             )
-            return StopReason(StopCause.BUS, words)
+            return StopReason(StopCause.BUS, sentence)
         if self._receiver.dropped:
-            words = f"{self._receiver.dropped} frames were lost because this machine was too slow to receive"
-            return StopReason(StopCause.LOST_FRAMES, words)
+            sentence = (
+                f"{self._receiver.dropped} frames were lost because this machine was too slow to receive"
+            )
+            return StopReason(StopCause.LOST_FRAMES, sentence)
         now = time.monotonic()
         if len(rows):
             self._last_row = now
         elif not self._simulated and now - self._last_row > max(self._silence, 5 * self.rig.cycle):
-            words = (
+            sentence = (
                 f"SYNC goes out, but none came back from the bus for {now - self._last_row:.2g} s: is the adapter connected, "
                 "and is a node on the bus that acknowledges?"
             )
-            return StopReason(StopCause.LOST_SYNC, words)
+            return StopReason(StopCause.LOST_SYNC, sentence)
         return None
 
     def _wait_for_recorder(self) -> None:

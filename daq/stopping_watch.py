@@ -100,9 +100,9 @@ class StoppingWatch:
             elapsed = float(self._clock[index, 0]) - self._begun
             place = number - (len(rows) - len(speeds))
             speed = speeds[place] if place >= 0 else np.full(len(self._names), np.nan)
-            words = self._judge_row(rows[number], self._position[index], speed, elapsed)
-            if words:
-                return words
+            fault = self._judge_row(rows[number], self._position[index], speed, elapsed)
+            if fault:
+                return fault
         return ""
 
     def _judge_row(self, row: Any, position: Array, speed: Array, elapsed: float) -> str:

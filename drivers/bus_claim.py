@@ -105,10 +105,10 @@ def _holder(name: str) -> str:
 
 def _command(process: int) -> str:
     try:
-        words = Path(f"/proc/{process}/cmdline").read_bytes().split(b"\0")
+        arguments = Path(f"/proc/{process}/cmdline").read_bytes().split(b"\0")
     except OSError:
         return ""
-    text = " ".join(word.decode(errors="replace") for word in words if word)
+    text = " ".join(word.decode(errors="replace") for word in arguments if word)
     if "daq.acquisition" in text:
         text = "a session's acquisition process"
     return f" ({text[:80]})" if text else ""

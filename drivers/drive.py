@@ -12,12 +12,13 @@ from drivers.canopen_network import CanopenNetwork, nmt_state_in_words
 from drivers.cia402 import Command, Mode
 from drivers.emergency import Emergency
 from drivers.errors import DriveError
+from drivers.fixed_mapping import stream_of_fixed_mapping
 from drivers.object_dictionary import dictionary_to_drive_by
 from drivers.process_data import (
     SYNCHRONOUS,
     DriveStream,
     MappedEntry,
-    StandingPdo,
+    PdoParameters,
     distribute,
     is_missing,
     read_pdo,
@@ -28,7 +29,6 @@ from drivers.process_data import (
 from drivers.profile import GENERIC, DriveProfile
 from drivers.sdo import SdoAccess
 from drivers.standard_stream import RPDO_1_BASE, TARGETS, TPDO_BASE, transmitted_entries
-from drivers.standing_stream import stream_as_it_stands
 from drivers.state_machine import DEFAULT_TIMEOUTS, StateMachine, Timeouts
 
 _PRODUCER_HEARTBEAT = 0x1017
@@ -169,9 +169,9 @@ class Drive(StateMachine):
 
         Raises DriveError when the drive does not answer.
         """
-        found: list[str] = []
+        oddities: list[str] = []
         if not self._has(_CONSUMER_HEARTBEAT):
-            found.append(
+            oddities.append(
                 "has no heartbeat consumer (0x1016): we watch its heartbeat, but it does not notice when ours ends; set its"
                 " own time-out for missing setpoints or SYNC"
             )
@@ -181,10 +181,10 @@ class Drive(StateMachine):
         }
         few = [f"{count} {kind}" for kind, count in counts.items() if count < len(TPDO_BASE)]
         if few:
-            found.append(f"has {' and '.join(few)}; the others are left alone")
+            oddities.append(f"has {' and '.join(few)}; the others are left alone")
         if not self._has(0x60C2, 1):
-            found.append("has no interpolation time (0x60C2): it is told the cycle by 0x1006 alone")
-        return found
+            oddities.append("has no interpolation time (0x60C2): it is told the cycle by 0x1006 alone")
+        return oddities
 
     def set_nmt_state(self, name: str) -> None:
         """OPERATIONAL, PRE-OPERATIONAL or STOPPED, confirmed by the drive's next heartbeat.
@@ -252,25 +252,25 @@ class Drive(StateMachine):
         """
         profile = self.profile
         wanted = transmitted_entries(profile, temperature)
-        standing = [
+        present = [
             pdo
             for kind, count in (("TPDO", profile.transmit_pdos), ("RPDO", len(TPDO_BASE)))
             for number in range(1, min(count, len(TPDO_BASE)) + 1)
             if (pdo := read_pdo(self.sdo, kind, number)) is not None
         ]
         groups = distribute(wanted)
-        pdos = [pdo.number for pdo in standing if pdo.kind == "TPDO"]
+        pdos = [pdo.number for pdo in present if pdo.kind == "TPDO"]
         if len(groups) > len(pdos):
             raise DriveError(
                 self.node, "mapping TPDOs", expected=f"{len(groups)} TPDOs", received=f"it has {len(pdos)}"
             )
         try:
-            return self._mapped(standing, groups, mode, transmission_type)
+            return self._mapped(present, groups, mode, transmission_type)
         except DriveError as refusal:
             if not was_refused(refusal):
                 raise
             try:
-                stream = stream_as_it_stands(self.sdo, standing, wanted, mode)
+                stream = stream_of_fixed_mapping(self.sdo, present, wanted, mode)
             except DriveError as lacking:
                 raise DriveError(
                     self.node,
@@ -283,11 +283,15 @@ class Drive(StateMachine):
             return stream
 
     def _mapped(
-        self, standing: list[StandingPdo], groups: list[list[MappedEntry]], mode: Mode, transmission_type: int
+        self,
+        present: list[PdoParameters],
+        groups: list[list[MappedEntry]],
+        mode: Mode,
+        transmission_type: int,
     ) -> DriveStream:
         """Our own mapping; the PDOs that it does not need are off."""
         needed = {("TPDO", number) for number in range(1, len(groups) + 1)} | {("RPDO", 1)}
-        for pdo in standing:
+        for pdo in present:
             if (pdo.kind, pdo.number) not in needed and pdo.valid:
                 switch_off_pdo(self.sdo, pdo.kind, pdo.number)
         transmit = tuple(
@@ -333,21 +337,21 @@ class Drive(StateMachine):
         """Whether 0x60C2 now holds value · 10^exponent s; False where the drive has no such object."""
         what = "setting the cycle"
         try:
-            stands = self.sdo.read(0x60C2, 1, "uint8", what) * 10.0 ** self.sdo.read(0x60C2, 2, "int8", what)
+            present = self.sdo.read(0x60C2, 1, "uint8", what) * 10.0 ** self.sdo.read(0x60C2, 2, "int8", what)
         except DriveError as refusal:
             if is_missing(refusal):
                 return False
             raise
         wanted = value * 10.0**exponent
-        if abs(stands / wanted - 1) < 1e-9:
+        if abs(present / wanted - 1) < 1e-9:
             return True
         try:
             self.sdo.write_verified(0x60C2, 2, "int8", exponent, what)
             self.sdo.write_verified(0x60C2, 1, "uint8", value, what)
         except DriveError as refusal:
-            words = f"{refusal.received}; it stands at {stands:g} s: give the rig that cycle"
+            refused = f"{refusal.received}; it stands at {present:g} s: give the rig that cycle"
             raise DriveError(
-                self.node, what, index=0x60C2, subindex=1, expected=f"{wanted:g} s", received=words
+                self.node, what, index=0x60C2, subindex=1, expected=f"{wanted:g} s", received=refused
             ) from refusal
         return True
 

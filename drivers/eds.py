@@ -54,10 +54,10 @@ class ReadDictionary:
     passed_over: list[str] = field(default_factory=list[str])
     """What was passed over, each kind once, in words."""
 
-    def say(self, words: str) -> None:
+    def say(self, remark: str) -> None:
         """Note what was passed over, once."""
-        if words not in self.passed_over:
-            self.passed_over.append(words)
+        if remark not in self.passed_over:
+            self.passed_over.append(remark)
 
 
 def read_eds(path: Path, node: int) -> ReadDictionary:
@@ -118,7 +118,7 @@ def _text(content: bytes, read: ReadDictionary) -> str:
 
 def _sections(text: str, read: ReadDictionary) -> dict[str, Section]:
     """Sections by name, keys in small letters; of what is doubled the first stands."""
-    found: dict[str, Section] = {}
+    sections: dict[str, Section] = {}
     current: Section | None = None
     for line in re.split(r"\r\n|\r|\n", text):
         bare = line.strip().lstrip("\ufeff")
@@ -126,21 +126,21 @@ def _sections(text: str, read: ReadDictionary) -> dict[str, Section]:
             continue
         if bare.startswith("["):
             name = bare[1:].partition("]")[0].strip()
-            known = next((key for key in (name, name.lower(), name.upper()) if key in found), name)
-            if known in found:
+            known = next((key for key in (name, name.lower(), name.upper()) if key in sections), name)
+            if known in sections:
                 read.say("sections that stand twice (the first value of each field holds)")
-            current = found.setdefault(known, {})
+            current = sections.setdefault(known, {})
             continue
         key, sign, value = bare.partition("=")
         if not sign or current is None:
             read.say("lines that are neither a section nor a field")
             continue
         current.setdefault(key.strip().lower(), value.partition(";")[0].strip())
-    comments = next((section for name, section in found.items() if name.lower() == "comments"), Section())
+    comments = next((section for name, section in sections.items() if name.lower() == "comments"), Section())
     stated = _number(comments.get("lines", "0"))
     if stated != sum(key.startswith("line") and key != "lines" for key in comments):
         read.say("comments whose number does not add up")
-    return found
+    return sections
 
 
 def _device(sections: dict[str, Section], read: ReadDictionary) -> None:
@@ -173,7 +173,7 @@ def _variable(
     kind = _number(section.get("datatype", ""), _TYPES)
     if kind is not None and kind > _LAST_STANDARD_TYPE:
         defined = next(
-            (found for name, found in sections.items() if name.lower() == f"{kind:x}sub1"), Section()
+            (entry for name, entry in sections.items() if name.lower() == f"{kind:x}sub1"), Section()
         )
         kind = _number(defined.get("defaultvalue", ""), _TYPES) or datatypes.DOMAIN
     if kind is None:
@@ -262,11 +262,11 @@ def _add_compact(
         holder.add_member(first)
 
 
-def _number(text: str, words: dict[str, int] | None = None) -> int | None:
+def _number(text: str, by_name: dict[str, int] | None = None) -> int | None:
     """A whole number in any spelling: 0x1F, 31, 001, 1Fh; or a word that stands for one; None if it is neither."""
     bare = text.strip().strip('"').upper()
-    if words and bare in words:
-        return words[bare]
+    if by_name and bare in by_name:
+        return by_name[bare]
     bare = bare.rstrip("UL")
     try:
         if bare.startswith("0X"):

@@ -116,13 +116,13 @@ def code_in_words(code: int) -> str:
     """An EMCY or 0x603F error code as an operator reads it, e.g. "0x8611 following error is too large"."""
     if code & 0xFF00 == 0 and code:
         return f"0x{code:04X} no error"
-    words = CODES.get(code) or _CLASSES.get(code >> 8) or _CLASSES.get((code >> 8) & 0xF0)
-    return f"0x{code:04X} {words or 'a code that no standard names'}"
+    meaning = CODES.get(code) or _CLASSES.get(code >> 8) or _CLASSES.get((code >> 8) & 0xF0)
+    return f"0x{code:04X} {meaning or 'a code that no standard names'}"
 
 
 def register_in_words(register: int) -> str:
     """The error register 0x1001 in words."""
-    named = [words for bit, words in enumerate(_REGISTER_BITS) if register >> bit & 1]
+    named = [meaning for bit, meaning in enumerate(_REGISTER_BITS) if register >> bit & 1]
     return ", ".join(named) or "no error"
 
 

@@ -36,9 +36,9 @@ class DriveError(DriverError):
         self.expected = expected
         self.received = received
         where = "" if index is None else f" (object 0x{index:04X}:{subindex:02X})"
-        told = f": expected {expected}" if expected else ""
-        came = f"; {received}" if received and told else f": {received}" if received else ""
-        super().__init__(f"node {node}: {doing}{where}{told}{came}")
+        wanted = f": expected {expected}" if expected else ""
+        came = f"; {received}" if received and wanted else f": {received}" if received else ""
+        super().__init__(f"node {node}: {doing}{where}{wanted}{came}")
 
 
 class ScaleError(DriverError):

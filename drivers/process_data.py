@@ -156,7 +156,7 @@ def distribute(entries: list[MappedEntry]) -> list[list[MappedEntry]]:
 
 
 @dataclass(frozen=True)
-class StandingPdo:
+class PdoParameters:
     """A PDO as a drive has it now."""
 
     kind: str
@@ -179,7 +179,7 @@ class StandingPdo:
         return self.cob_id & 0x7FF
 
 
-def read_pdo(sdo: SdoAccess, kind: str, number: int) -> StandingPdo | None:
+def read_pdo(sdo: SdoAccess, kind: str, number: int) -> PdoParameters | None:
     """A PDO as it stands; None where the drive has none of that number.
 
     Raises DriveError when the drive does not answer.
@@ -195,7 +195,7 @@ def read_pdo(sdo: SdoAccess, kind: str, number: int) -> StandingPdo | None:
             return None
         raise
     entries = tuple(sdo.read(mapping, position, "uint32", what) for position in range(1, min(count, 64) + 1))
-    return StandingPdo(kind, number, cob_id, transmission_type, entries)
+    return PdoParameters(kind, number, cob_id, transmission_type, entries)
 
 
 def is_missing(refusal: DriveError) -> bool:
@@ -227,23 +227,23 @@ def write_pdo(
     what = f"mapping {kind} {number}"
     placed = lay_out(entries)
     wanted = tuple(entry.mapping for entry in placed)
-    standing = read_pdo(sdo, kind, number)
-    if standing is None:
+    present = read_pdo(sdo, kind, number)
+    if present is None:
         expected, received = f"a {kind} {number}", "the drive has none"
         raise DriveError(
             sdo.node, what, index=communication, subindex=1, expected=expected, received=received
         )
-    flags = standing.cob_id & _NO_RTR
-    remapped = standing.mapping != wanted
+    flags = present.cob_id & _NO_RTR
+    remapped = present.mapping != wanted
     if (
-        not (standing.valid and standing.can_id == can_id and standing.transmission_type == transmission_type)
+        not (present.valid and present.can_id == can_id and present.transmission_type == transmission_type)
         or remapped
     ):
-        if standing.valid or standing.can_id != can_id:
+        if present.valid or present.can_id != can_id:
             sdo.write(communication, 1, "uint32", _PDO_OFF | flags | can_id, what)
         if remapped:
             sdo.write(mapping, 0, "uint8", 0, what)
-        if standing.transmission_type != transmission_type:
+        if present.transmission_type != transmission_type:
             sdo.write(communication, 2, "uint8", transmission_type, what)
         if remapped:
             for position, entry in enumerate(placed, 1):

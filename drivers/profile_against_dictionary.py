@@ -34,7 +34,7 @@ def mismatches(profile: DriveProfile, node: int) -> tuple[str, ...]:
         dictionary = read_object_dictionary(profile.object_dictionary, node).dictionary
     except DriverError:
         return ()
-    found: list[str] = []
+    sentences: list[str] = []
     named = Path(profile.object_dictionary).name
     for role, reference, streamed in (
         ("position", profile.position, True),
@@ -45,12 +45,12 @@ def mismatches(profile: DriveProfile, node: int) -> tuple[str, ...]:
         variable = None if reference is None else dictionary.get_variable(reference.index, reference.subindex)
         if reference is None or variable is None:
             continue
-        words = _contradiction(reference, variable, streamed)
-        if words:
-            found.append(
-                f"{role} {reference} of the profile {profile.name}: {words} in {named}; one of them is wrong"
+        contradiction = _contradiction(reference, variable, streamed)
+        if contradiction:
+            sentences.append(
+                f"{role} {reference} of the profile {profile.name}: {contradiction} in {named}; one of them is wrong"
             )
-    return tuple(found)
+    return tuple(sentences)
 
 
 def _contradiction(reference: ObjectReference, variable: ODVariable, streamed: bool) -> str:

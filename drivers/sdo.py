@@ -159,8 +159,8 @@ class SdoAccess:
 
     def _in_words(self, error: Exception, doing: str, index: int, subindex: int) -> Exception:
         if isinstance(error, SdoAbortedError):
-            words = SdoAbortedError.CODES.get(error.code, "a code that CiA 301 does not define")
-            received = f"the drive refused: {words} (abort code 0x{error.code:08X})"
+            reason = SdoAbortedError.CODES.get(error.code, "a code that CiA 301 does not define")
+            received = f"the drive refused: {reason} (abort code 0x{error.code:08X})"
         elif isinstance(error, SdoCommunicationError):
             received = f"no answer within {self.timeout:g} s, asked {1 + self.retries} times"
             if "No SDO response" not in str(error):

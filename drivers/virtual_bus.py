@@ -110,7 +110,7 @@ def frame_of(message: can.Message, stamp: int) -> Frame:
     return stamp, message.arbitration_id, bytes(message.data), flags
 
 
-def _message_of(frame: Frame, channel: str, own: bool) -> can.Message:
+def _message_of(frame: Frame, channel: str, sent_by_us: bool) -> can.Message:
     stamp, can_id, data, flags = frame
     return can.Message(
         timestamp=stamp * 1e-9,
@@ -123,7 +123,7 @@ def _message_of(frame: Frame, channel: str, own: bool) -> can.Message:
         error_state_indicator=bool(flags & frames.ERROR_STATE),
         data=data,
         channel=channel,
-        is_rx=not own,
+        is_rx=not sent_by_us,
     )
 
 
@@ -241,7 +241,7 @@ class InProcessBus(VirtualBus):
                 elif listener.receives_own:
                     listener.deliver((frame[0], frame[1], frame[2], frame[3] | frames.OWN))
             else:
-                listener.put(_message_of(frame, self._name, own=False))
+                listener.put(_message_of(frame, self._name, sent_by_us=False))
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
         """Deliver a message to all other members before returning, unless another thread is delivering; then that one does.
@@ -265,4 +265,4 @@ class InProcessBus(VirtualBus):
             raise can.CanOperationError(self._bus.failure)
         if frame is None:
             return None, True
-        return _message_of(frame, self._name, own=bool(frame[3] & frames.OWN)), True
+        return _message_of(frame, self._name, sent_by_us=bool(frame[3] & frames.OWN)), True

@@ -30,13 +30,15 @@ def compare(
     return results
 
 
-def comparison_document(found: dict[str, Identification], figures: Sequence[str] = ()) -> ComparisonDocument:
+def comparison_document(
+    results: dict[str, Identification], figures: Sequence[str] = ()
+) -> ComparisonDocument:
     """Errors of every model in all, by joint, session, payload and speed (Tables III and IV).
 
     figures : files that were drawn of them
     """
     models = []
-    for name, result in found.items():
+    for name, result in results.items():
         document = result.document()
         models.append(
             ModelErrors(
@@ -50,11 +52,11 @@ def comparison_document(found: dict[str, Identification], figures: Sequence[str]
                 form=document.form,
             )
         )
-    first = next(iter(found.values()))
+    first = next(iter(results.values()))
     return ComparisonDocument(experiment=first.experiment.name, models=tuple(models), figures=tuple(figures))
 
 
-def write_figures(found: dict[str, Identification], out: Path) -> list[str]:
+def write_figures(results: dict[str, Identification], out: Path) -> list[str]:
     """Write the figures into a folder, all of them or none; returns their names.
 
     Raises InputError: the folder cannot be written.
@@ -64,7 +66,7 @@ def write_figures(found: dict[str, Identification], out: Path) -> list[str]:
     scratch = out.parent / f".{out.name}-{os.getpid()}"
     try:
         scratch.mkdir(parents=True)
-        files = _draw_all(found, scratch)
+        files = _draw_all(results, scratch)
         out.mkdir(exist_ok=True)
         for file in files:
             (scratch / file).replace(out / file)
@@ -75,14 +77,14 @@ def write_figures(found: dict[str, Identification], out: Path) -> list[str]:
     return files
 
 
-def _draw_all(found: dict[str, Identification], folder: Path) -> list[str]:
+def _draw_all(results: dict[str, Identification], folder: Path) -> list[str]:
     from identify.validation.figures import draw_course, draw_where, save
 
-    first = next(iter(found.values()))
+    first = next(iter(results.values()))
     record = first.fitted.record
     revolute = [summary.revolute for summary in record.summaries]
     files: list[str] = []
-    for name, result in found.items():
+    for name, result in results.items():
         for entry in result.experiment.sessions:
             predictions = [result.predictions[entry.file, joint] for joint in record.joint_names]
             title = f"{name}, {entry.file}, payload {entry.payload.name}"
@@ -93,7 +95,7 @@ def _draw_all(found: dict[str, Identification], folder: Path) -> list[str]:
             [result.predictions[entry.file, joint] for entry in result.experiment.sessions]
             for joint in record.joint_names
         ]
-        for name, result in found.items()
+        for name, result in results.items()
     }
     return files + save(draw_where(everywhere, revolute), folder, "where")
 

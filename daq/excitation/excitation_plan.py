@@ -135,5 +135,5 @@ class ExcitationPlan(BaseModel):
         except ValidationError as error:
             problem = error.errors(include_url=False)[0]
             field = ".".join(str(part) for part in problem["loc"])
-            words = problem["msg"].removeprefix("Value error, ")
-            raise InputError(f"{path}: {field + ': ' if field else ''}{words}") from None
+            fault = problem["msg"].removeprefix("Value error, ")
+            raise InputError(f"{path}: {field + ': ' if field else ''}{fault}") from None

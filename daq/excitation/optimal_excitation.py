@@ -106,7 +106,7 @@ def optimal_plan(request: Request, progress: Callable[[float, str], None] | None
     return plan.model_copy(update={"model": request.model.name})
 
 
-def _no_progress(fraction: float, words: str) -> None:
+def _no_progress(fraction: float, step: str) -> None:
     """Where nobody asked for progress."""
 
 

@@ -27,8 +27,8 @@ def read_plant_settings(section: Mapping[str, Any]) -> ArmSettings | RobotSettin
     except ValidationError as error:
         problem = error.errors(include_url=False)[0]
         field = ".".join(str(part) for part in ("simulated", "plant", *problem["loc"]))
-        words = problem["msg"].removeprefix("Value error, ")
-        raise PlantSettingsError(f"{field}: {words}") from None
+        fault = problem["msg"].removeprefix("Value error, ")
+        raise PlantSettingsError(f"{field}: {fault}") from None
 
 
 def build_mechanism(

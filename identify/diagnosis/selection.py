@@ -258,18 +258,18 @@ class Selection:
         )
 
     def additions(
-        self, found: Sequence[Sequence[Finding]], least: Sequence[float]
+        self, ranked: Sequence[Sequence[Finding]], least: Sequence[float]
     ) -> list[tuple[Candidate, int]]:
         """What to add now: each joint's strongest justified effect, or a pair that only helps together.
 
-        found : every joint's candidates, the best first
-        least : for every joint the gain that an effect must have
+        ranked : every joint's candidates, the best first
+        least  : for every joint the gain that an effect must have
 
         Joints whose strongest is much weaker than the strongest of all wait: a fault of one joint shows in
         others through the inertial parameters that they share.
         """
         choices: list[tuple[float, list[tuple[Candidate, int]]]] = []
-        for joint, findings in enumerate(found):
+        for joint, findings in enumerate(ranked):
             worth = [finding for finding in findings if finding.gain >= least[joint]]
             single = next((finding for finding in worth if finding.justified), None)
             pair = None if single is not None else self._pair(joint, findings, least[joint])

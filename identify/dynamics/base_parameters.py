@@ -187,13 +187,13 @@ def _without_rounding(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.where(np.abs(matrix - whole) < 1e-9, whole, matrix)
 
 
-def _grouping(coefficients: NDArray[np.float64], own: int, symbols: tuple[str, ...]) -> str:
+def _grouping(coefficients: NDArray[np.float64], column: int, symbols: tuple[str, ...]) -> str:
     """The sum in words: its own parameter first, then the others in the standard order, `ZZ1 + Ia1 - 0.225
     MY2`.
     """
-    text = symbols[own]
+    text = symbols[column]
     for index in np.flatnonzero(coefficients):
-        if index == own:
+        if index == column:
             continue
         value = coefficients[index]
         size = "" if abs(value) == 1.0 else f"{abs(value):.6g} "

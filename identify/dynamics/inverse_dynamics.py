@@ -31,7 +31,10 @@ class InverseDynamics:
 
     def __init__(self, geometry: Geometry, standard: Sequence[Array]) -> None:
         self.geometry = geometry
-        self._sets = [[_Link(own) for own in np.reshape(one, (-1, PARAMETERS_PER_JOINT))] for one in standard]
+        self._sets = [
+            [_Link(parameters) for parameters in np.reshape(one, (-1, PARAMETERS_PER_JOINT))]
+            for one in standard
+        ]
 
     def torques(self, q: Array, dq: Array, ddq: Array) -> list[Array]:
         """For each set of parameters the torques (N, n), N m or N, of a motion q, dq, ddq (N, n)."""

@@ -121,8 +121,8 @@ class _Tree:
             raise InputError(f"{path}: exactly one link must have no joint before it, found {named}")
         self.base = bases[0]
 
-    def wrong(self, joint: ElementTree.Element, words: str) -> InputError:
-        return InputError(f"{self.path}: joint '{joint.get('name', '?')}': {words}")
+    def wrong(self, joint: ElementTree.Element, fault: str) -> InputError:
+        return InputError(f"{self.path}: joint '{joint.get('name', '?')}': {fault}")
 
     def _end(self, joint: ElementTree.Element, end: str) -> str:
         element = joint.find(end)

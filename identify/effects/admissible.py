@@ -90,12 +90,12 @@ def admissible_values(
             motion = steady_motion(summaries[joint])
             opposing = np.hstack([t.effect.columns(motion, c) for t, c, _ in friction])
             opposing *= motion.direction[:, None]
-            own = np.concatenate([np.arange(width)[part] for *_, part in friction])
-            if opposing.min(initial=0.0) >= 0 and lower[own].min(initial=0.0) >= 0:
+            opposed = np.concatenate([np.arange(width)[part] for *_, part in friction])
+            if opposing.min(initial=0.0) >= 0 and lower[opposed].min(initial=0.0) >= 0:
                 continue  # each by itself opposes the motion already
             distinct = _distinct(opposing)
             spread = np.zeros((len(distinct), width))
-            spread[:, own] = distinct
+            spread[:, opposed] = distinct
             rows += list(spread)
             least += [0.0] * len(distinct)
     return Admissible(lower, upper, np.array(rows).reshape(-1, width), np.array(least))
@@ -128,20 +128,20 @@ def own_values(term: Term, constants: Mapping[str, float], count: int, summary: 
     """What the parameters of one term's columns can be whatever else is in the model."""
     listed = named_parameters(term, constants, count, summary)
     name = term.effect.name
-    own = [
+    relations = [
         relation
         for relation in term.effect.relations(summary, constants)
         if all(effect == name for effect, _ in relation.coefficients)
     ]
-    matrix = np.zeros((len(own), count))
-    for row, relation in zip(matrix, own, strict=True):
+    matrix = np.zeros((len(relations), count))
+    for row, relation in zip(matrix, relations, strict=True):
         for (_, index), coefficient in relation.coefficients.items():
             row[index] = coefficient
     return Admissible(
         np.array([parameter.lower for parameter in listed]),
         np.array([parameter.upper for parameter in listed]),
         matrix,
-        np.array([relation.least for relation in own]),
+        np.array([relation.least for relation in relations]),
     )
 
 

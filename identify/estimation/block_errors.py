@@ -11,13 +11,13 @@ Array = NDArray[np.float64]
 
 def block_errors(observation: Observation, chi: Array) -> Array:
     """(blocks, joints, 2): squared norms of residual and of measured torque."""
-    found = np.zeros((len(observation.blocks), len(observation.joint_columns), 2))
+    errors = np.zeros((len(observation.blocks), len(observation.joint_columns), 2))
     for block, factors in enumerate(observation.factors):
         for joint, factor in enumerate(factors):
             rows = spread(observation, joint, factor)
             residual = rows[:, -2] - rows[:, :-2] @ chi
-            found[block, joint] = residual @ residual, rows[:, -1] @ rows[:, -1]
-    return found
+            errors[block, joint] = residual @ residual, rows[:, -1] @ rows[:, -1]
+    return errors
 
 
 def ratio(residual: float, measured: float) -> float | None:

@@ -52,8 +52,8 @@ def nearest_admissible(r: Array, chi: Array, admissible: Admissible) -> Array:
     if abs(rest[-1]) < 1e-12:
         return chi  # the bounds contradict each other
     z = -rest[:-1] / rest[-1] * unit
-    found = chi + np.linalg.solve(r, z)
-    return np.clip(found, admissible.lower, admissible.upper)
+    nearest = chi + np.linalg.solve(r, z)
+    return np.clip(nearest, admissible.lower, admissible.upper)
 
 
 def admissible_fit(observation: Observation, fit: LeastSquares, admissible: Admissible) -> LeastSquares:
@@ -61,23 +61,23 @@ def admissible_fit(observation: Observation, fit: LeastSquares, admissible: Admi
 
     admissible : of all columns, (width,)
     """
-    own = fit.fitted
-    if not len(own):
+    columns = fit.fitted
+    if not len(columns):
         return fit
     # a column that the data do not show has no value that a relation could hold against others
-    unseen = np.setdiff1d(np.arange(len(fit.chi)), own)
+    unseen = np.setdiff1d(np.arange(len(fit.chi)), columns)
     known = ~np.any(admissible.matrix[:, unseen] != 0, axis=1)
     inner = Admissible(
-        admissible.lower[own],
-        admissible.upper[own],
-        admissible.matrix[known][:, own],
+        admissible.lower[columns],
+        admissible.upper[columns],
+        admissible.matrix[known][:, columns],
         admissible.least[known],
     )
-    values = nearest_admissible(fit.r, fit.chi[own], inner)
-    if values is fit.chi[own] or np.array_equal(values, fit.chi[own]):
+    values = nearest_admissible(fit.r, fit.chi[columns], inner)
+    if values is fit.chi[columns] or np.array_equal(values, fit.chi[columns]):
         return fit
     chi = fit.chi.copy()
-    chi[own] = values
+    chi[columns] = values
     return replace(fit, chi=chi, residual=residual_norms(observation, chi), free=fit.chi)
 
 
@@ -88,11 +88,11 @@ def admissible_columns(observation: Observation, summaries: Sequence[JointSummar
         (slot.term, slot.values, len(columns))
         for slot, columns in zip(observation.slots, observation.slot_columns, strict=True)
     ]
-    own = admissible_values(listed, summaries)
+    values = admissible_values(listed, summaries)
     free = np.full(observation.base, np.inf)
     return Admissible(
-        np.concatenate([-free, own.lower]),
-        np.concatenate([free, own.upper]),
-        np.hstack([np.zeros((len(own.matrix), observation.base)), own.matrix]),
-        own.least,
+        np.concatenate([-free, values.lower]),
+        np.concatenate([free, values.upper]),
+        np.hstack([np.zeros((len(values.matrix), observation.base)), values.matrix]),
+        values.least,
     )

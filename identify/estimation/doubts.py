@@ -18,27 +18,27 @@ def doubts(fitted: FittedModel, error: float, unseen: float | None) -> list[str]
 
     error, unseen : relative error on the sessions of the fit and on the validation sessions
     """
-    found: list[str] = []
+    sentences: list[str] = []
     if unseen is not None and unseen > MUCH_WORSE * error:
         condition = fitted.fit.condition_number
-        found.append(
+        sentences.append(
             f"the model predicts motion that it did not see much worse ({unseen:.3g} of the torque) than its own"
             f" ({error:.3g}); do not rely on the parameters (condition number {condition:.3g})"
         )
     names = [name for name, *_ in column_names(fitted)]
-    found += [
+    sentences += [
         f"{names[first]} and {names[second]} are many times the measured torque and cancel each other: only their sum is known"
         for first, second in _cancelling(fitted)
     ]
     if fitted.fit.free is not None:
         moved = np.flatnonzero(~np.isclose(fitted.fit.chi, fitted.fit.free, rtol=1e-3, atol=1e-12))
         held = [column for column in moved if fitted.fit.chi[column] == 0]
-        found += [
+        sentences += [
             f"{names[column]} is held at 0, the least that it can be: least squares alone would find"
             f" {fitted.fit.free[column]:.3g}"
             for column in held
         ]
-    return found
+    return sentences
 
 
 def _cancelling(fitted: FittedModel) -> list[tuple[int, int]]:

@@ -93,10 +93,12 @@ def fit_model(
             summaries = _informed(result)
         variants = [_variants(term, settled, fixed, summaries[term.joint]) for term in active]
         slots = [
-            Slot.of(t, constants) for t, found in zip(active, variants, strict=True) for constants in found
+            Slot.of(t, constants)
+            for t, choices in zip(active, variants, strict=True)
+            for constants in choices
         ]
         observation = observe(record, chosen, slots, fitted)
-        starts = [_place(found, settled.get(t.key)) for t, found in zip(active, variants, strict=True)]
+        starts = [_place(choices, settled.get(t.key)) for t, choices in zip(active, variants, strict=True)]
         picked = choose_constants(observation, variants, inertial, starts)
         searched = observation
         observation, fit = _fit_chosen(searched, variants, picked, inertial, summaries)
@@ -105,8 +107,8 @@ def fit_model(
             other, kept = _fit_chosen(searched, variants, starts, inertial, summaries)
             if _left(kept) < _left(fit):
                 observation, fit, picked = other, kept, starts
-        for term, found, pick in zip(active, variants, picked, strict=True):
-            settled[term.key] = found[pick]
+        for term, choices, pick in zip(active, variants, picked, strict=True):
+            settled[term.key] = choices[pick]
         result = FittedModel(
             record,
             model.with_constants([t.chosen(settled[t.key]) for t in model.terms if t.key in settled]),
@@ -139,8 +141,8 @@ def _fit_chosen(
     summaries: Sequence[JointSummary],
 ) -> tuple[Observation, LeastSquares]:
     """The fit with one choice of each term's constants, its parameters inside what they can be."""
-    if any(len(found) > 1 for found in variants):
-        firsts = np.concatenate([[0], np.cumsum([len(found) for found in variants])])[:-1]
+    if any(len(choices) > 1 for choices in variants):
+        firsts = np.concatenate([[0], np.cumsum([len(choices) for choices in variants])])[:-1]
         observation = only_slots(observation, [int(s) + p for s, p in zip(firsts, picked, strict=True)])
     if not inertial:
         return observation, least_squares(observation, np.arange(observation.base, observation.width))
@@ -174,11 +176,11 @@ def _variants(
         return [settled[term.key]]
     if term.key in settled:
         return term.effect.refine(settled[term.key], summary)
-    found = term.effect.grid(summary)
-    if not found:
+    choices = term.effect.grid(summary)
+    if not choices:
         reason = term.effect.prevented(summary) or "there is nothing to search"
         raise InputError(f"{term.effect.name}@{summary.name}: this record cannot show it: {reason}")
-    return found
+    return choices
 
 
 def choose_constants(
@@ -195,9 +197,9 @@ def choose_constants(
     All variants' columns are projected off those of the model once for each term; a variant is then a problem of as
     many unknowns as it has columns.
     """
-    starts = np.concatenate([[0], np.cumsum([len(found) for found in variants])]).astype(int)
-    picked = [len(found) // 2 for found in variants] if starts_at is None else list(starts_at)
-    several = [index for index, found in enumerate(variants) if len(found) > 1]
+    starts = np.concatenate([[0], np.cumsum([len(choices) for choices in variants])]).astype(int)
+    picked = [len(choices) // 2 for choices in variants] if starts_at is None else list(starts_at)
+    several = [index for index, choices in enumerate(variants) if len(choices) > 1]
     if not several:
         return picked
     base = np.arange(observation.base if inertial else 0)
@@ -219,9 +221,9 @@ def choose_constants(
     return picked
 
 
-def _place(found: Sequence[dict[str, float]], present: dict[str, float] | None) -> int:
+def _place(choices: Sequence[dict[str, float]], present: dict[str, float] | None) -> int:
     """Index of the present constants among those to try; the middle where there are none."""
-    return found.index(present) if present in found else len(found) // 2
+    return choices.index(present) if present in choices else len(choices) // 2
 
 
 def _weighted_products(observation: Observation, weights: Array) -> Array:
@@ -242,13 +244,13 @@ def _explained(products: Array, others: NDArray[np.intp], options: Sequence[NDAr
     inner = np.linalg.pinv(products[np.ix_(others, others)], rcond=RANK, hermitian=True)
     cross = products[np.ix_(others, wanted)]
     left = products[np.ix_(wanted, wanted)] - cross.T @ inner @ cross
-    found, done = [], 0
+    explained, done = [], 0
     for option in options:
-        own = slice(done, done + len(option))
+        place = slice(done, done + len(option))
         done += len(option)
-        gram, target = left[own, own], left[own, -1]
-        found.append(float(target @ np.linalg.pinv(gram, rcond=RANK, hermitian=True) @ target))
-    return found
+        gram, target = left[place, place], left[place, -1]
+        explained.append(float(target @ np.linalg.pinv(gram, rcond=RANK, hermitian=True) @ target))
+    return explained
 
 
 def only_slots(observation: Observation, slots: Sequence[int]) -> Observation:
@@ -262,8 +264,8 @@ def only_slots(observation: Observation, slots: Sequence[int]) -> Observation:
         present = np.flatnonzero(new[columns] >= 0)
         joint_columns.append(new[columns[present]])
         pick = np.concatenate([present, [len(columns), len(columns) + 1]])
-        for block, own in enumerate(observation.factors):
-            factors[block].append(own[joint].select(pick))
+        for block, by_joint in enumerate(observation.factors):
+            factors[block].append(by_joint[joint].select(pick))
     starts = np.concatenate(
         [[observation.base], observation.base + np.cumsum([len(k) for k in kept])]
     ).astype(int)

@@ -49,8 +49,8 @@ class Identified:
         """One value for each physical parameter of `load-velocity`; empty for other models."""
         if self.structured is None:
             return ()
-        found = self.structured
-        listed = zip(found.names, found.values, found.std, found.std_robust, strict=True)
+        form = self.structured
+        listed = zip(form.names, form.values, form.std, form.std_robust, strict=True)
         return tuple(
             Parameter(name, joint, float(value), number(float(std)), number(float(robust)), unit, grouping)
             for (name, joint, unit, grouping), value, std, robust in listed
@@ -73,7 +73,9 @@ class Identified:
     def predictions(self) -> dict[tuple[str, str], Prediction]:
         """Predictions by session file and joint."""
         by_session = predict_sessions(self.fitted, self.experiment.sessions)
-        return {(own.file, own.joint): own for parts in by_session for own in parts}
+        return {
+            (prediction.file, prediction.joint): prediction for parts in by_session for prediction in parts
+        }
 
     def prediction(self, file: str, joint: str) -> Prediction:
         """What the model predicts for a joint in a session.
@@ -92,8 +94,8 @@ class Identified:
         """How a session was used: identification, validation, or left out."""
         if entry.role == "validation":
             return "validation"
-        used = {own.file for own in self.fitted.entries}
-        return "identification" if entry.file in used else "left out"
+        files = {used.file for used in self.fitted.entries}
+        return "identification" if entry.file in files else "left out"
 
     @property
     def relative_error(self) -> float:
@@ -120,14 +122,14 @@ class Identified:
     def all_remarks(self) -> list[str]:
         """What the reader of the result must know: of the model, the estimate, and the sessions."""
         record, fitted = self.fitted.record, self.fitted
-        found = doubts(self.fitted, self.relative_error, self.relative_error_validation)
-        found += self.remarks
+        remarks = doubts(self.fitted, self.relative_error, self.relative_error_validation)
+        remarks += self.remarks
         if self.structured is not None:
-            found += self.structured.remarks
+            remarks += self.structured.remarks
         if fitted.estimate is not None:
-            found += fitted.estimate.remarks
+            remarks += fitted.estimate.remarks
         if fitted.eliminated:
-            found.append(f"{len(fitted.eliminated)} parameters {RULE}")
+            remarks.append(f"{len(fitted.eliminated)} parameters {RULE}")
         for entry in self.experiment.sessions:
-            found += [f"{entry.file}: {remark}" for remark in record.facts(entry).remarks]
-        return found
+            remarks += [f"{entry.file}: {remark}" for remark in record.facts(entry).remarks]
+        return remarks

@@ -137,12 +137,12 @@ def _peaks(
     maxima = inner[
         (wave_numbers[inner] >= lowest) & (at >= explained[inner - 1]) & (at >= explained[inner + 1])
     ]
-    standing = []
+    peaks = []
     for index in maxima[np.argsort(explained[maxima])[: -MOST_PEAKS - 1 : -1]]:
         usual = float(np.median(explained[max(0, index - half) : index + half + 1]))
         if explained[index] > min(STANDS_OUT * usual, EXPLAINS):
-            standing.append(index)
-    return [(float(power * explained[index]), float(wave_numbers[index])) for index in standing]
+            peaks.append(index)
+    return [(float(power * explained[index]), float(wave_numbers[index])) for index in peaks]
 
 
 def _strongest(peaks: Sequence[tuple[float, float]], span: float) -> tuple[float, ...]:

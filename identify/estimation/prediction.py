@@ -75,8 +75,8 @@ def predict_sessions(fitted: FittedModel, entries: Sequence[SessionEntry]) -> li
     inertial = bool(np.any(fit.fitted < base))
     torques = partial(_session_torques, record, fit.chi[:base], factors, inertial, fitted.load_from)
     return [
-        _predictions(record, entry, *found)
-        for entry, found in zip(entries, chosen_executor()(torques, list(entries)), strict=True)
+        _predictions(record, entry, *arrays)
+        for entry, arrays in zip(entries, chosen_executor()(torques, list(entries)), strict=True)
     ]
 
 

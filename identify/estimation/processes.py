@@ -122,8 +122,8 @@ class _Turns:
 
     def end(self) -> None:
         with self._lock:
-            for own in self._waiting:
-                own.clear()
+            for turn in self._waiting:
+                turn.clear()
 
 
 class _Ended(Exception):
@@ -155,13 +155,13 @@ class _Worker:
         task = pickle.dumps((function, item), protocol=pickle.HIGHEST_PROTOCOL)
         try:
             self._connection.send_bytes(task)
-            good, found = self._connection.recv()
+            good, answer = self._connection.recv()
         except (EOFError, OSError):
             self.end()
             raise _Ended from None
         if good:
-            return found
-        raise found
+            return answer
+        raise answer
 
     def end(self) -> None:
         """End the process, whatever it computes."""

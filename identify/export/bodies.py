@@ -35,10 +35,10 @@ def feasible_standard(
         rows = np.vstack(
             [joint_rows(observation, joint) * weight for joint, weight in enumerate(fit.weights)]
         )
-        own = rows[:, : observation.base]
-        information = own.T @ own + NOT_SEEN * float(np.trace(own.T @ own)) * information / np.trace(
-            information
-        )
+        rigid_rows = rows[:, : observation.base]
+        information = rigid_rows.T @ rigid_rows + NOT_SEEN * float(
+            np.trace(rigid_rows.T @ rigid_rows)
+        ) * information / np.trace(information)
     standard = nearest_feasible(base, model.chi, information, rotors).standard
     place = np.arange(len(standard)) % PARAMETERS_PER_JOINT == PARAMETERS_PER_JOINT - 1
     standard = np.where(place, np.maximum(standard, 0.0) if rotors else 0.0, standard)

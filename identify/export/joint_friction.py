@@ -39,18 +39,18 @@ def joint_parts(
     parts = []
     friction = [(motion, torque_of(motion)) for motion in motions]
     for joint in range(model.joints):
-        own = [part for part in model.torques if part.row == joint]
+        of_joint = [part for part in model.torques if part.row == joint]
         missing = [effect for effect, place in model.lost if place == joint]
-        placed = {part.place: part for part in own if part.place and _has_place(kind, part.place)}
+        placed = {part.place: part for part in of_joint if part.place and _has_place(kind, part.place)}
         exact = {place: sum(part.values) for place, part in placed.items()}
-        rubbing = [part for part in own if part.rubs and part not in placed.values()]
+        rubbing = [part for part in of_joint if part.rubs and part not in placed.values()]
         approximated: list[str] = []
         if rubbing or any(exact.get(place, 0.0) < 0 for place in ("damping", "dry")):
             exact["damping"], exact["dry"] = _fitted(joint, friction)
             approximated = [part.effect for part in [*rubbing, *(p for p in placed.values() if p.rubs)]]
         rotor = float(model.standard[11 * joint + 10]) if kind in HAS_ROTORS else 0.0
         held = [part.effect for part in placed.values() if part.effect not in approximated]
-        lost = [part.effect for part in own if part.effect not in (*held, *approximated)]
+        lost = [part.effect for part in of_joint if part.effect not in (*held, *approximated)]
         parts.append(
             JointPart(
                 JointFriction(**exact, rotor=rotor),
@@ -73,5 +73,5 @@ def _fitted(joint: int, friction: list[tuple[Motion, Array]]) -> tuple[float, fl
     columns = np.column_stack([dq, np.sign(dq), np.ones(len(dq)), -np.ones(len(dq))])
     size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
     # a constant beside them: what the format cannot hold must not be taken for friction
-    found, _ = nnls(columns / size, torque)
-    return float(found[0] / size[0]), float(found[1] / size[1])
+    coefficients, _ = nnls(columns / size, torque)
+    return float(coefficients[0] / size[0]), float(coefficients[1] / size[1])

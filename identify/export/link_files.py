@@ -73,8 +73,8 @@ class LinkFile:
     def standard(self) -> Array:
         """(11 n,) standard parameters, the rotors with them."""
         links = [
-            np.append(body.parameters(), own.rotor)
-            for body, own in zip(self.bodies, self.friction, strict=True)
+            np.append(body.parameters(), friction.rotor)
+            for body, friction in zip(self.bodies, self.friction, strict=True)
         ]
         return np.concatenate(links)
 
@@ -98,7 +98,7 @@ def urdf(robot: LinkFile, name: str) -> str:
     root = ElementTree.Element("robot", name=name)
     ElementTree.SubElement(root, "link", name="base")
     for joint, body in enumerate(robot.bodies):
-        geometry, own = robot.geometry, robot.friction[joint]
+        geometry, friction = robot.geometry, robot.friction[joint]
         kind = "prismatic" if geometry.prismatic[joint] else "continuous"
         before = "base" if joint == 0 else f"link{joint}"
         element = ElementTree.SubElement(root, "joint", name=geometry.names[joint], type=kind)
@@ -107,7 +107,9 @@ def urdf(robot: LinkFile, name: str) -> str:
         ElementTree.SubElement(element, "child", link=f"link{joint + 1}")
         ElementTree.SubElement(element, "origin", xyz=_text(place), rpy=_text(roll_pitch_yaw(rotation)))
         ElementTree.SubElement(element, "axis", xyz="0 0 1")
-        ElementTree.SubElement(element, "dynamics", damping=_number(own.damping), friction=_number(own.dry))
+        ElementTree.SubElement(
+            element, "dynamics", damping=_number(friction.damping), friction=_number(friction.dry)
+        )
         if kind == "prismatic":
             ElementTree.SubElement(element, "limit", lower="-1e9", upper="1e9", effort="1e9", velocity="1e9")
         link = ElementTree.SubElement(root, "link", name=f"link{joint + 1}")
@@ -130,7 +132,7 @@ def sdf(robot: LinkFile, name: str) -> str:
     ElementTree.SubElement(fixed, "parent").text = "world"
     ElementTree.SubElement(fixed, "child").text = "base"
     for joint, body in enumerate(robot.bodies):
-        geometry, own = robot.geometry, robot.friction[joint]
+        geometry, friction = robot.geometry, robot.friction[joint]
         before = "base" if joint == 0 else f"link{joint}"
         place, rotation = frame(geometry, joint)
         link = ElementTree.SubElement(model, "link", name=f"link{joint + 1}")
@@ -147,9 +149,9 @@ def sdf(robot: LinkFile, name: str) -> str:
         ElementTree.SubElement(limit, "lower").text = "-1e16"
         ElementTree.SubElement(limit, "upper").text = "1e16"
         dynamics = ElementTree.SubElement(axis, "dynamics")
-        ElementTree.SubElement(dynamics, "damping").text = _number(own.damping)
-        ElementTree.SubElement(dynamics, "friction").text = _number(own.dry)
-        ElementTree.SubElement(dynamics, "spring_stiffness").text = _number(own.stiffness)
+        ElementTree.SubElement(dynamics, "damping").text = _number(friction.damping)
+        ElementTree.SubElement(dynamics, "friction").text = _number(friction.dry)
+        ElementTree.SubElement(dynamics, "spring_stiffness").text = _number(friction.stiffness)
         ElementTree.SubElement(dynamics, "spring_reference").text = "0"
     return _document(root)
 
@@ -162,7 +164,7 @@ def mjcf(robot: LinkFile, name: str) -> str:
     parent = ElementTree.SubElement(root, "worldbody")
     actuators = ElementTree.Element("actuator")
     for joint, body in enumerate(robot.bodies):
-        geometry, own = robot.geometry, robot.friction[joint]
+        geometry, friction = robot.geometry, robot.friction[joint]
         place, rotation = frame(geometry, joint)
         parent = ElementTree.SubElement(
             parent, "body", name=f"link{joint + 1}", pos=_text(place), quat=_text(quaternion(rotation))
@@ -181,10 +183,10 @@ def mjcf(robot: LinkFile, name: str) -> str:
             name=geometry.names[joint],
             type="slide" if geometry.prismatic[joint] else "hinge",
             axis="0 0 1",
-            armature=_number(own.rotor),
-            damping=_number(own.damping),
-            frictionloss=_number(own.dry),
-            stiffness=_number(own.stiffness),
+            armature=_number(friction.rotor),
+            damping=_number(friction.damping),
+            frictionloss=_number(friction.dry),
+            stiffness=_number(friction.stiffness),
         )
         ElementTree.SubElement(actuators, "motor", name=geometry.names[joint], joint=geometry.names[joint])
     root.append(actuators)
@@ -200,12 +202,12 @@ def read_back(kind: str, text: str, geometry: Geometry) -> LinkFile:
     root = ElementTree.fromstring(text)
     reader = {"urdf": _read_urdf, "sdf": _read_sdf, "xml": _read_mjcf}[kind]
     bodies, friction = [], []
-    for joint, (place, rotation, body, own) in enumerate(reader(root)):
+    for joint, (place, rotation, body, joint_friction) in enumerate(reader(root)):
         wanted = frame(geometry, joint)
         if not (np.allclose(place, wanted[0], atol=1e-9) and np.allclose(rotation, wanted[1], atol=1e-9)):
             raise ValueError(f"the frame of joint '{geometry.names[joint]}' in the file is not the robot's")
         bodies.append(body)
-        friction.append(own)
+        friction.append(joint_friction)
     return LinkFile(geometry, tuple(bodies), tuple(friction))
 
 
@@ -213,41 +215,43 @@ Link = tuple[Array, Array, Body, JointFriction]
 
 
 def _read_urdf(root: ElementTree.Element) -> list[Link]:
-    found = []
+    links = []
     for number, joint in enumerate(root.iter("joint"), start=1):
         origin, dynamics = _child(joint, "origin"), _child(joint, "dynamics")
-        link = next(own for own in root.iter("link") if own.get("name") == f"link{number}")
-        own = JointFriction(float(dynamics.get("damping", 0)), float(dynamics.get("friction", 0)))
+        link = next(element for element in root.iter("link") if element.get("name") == f"link{number}")
+        friction = JointFriction(float(dynamics.get("damping", 0)), float(dynamics.get("friction", 0)))
         inertia = _child(link, "inertial/inertia")
         body = Body(
             float(_child(link, "inertial/mass").get("value", 0)),
             _vector(_child(link, "inertial/origin").get("xyz")),
             _tensor([float(inertia.get(name, 0)) for name in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")]),
         )
-        found.append((_vector(origin.get("xyz")), from_roll_pitch_yaw(_vector(origin.get("rpy"))), body, own))
-    return found
+        links.append(
+            (_vector(origin.get("xyz")), from_roll_pitch_yaw(_vector(origin.get("rpy"))), body, friction)
+        )
+    return links
 
 
 def _read_sdf(root: ElementTree.Element) -> list[Link]:
-    found = []
-    joints = [own for own in root.iter("joint") if own.get("type") != "fixed"]
+    links = []
+    joints = [element for element in root.iter("joint") if element.get("type") != "fixed"]
     for number, joint in enumerate(joints, start=1):
-        link = next(own for own in root.iter("link") if own.get("name") == f"link{number}")
+        link = next(element for element in root.iter("link") if element.get("name") == f"link{number}")
         pose = _vector(_child(link, "pose").text)
         names = ("damping", "friction", "spring_stiffness")
-        own = JointFriction(*(float(_child(joint, f"axis/dynamics/{name}").text or 0) for name in names))
+        friction = JointFriction(*(float(_child(joint, f"axis/dynamics/{name}").text or 0) for name in names))
         inertia = [
             float(_child(link, f"inertial/inertia/{name}").text or 0)
             for name in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
         ]
         centre = _vector(_child(link, "inertial/pose").text)[:3]
         body = Body(float(_child(link, "inertial/mass").text or 0), centre, _tensor(inertia))
-        found.append((pose[:3], from_roll_pitch_yaw(pose[3:]), body, own))
-    return found
+        links.append((pose[:3], from_roll_pitch_yaw(pose[3:]), body, friction))
+    return links
 
 
 def _read_mjcf(root: ElementTree.Element) -> list[Link]:
-    found = []
+    links = []
     for element in root.iter("body"):
         joint, inertial = _child(element, "joint"), _child(element, "inertial")
         values = (float(joint.get(name, 0)) for name in ("damping", "frictionloss", "stiffness", "armature"))
@@ -257,8 +261,8 @@ def _read_mjcf(root: ElementTree.Element) -> list[Link]:
             _tensor(list(_vector(inertial.get("fullinertia")))),
         )
         turn = from_quaternion(_vector(element.get("quat")))
-        found.append((_vector(element.get("pos")), turn, body, JointFriction(*values)))
-    return found
+        links.append((_vector(element.get("pos")), turn, body, JointFriction(*values)))
+    return links
 
 
 def _child(element: ElementTree.Element, path: str) -> ElementTree.Element:

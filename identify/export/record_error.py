@@ -63,10 +63,10 @@ def errors_on_record(result: Identification, torque_of: TorqueOf) -> list[float 
 def errors_of_model(result: Identification) -> list[float | None]:
     """The same of the identified model itself."""
     record = result.fitted.record
-    found: list[float | None] = []
+    errors: list[float | None] = []
     for name in record.joint_names:
-        own = [result.prediction(entry.file, name) for entry in result.fitted.entries]
-        residual = np.concatenate([part.residual[part.moving] for part in own])
-        measured = float(np.linalg.norm(np.concatenate([part.measured[part.moving] for part in own])))
-        found.append(float(np.linalg.norm(residual)) / measured if measured > 0 else None)
-    return found
+        predictions = [result.prediction(entry.file, name) for entry in result.fitted.entries]
+        residual = np.concatenate([part.residual[part.moving] for part in predictions])
+        measured = float(np.linalg.norm(np.concatenate([part.measured[part.moving] for part in predictions])))
+        errors.append(float(np.linalg.norm(residual)) / measured if measured > 0 else None)
+    return errors

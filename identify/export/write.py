@@ -158,7 +158,7 @@ def _code(model: ExportedModel, target: Path, ending: str) -> _Export:
     module = python_code(model)
     parts = []
     for joint in range(model.joints):
-        kept = dict.fromkeys([RIGID, *(own.effect for own in model.torques if own.row == joint)])
+        kept = dict.fromkeys([RIGID, *(torque.effect for torque in model.torques if torque.row == joint)])
         lost = [effect for effect, place in model.lost if place == joint]
         parts.append((list(kept), [], lost))
 
@@ -278,7 +278,7 @@ def link_file_torque(robot: LinkFile) -> TorqueOf:
         standard[-PARAMETERS_PER_JOINT:-1] += payload_parameters(motion.payload)
         (torque,) = InverseDynamics(robot.geometry, [standard]).torques(motion.q, motion.dq, motion.ddq)
         damping, dry, stiffness = np.array(
-            [(own.damping, own.dry, own.stiffness) for own in robot.friction]
+            [(friction.damping, friction.dry, friction.stiffness) for friction in robot.friction]
         ).T
         return torque + damping * motion.dq + dry * np.sign(motion.dq) + stiffness * motion.q
 
@@ -288,15 +288,15 @@ def link_file_torque(robot: LinkFile) -> TorqueOf:
 def _motions(result: Identification) -> list[Motion]:
     """The motion of the identification sessions, decimated rows."""
     record = result.fitted.record
-    found = []
+    motions = []
     for entry in result.fitted.entries:
         for context in contexts(record, entry, None):
             block = context.block
             q, dq, ddq = (block.at_decimated(values) for values in (block.q, block.dq, block.ddq))
             temperature = None if block.temperature is None else block.at_decimated(block.temperature)
             time = block.decimated_time - context.session_start
-            found.append(Motion(time, q, dq, ddq, temperature, entry.payload))
-    return found
+            motions.append(Motion(time, q, dq, ddq, temperature, entry.payload))
+    return motions
 
 
 def _module_of(model: ExportedModel) -> ModuleType:
@@ -334,13 +334,13 @@ def _document(model: ExportedModel) -> ExportedModelDocument:
         motor_shares=tuple(tuple(float(value) for value in row) for row in model.shares),
         torques=tuple(
             ExportedTorque(
-                effect=own.effect,
-                joint=geometry.names[own.row],
-                motor=geometry.names[own.motor],
-                formulas=own.formulas,
-                values=own.values,
-                presliding_distance=own.distance,
+                effect=torque.effect,
+                joint=geometry.names[torque.row],
+                motor=geometry.names[torque.motor],
+                formulas=torque.formulas,
+                values=torque.values,
+                presliding_distance=torque.distance,
             )
-            for own in model.torques
+            for torque in model.torques
         ),
     )

@@ -140,11 +140,11 @@ def first_mistake(path: Path, header: list[str], numeric: Collection[str]) -> In
             for number, cells in enumerate(lines, start=1):
                 if number == 1 or not cells:
                     continue
-                words = _wrong_cell(cells, header, places)
-                if words is None and last is not None and float(cells[at_time]) <= float(last):
-                    words = f"column 't': {cells[at_time]} does not come after {last}; time must increase"
-                if words is not None:
-                    return InputError(f"{path} line {number}: {words}")
+                mistake = _wrong_cell(cells, header, places)
+                if mistake is None and last is not None and float(cells[at_time]) <= float(last):
+                    mistake = f"column 't': {cells[at_time]} does not come after {last}; time must increase"
+                if mistake is not None:
+                    return InputError(f"{path} line {number}: {mistake}")
                 last = cells[at_time]
     except InputError as error:
         return error

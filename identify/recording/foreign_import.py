@@ -64,15 +64,15 @@ def import_sessions(
             )
     with undone_on_error(folder, [session.file for session in sessions]):
         for session in sessions:
-            found = session.measured
+            samples = session.measured
             write_csv_session(
                 folder / session.file,
-                found.time,
-                found.position,
-                found.command,
-                found.external,
-                found.temperature,
-                found.extra,
+                samples.time,
+                samples.position,
+                samples.command,
+                samples.external,
+                samples.temperature,
+                samples.extra,
             )
         if robot is not None:
             payloads = tuple(dict.fromkeys(session.payload for session in sessions))

@@ -171,12 +171,12 @@ def _rounding(time: Array, step: float) -> float:
     Times of a 3 kHz clock written with four decimals are 0.0003, 0.0007, 0.0010: the clock was regular all
     the same.
     """
-    look = np.asarray(time[: 4 * BLOCK : max(1, min(len(time), 4 * BLOCK) // 4096)])
+    sample = np.asarray(time[: 4 * BLOCK : max(1, min(len(time), 4 * BLOCK) // 4096)])
     for decimals in range(9):
         unit = 10.0**-decimals
         if unit > 0.5 * step:
             continue
-        if np.all(np.abs(look / unit - np.round(look / unit)) < 1e-4):
+        if np.all(np.abs(sample / unit - np.round(sample / unit)) < 1e-4):
             return 0.5 * unit
     return 0.0
 

@@ -33,8 +33,8 @@ def read_csv_session(path: Path, n: int) -> RawSamples:
     while True:
         try:
             return _read(path, n, header, texts)
-        except _NotNumeric as found:
-            texts |= found.columns
+        except _NotNumeric as error:
+            texts |= error.columns
 
 
 class _NotNumeric(Exception):

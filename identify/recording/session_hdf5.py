@@ -179,8 +179,8 @@ def _layout(file: h5py.File, path: Path, n: int) -> _Layout:
     if rows == 0:
         raise InputError(f"{path}: holds no samples")
     cycle, sync_time = sets[CYCLE][:rows], sets[SYNC_TIME][:rows]
-    told = np.diff(sync_time) <= 0 if not _time_is_counted_in_cycles(file) else False
-    falls = np.flatnonzero((np.diff(cycle) <= 0) | told)
+    time_falls = np.diff(sync_time) <= 0 if not _time_is_counted_in_cycles(file) else False
+    falls = np.flatnonzero((np.diff(cycle) <= 0) | time_falls)
     if len(falls):
         row = int(falls[0]) + 1
         if _text(file.attrs.get("status", COMPLETE)) != RECORDING:

@@ -121,10 +121,10 @@ def split_name(name: str) -> tuple[str, Unit | None]:
         if unit is not None and bracketed[1].strip():
             return bracketed[1].strip(), unit
     for pattern in (_DIVIDED, _WORDED):
-        found = pattern.match(name)
-        unit = unit_of(found[2]) if found else None
-        if found and unit is not None:
-            return found[1], unit
+        match = pattern.match(name)
+        unit = unit_of(match[2]) if match else None
+        if match and unit is not None:
+            return match[1], unit
     ending = _ENDING.match(name)
     if ending and _SPEAKING_ENDING.fullmatch(ending[2]):
         return ending[1], unit_of(ending[2])

@@ -136,12 +136,12 @@ def _decimation(
 
 
 def _noisiest(
-    experiment: Experiment, sessions: Sequence[Session], found: Sequence[Sequence[MotionSpectrum | None]]
+    experiment: Experiment, sessions: Sequence[Session], spectra: Sequence[Sequence[MotionSpectrum | None]]
 ) -> tuple[float, str]:
     """The lowest cut-off that the encoders' noise asks for, and the joint that does."""
     cutoffs = []
     for joint, description in enumerate(experiment.robot.joints):
-        noise = encoder_noise(sessions, found[joint], experiment.drive_gain, joint)
+        noise = encoder_noise(sessions, spectra[joint], experiment.drive_gain, joint)
         if noise is not None:
             cutoffs.append((noise.highest_cutoff(), description.name))
     return min(cutoffs)

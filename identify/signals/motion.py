@@ -168,11 +168,11 @@ def _block(
     rounding: Array,
     index: int,
     segment: slice,
-    own: range,
+    outputs: range,
 ) -> MotionBlock:
     rows_in_segment = (segment.stop - segment.start - 1) // grid.stride + 1
-    first = max(own.start * grid.factor - grid.around, 0)
-    last = min((own.stop - 1) * grid.factor + grid.around, rows_in_segment - 1)
+    first = max(outputs.start * grid.factor - grid.around, 0)
+    last = min((outputs.stop - 1) * grid.factor + grid.around, rows_in_segment - 1)
     start, stop = segment.start + first * grid.stride, segment.start + last * grid.stride + 1
 
     around = differentiation.memory(session.sampling_period, settings.position_cutoff)
@@ -208,8 +208,8 @@ def _block(
         command=command,
         external=measured(session.external),
         temperature=measured(session.temperature),
-        first=own.start * grid.factor - first,
-        count=len(own),
+        first=outputs.start * grid.factor - first,
+        count=len(outputs),
         factor=grid.factor,
         cutoff=settings.decimation_cutoff,
         sampling_period=grid.period,

@@ -72,12 +72,14 @@ class Controllers:
 
     def gain(self, name: str) -> Array:
         """(n,) one gain of every joint."""
-        return np.array([float(getattr(own, name)) for own in self.listed])
+        return np.array([float(getattr(controller, name)) for controller in self.listed])
 
     @property
     def limits(self) -> Array:
         """(n,) largest command; infinite where there is no limit."""
-        return np.array([np.inf if own.limit is None else own.limit for own in self.listed])
+        return np.array(
+            [np.inf if controller.limit is None else controller.limit for controller in self.listed]
+        )
 
     def command(self, error: Array, integral: Array, reference_velocity: Array, velocity: Array) -> Array:
         """(windows, n) command of the law above."""
@@ -104,11 +106,11 @@ def read_controllers(path: Path, joint_names: list[str]) -> Controllers:
     """
     content, lines = read_strict_yaml(path)
     declared = check_settings(ControllerFile, content, lines, path)
-    by_name = {own.joint: own for own in declared.joints}
+    by_name = {gains.joint: gains for gains in declared.joints}
     if set(by_name) != set(joint_names) or len(by_name) != len(declared.joints):
         raise InputError(
             f"{path}: joints: one controller for each joint of the robot is wanted: {', '.join(joint_names)};"
-            f" there are {', '.join(own.joint for own in declared.joints)}"
+            f" there are {', '.join(gains.joint for gains in declared.joints)}"
         )
     listed = tuple(by_name[name] for name in joint_names)
     return Controllers(listed, reference_columns(listed))
@@ -116,7 +118,7 @@ def read_controllers(path: Path, joint_names: list[str]) -> Controllers:
 
 def reference_columns(listed: tuple[JointController, ...]) -> tuple[str, ...]:
     """The columns that hold the joints' reference positions."""
-    return tuple(own.reference or f"qref{index + 1}" for index, own in enumerate(listed))
+    return tuple(controller.reference or f"qref{index + 1}" for index, controller in enumerate(listed))
 
 
 def estimated_controllers(motions: list[MeasuredMotion], joint_names: list[str]) -> Controllers:

@@ -63,14 +63,14 @@ class _Sums:
 
     def joined(self, other: _Sums) -> _Sums:
         """Both together."""
-        drifts = [own for own in (self.drift, other.drift) if own is not None]
+        drifts = [value for value in (self.drift, other.drift) if value is not None]
         return _Sums(
             self.position + other.position,
             self.velocity + other.velocity,
             self.samples + other.samples,
             self.windows + other.windows,
             tuple(
-                min((own for own in pair if own is not None), default=None)
+                min((value for value in pair if value is not None), default=None)
                 for pair in zip(self.left_at, other.left_at, strict=True)
             ),
             max(drifts, default=None),
@@ -118,17 +118,19 @@ def simulated(
     extra, controllers, source = _controllers(result, controller)
     motions = {entry.file: measured_motions(result.fitted, entry, extra) for entry in experiment.sessions}
     if controllers is None and source is not None:
-        controllers = estimated_controllers([own for listed in motions.values() for own in listed], names)
+        controllers = estimated_controllers(
+            [motion for listed in motions.values() for motion in listed], names
+        )
     remarks: list[str] = []
     asked: list[float | None] = [*sorted(set(horizons)), *([None] if free_run else [])]
-    found: list[HorizonErrors] = []
+    horizon_errors: list[HorizonErrors] = []
     total = len(asked) * len(experiment.sessions) * (1 if usual is None else 2)
     done = 0
 
     def report(horizon: float | None, file: str) -> None:
         if progress:
-            words = "free run" if horizon is None else f"windows of {horizon:g} s"
-            progress(done / total, f"{file}: {words}")
+            what = "free run" if horizon is None else f"windows of {horizon:g} s"
+            progress(done / total, f"{file}: {what}")
 
     usual_motions = {}
     if usual is not None:
@@ -139,18 +141,18 @@ def simulated(
         by_role: dict[Role, list[tuple[SessionEntry, _Sums, _Sums | None]]] = {}
         for entry in experiment.sessions:
             report(horizon, entry.file)
-            own = _session_errors(result.fitted, entry, motions[entry.file], horizon, controllers)
+            sums = _session_errors(result.fitted, entry, motions[entry.file], horizon, controllers)
             done += 1
             beside = None
             if usual is not None:
                 report(horizon, entry.file)
                 beside = _session_errors(usual.fitted, entry, usual_motions[entry.file], horizon, controllers)
                 done += 1
-            if own is None:
+            if sums is None:
                 remarks.append(f"{entry.file}: shorter than the horizon of {horizon:g} s, left out there")
                 continue
-            by_role.setdefault(cast(Role, entry.role), []).append((entry, own, beside))
-        found += [_horizon_errors(result, horizon, role, listed) for role, listed in by_role.items()]
+            by_role.setdefault(cast(Role, entry.role), []).append((entry, sums, beside))
+        horizon_errors += [_horizon_errors(result, horizon, role, listed) for role, listed in by_role.items()]
     along = TorqueModel(result.fitted, experiment.sessions[0]).along_record
     return SimulationDocument(
         experiment=experiment.name,
@@ -159,7 +161,7 @@ def simulated(
             EffectOnJoint(effect=term.effect.name, joint=names[term.joint]) for term in result.effects
         ),
         controller=_used(controllers, source),
-        horizons=tuple(found),
+        horizons=tuple(horizon_errors),
         along_record=tuple(
             EffectOnJoint(effect=s.term.effect.name, joint=names[s.term.joint]) for s in along
         ),
@@ -193,7 +195,7 @@ def _session_errors(
             start = float(fitted.record.facts(entry).start)
             for joint in np.flatnonzero(lost.any(axis=0)):
                 left[int(joint)] = float(motion.time[int(np.argmax(lost[:, joint]))]) - start
-        own = _Sums(
+        part = _Sums(
             (off**2).sum(axis=(0, 1)),
             (faster**2).sum(axis=(0, 1)),
             off.shape[0] * off.shape[1],
@@ -202,7 +204,7 @@ def _session_errors(
             energy_drift(model, motion, course),
             off.shape[0] * off.shape[1] * motion.period,
         )
-        sums = own if sums is None else sums.joined(own)
+        sums = part if sums is None else sums.joined(part)
     return sums
 
 
@@ -221,8 +223,8 @@ def _horizon_errors(
     listed: Sequence[tuple[SessionEntry, _Sums, _Sums | None]],
 ) -> HorizonErrors:
     whole, beside = listed[0][1], listed[0][2]
-    for _, own, other in listed[1:]:
-        whole = whole.joined(own)
+    for _, sums, other in listed[1:]:
+        whole = whole.joined(sums)
         beside = None if beside is None or other is None else beside.joined(other)
     return HorizonErrors(
         horizon=horizon,
@@ -230,9 +232,9 @@ def _horizon_errors(
         joints=_joint_errors(result, whole, beside),
         sessions=tuple(
             SessionMotionError(
-                file=entry.file, payload=entry.payload.name, joints=_joint_errors(result, own, other)
+                file=entry.file, payload=entry.payload.name, joints=_joint_errors(result, sums, other)
             )
-            for entry, own, other in listed
+            for entry, sums, other in listed
         ),
         energy_drift=whole.drift,
         simulated_seconds=whole.seconds,
@@ -296,5 +298,7 @@ def _used(
         return None
     return ControllerUsed(
         source=source,
-        joints=tuple(ControllerGains(**own.model_dump(exclude={"reference"})) for own in controllers.listed),
+        joints=tuple(
+            ControllerGains(**gains.model_dump(exclude={"reference"})) for gains in controllers.listed
+        ),
     )

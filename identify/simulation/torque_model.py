@@ -73,7 +73,7 @@ class TorqueModel:
         self.fitted, self.entry = fitted, entry
         record = fitted.record
         self.joints = record.joints
-        self._session = [own.file for own in record.experiment.sessions].index(entry.file)
+        self._session = [session.file for session in record.experiment.sessions].index(entry.file)
         self._start = record.facts(entry).start
         self._before = record.started(entry)
         self._period = record.facts(entry).period
@@ -97,8 +97,8 @@ class TorqueModel:
         self.stateful = [slot for slot, _ in self._slots if slot.term.effect.simulated == "state"]
         self.along_record = [slot for slot, _ in values if slot.term.effect.simulated == "record"]
         self.command_lead = [
-            (slot.term.joint, slot.term.effect.command_lead(own))
-            for slot, own in values
+            (slot.term.joint, slot.term.effect.command_lead(constants))
+            for slot, constants in values
             if slot.term.effect.simulated == "command"
         ]
         """(joint, s): how much later than the motion the recorded command stands"""
@@ -134,7 +134,7 @@ class TorqueModel:
 
     def values_of(self, slot: Slot) -> Array:
         """(parameters,) fitted values of an effect."""
-        return next(values for own, values in self._slots if own is slot)
+        return next(values for candidate, values in self._slots if candidate is slot)
 
     def rigid_torque(self, windows: Windows, acceleration: Array) -> Array:
         """(windows, joints): tau_out of eq. (6) alone, base parameters and declared payload."""

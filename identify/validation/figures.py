@@ -47,14 +47,14 @@ def draw_where(models: dict[str, list[list[Prediction]]], revolute: Sequence[boo
     joints = len(revolute)
     figure, axes = _figure(joints, len(VARIABLES))
     for joint in range(joints):
-        for column, (variable, words) in enumerate(VARIABLES):
+        for column, (variable, label) in enumerate(VARIABLES):
             axis = axes[joint][column]
             for name, predictions in models.items():
                 centre, error = error_over(predictions[joint], variable)
                 axis.step(centre, error, where="mid", label=name, linewidth=1.1)
             axis.grid(alpha=0.3)
             axis.set_ylim(bottom=0)
-            axis.set_xlabel(f"{words}, {_unit(variable, revolute[joint])}", fontsize=8)
+            axis.set_xlabel(f"{label}, {_unit(variable, revolute[joint])}", fontsize=8)
             axis.tick_params(labelsize=8)
         name = next(iter(models.values()))[joint][0].joint
         axes[joint][0].set_ylabel(f"{name}: rms error, {'N m' if revolute[joint] else 'N'}", fontsize=8)

@@ -45,16 +45,16 @@ def by_speed(groups: dict[str, list[Prediction]], top_speed: dict[str, float]) -
     groups    : predictions of the sessions of a role, e.g. {"identification": …, "validation": …}
     top_speed : of each joint, rad/s or m/s
     """
-    found = []
+    errors = []
     for speed in SPEED_RANGES:
         training, checked = (
             {joint: np.zeros(3) for joint in top_speed} for _ in ("identification", "validation")
         )
         for role, table in (("identification", training), ("validation", checked)):
-            for own in groups.get(role, ()):
-                table[own.joint] += squares_in(speed, own, top_speed[own.joint])
+            for prediction in groups.get(role, ()):
+                table[prediction.joint] += squares_in(speed, prediction, top_speed[prediction.joint])
         whole, unseen = (np.sum(list(table.values()), axis=0) for table in (training, checked))
-        found.append(
+        errors.append(
             SpeedError(
                 range=speed.name,
                 from_=speed.low,
@@ -73,7 +73,7 @@ def by_speed(groups: dict[str, list[Prediction]], top_speed: dict[str, float]) -
                 ),
             )
         )
-    return tuple(found)
+    return tuple(errors)
 
 
 def by_payload(
@@ -84,13 +84,13 @@ def by_payload(
     sessions : entry, how it was used, and its squared norms (residual, measured)
     unknown  : names of payloads whose mass is not taken as declared
     """
-    found: dict[tuple[str, Role], Array] = {}
+    sums: dict[tuple[str, Role], Array] = {}
     masses: dict[str, float | None] = {}
     for entry, role, squares in sessions:
         key = (entry.payload.name, role)
-        found[key] = found.get(key, np.zeros(2)) + squares
+        sums[key] = sums.get(key, np.zeros(2)) + squares
         masses[entry.payload.name] = None if entry.payload.name in unknown else entry.payload.mass
     return tuple(
         PayloadError(payload=payload, mass=masses[payload], role=role, relative_error=ratio(*squares))
-        for (payload, role), squares in found.items()
+        for (payload, role), squares in sums.items()
     )

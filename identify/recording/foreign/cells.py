@@ -122,14 +122,14 @@ def numbers(
     except ValueError:
         pass
     wrong = []
-    found = np.full(len(cells), np.nan)
+    values = np.full(len(cells), np.nan)
     for index, cell in enumerate(cells):
         value = number(cell, decimal)
         if value is not None:
-            found[index] = value
+            values[index] = value
         elif not is_empty(cell):
             wrong.append(index)
-    return found, wrong
+    return values, wrong
 
 
 def _whole(cells: Sequence[str], values: NDArray[np.float64]) -> NDArray[np.float64] | NDArray[np.int64]:

@@ -45,9 +45,9 @@ def is_instant(text: str) -> bool:
 
 def epoch_of(first: float, last: float) -> tuple[float, str] | None:
     """s of one count and words, where both numbers can only be a computer's clock; else None."""
-    for low, high, unit, words in EPOCHS:
+    for low, high, unit, description in EPOCHS:
         if low <= first <= high and low <= last <= high:
-            return unit, words
+            return unit, description
     return None
 
 
@@ -58,18 +58,18 @@ def parse_instants(texts: Sequence[str]) -> tuple[NDArray[np.int64], bool] | int
     or month comes first is told by the column as a whole. Returns instead the index of the first text that is no time.
     """
     day_first = _day_first(texts)
-    found = np.empty(len(texts), dtype=np.int64)
+    instants = np.empty(len(texts), dtype=np.int64)
     dated = False
     for index, text in enumerate(texts):
         value = _nanoseconds(text.strip(), day_first)
         if value is None:
             return index
-        found[index], dated = value
-    if not dated and len(found) > 1:
-        steps = np.diff(found)
+        instants[index], dated = value
+    if not dated and len(instants) > 1:
+        steps = np.diff(instants)
         days = np.cumsum(np.where(steps < -DAY // 2, 1, 0))
-        found[1:] += days * DAY
-    return found, dated
+        instants[1:] += days * DAY
+    return instants, dated
 
 
 def _day_first(texts: Sequence[str]) -> bool:

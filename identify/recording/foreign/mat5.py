@@ -165,13 +165,13 @@ class Mat5:
         return bytes(part).decode("utf-8", errors="replace"), at
 
     def _cells(self, data: memoryview, at: int, count: int, depth: int) -> list[Any]:
-        found = []
+        cells = []
         for _ in range(count):
             kind, part, at = self._element(data, at)
             if kind != MATRIX:
                 raise Damaged("a cell that is no array")
-            found.append(self._matrix(part, depth + 1)[1])
-        return found
+            cells.append(self._matrix(part, depth + 1)[1])
+        return cells
 
     def _structs(self, data: memoryview, at: int, count: int, depth: int) -> Any:
         lengths, at = self._numbers(data, at)
@@ -183,7 +183,7 @@ class Mat5:
         names = [
             raw[k : k + length].split(b"\0")[0].decode("utf-8", "replace") for k in range(0, len(raw), length)
         ]
-        found: list[Fields] = []
+        structs: list[Fields] = []
         for _ in range(count):
             fields: Fields = {}
             for name in names:
@@ -191,8 +191,8 @@ class Mat5:
                 if kind != MATRIX:
                     raise Damaged("a field that is no array")
                 fields[name] = self._matrix(part, depth + 1)[1]
-            found.append(fields)
-        return found[0] if len(found) == 1 else found
+            structs.append(fields)
+        return structs[0] if len(structs) == 1 else structs
 
 
 def _inflated(data: memoryview) -> bytes:

@@ -95,17 +95,17 @@ def is_reference(value: Any) -> bool:
 
 def _property_lists(numbers: NDArray[np.uint32]) -> list[list[tuple[int, int, int]]]:
     """Each object's properties as (name, kind of value, value), the list at 0 empty; padded to 8 bytes."""
-    found: list[list[tuple[int, int, int]]] = []
+    lists: list[list[tuple[int, int, int]]] = []
     at = 0
     while at < len(numbers):
         count = int(numbers[at])
         block = numbers[at + 1 : at + 1 + 3 * count]
         if len(block) < 3 * count:
             break
-        found.append([(int(a), int(b), int(c)) for a, b, c in block.reshape(-1, 3)])
+        lists.append([(int(a), int(b), int(c)) for a, b, c in block.reshape(-1, 3)])
         at += 1 + 3 * count
         at += at % 2
-    return found
+    return lists
 
 
 def as_fields(class_name: str, properties: Fields) -> Fields | None:

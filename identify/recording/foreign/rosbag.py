@@ -72,17 +72,17 @@ class _Topic:
     def columns(self, prefix: str) -> list[ForeignColumn]:
         """Time and every value by name, NaN where a message lacks it."""
         stamps, source = self.time()
-        found = [ForeignColumn(f"{prefix}{TIME}", stamps, None, None, source, absolute=True)]
+        columns = [ForeignColumn(f"{prefix}{TIME}", stamps, None, None, source, absolute=True)]
         torque = unit_of("Nm")
         for name in dict.fromkeys(key for each in self.values for key in each):
             numbers = np.array([each.get(name, np.nan) for each in self.values])
             effort = name.endswith(f".{EFFORT}")
-            found.append(
+            columns.append(
                 ForeignColumn(
                     f"{prefix}{name}", numbers, None, torque if effort else None, "ROS" if effort else ""
                 )
             )
-        return found
+        return columns
 
 
 def read_rosbag(path: Path) -> ForeignTable:
@@ -129,16 +129,16 @@ def read_rosbag(path: Path) -> ForeignTable:
         raise InputError(f"{path}: cannot be read as a recording of ROS: {reason}") from None
     except Exception as error:  # apsw, lz4 and zstandard have errors of their own on damaged files
         raise InputError(f"{path}: is a damaged recording of ROS ({type(error).__name__})") from None
-    found = sorted(topics.values(), key=lambda topic: (KNOWN.index(topic.kind), -len(topic.stamps)))
-    if not found:
+    ranked = sorted(topics.values(), key=lambda topic: (KNOWN.index(topic.kind), -len(topic.stamps)))
+    if not ranked:
         there = ", ".join(sorted(others)[:8]) or "nothing"
         raise InputError(f"{path}: holds no joint states ({', '.join(KNOWN)}); its topics are {there}")
     columns = [
         column
-        for place, topic in enumerate(found)
+        for place, topic in enumerate(ranked)
         for column in topic.columns("" if place == 0 else f"{topic.name}:")
     ]
-    main = found[0]
+    main = ranked[0]
     joints = tuple(
         name.removesuffix(f".{POSITION}")
         for name in dict.fromkeys(key for each in main.values for key in each)
@@ -147,9 +147,9 @@ def read_rosbag(path: Path) -> ForeignTable:
     remarks = [
         f"topic {main.name} ({main.kind}): {len(main.stamps)} messages of {', '.join(joints)}; {main.time()[1]}"
     ]
-    if len(found) > 1:
+    if len(ranked) > 1:
         remarks.append(
-            f"further topics with columns TOPIC:...: {', '.join(topic.name for topic in found[1:])}"
+            f"further topics with columns TOPIC:...: {', '.join(topic.name for topic in ranked[1:])}"
         )
     return ForeignTable(path, tuple(columns), {}, tuple(remarks), time=TIME, joints=joints)
 

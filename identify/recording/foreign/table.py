@@ -152,39 +152,39 @@ class ForeignTable:
             )
         epoch = epoch_of(first, last)
         if epoch is not None and (not unit or (given is not None and given.factor == epoch[0])):
-            step, words = epoch  # so large that a header that states another unit is wrong
+            step, description = epoch  # so large that a header that states another unit is wrong
             start = round(first * step / NANOSECOND)
-            if words.endswith("1601"):
+            if description.endswith("1601"):
                 start -= 11_644_473_600 * 10**9
-            return _since_first(numbers, step, start, f"{column.name}: {words}")
+            return _since_first(numbers, step, start, f"{column.name}: {description}")
         if given is None:
             return Clock(numbers.astype(np.float64), None, False, f"{column.name}: s (no unit is stated)")
         source = "as given" if unit else f"by {column.unit_source}"
         return Clock(given.to_si(numbers), None, False, f"{column.name}: {given.name} {source}")
 
     def _clock_of_words(self, column: ForeignColumn) -> Clock:
-        words = column.words or ()
-        parsed = parse_instants(words)
+        texts = column.words or ()
+        parsed = parse_instants(texts)
         if isinstance(parsed, int):
             raise InputError(
-                f"{self.path}: column '{column.name}', {self.sample(parsed)}: '{words[parsed]}' is neither a number nor"
+                f"{self.path}: column '{column.name}', {self.sample(parsed)}: '{texts[parsed]}' is neither a number nor"
                 " a time; times are written like 2026-11-27T14:03:00.002 or 14:03:00.002"
             )
         instants, dated = parsed
-        said = "dates with a time of day" if dated else "times of day"
+        description = "dates with a time of day" if dated else "times of day"
         if not dated and len(instants) and int(instants.max()) >= 86_400 * 10**9:
-            said += ", past midnight"
-        clock = _since_first(instants, NANOSECOND, int(instants[0]), f"{column.name}: {said}")
+            description += ", past midnight"
+        clock = _since_first(instants, NANOSECOND, int(instants[0]), f"{column.name}: {description}")
         return Clock(clock.seconds, clock.begin, not dated, clock.said)
 
 
 def _since_first(
-    numbers: NDArray[np.int64] | NDArray[np.float64], step: float, begin: int, said: str
+    numbers: NDArray[np.int64] | NDArray[np.float64], step: float, begin: int, description: str
 ) -> Clock:
     if len(numbers) and begin > 86_400 * 10**9 * 365:
         instant = datetime(1970, 1, 1, tzinfo=UTC) + timedelta(microseconds=begin // 1000)
-        said += f", counted from {instant.isoformat(timespec='milliseconds').replace('+00:00', 'Z')}"
-    return Clock((numbers - numbers[:1]).astype(np.float64) * step, begin, False, said)
+        description += f", counted from {instant.isoformat(timespec='milliseconds').replace('+00:00', 'Z')}"
+    return Clock((numbers - numbers[:1]).astype(np.float64) * step, begin, False, description)
 
 
 def _times(count: int) -> str:

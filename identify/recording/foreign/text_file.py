@@ -57,9 +57,9 @@ def open_text(path: Path) -> TextFile:
     try:
         with unpacked(path) as stream:
             start = stream.read(4096)
-        for encoding, said in _candidates(start):
+        for encoding, description in _candidates(start):
             try:
-                return _looked_at(path, encoding, said)
+                return _looked_at(path, encoding, description)
             except UnicodeDecodeError:
                 continue
     except (EOFError, zlib.error, gzip.BadGzipFile) as error:
@@ -70,16 +70,16 @@ def open_text(path: Path) -> TextFile:
 
 
 def _candidates(start: bytes) -> list[tuple[str, str]]:
-    for mark, encoding, said in MARKS:
+    for mark, encoding, description in MARKS:
         if start.startswith(mark):
-            return [(encoding, said)]
+            return [(encoding, description)]
     even, odd = start[0::2].count(0), start[1::2].count(0)
     if max(even, odd) > len(start) // 6:
         return [("utf-16-be", "UTF-16")] if even > odd else [("utf-16-le", "UTF-16")]
     return [("utf-8", ""), ("cp1252", "Windows-1252"), ("latin-1", "Latin-1")]
 
 
-def _looked_at(path: Path, encoding: str, said: str) -> TextFile:
+def _looked_at(path: Path, encoding: str, description: str) -> TextFile:
     head: list[str] = []
     tail: deque[str] = deque(maxlen=LOOKED_AT)
     count = 0
@@ -93,7 +93,7 @@ def _looked_at(path: Path, encoding: str, said: str) -> TextFile:
         raise InputError(
             f"{path}: is neither text nor a kind of file that is known; export it as CSV in UTF-8"
         )
-    return TextFile(path, encoding, said, head, list(tail), count)
+    return TextFile(path, encoding, description, head, list(tail), count)
 
 
 @contextmanager

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from drivers.cia402 import CONTROLWORD, Mode
 from drivers.errors import DriveError
-from drivers.process_data import SYNCHRONOUS, DriveStream, MappedEntry, ProcessData, StandingPdo, lay_out
+from drivers.process_data import SYNCHRONOUS, DriveStream, MappedEntry, PdoParameters, ProcessData, lay_out
 from drivers.sdo import SdoAccess
 from drivers.standard_stream import TARGETS
 
@@ -14,18 +14,18 @@ _KIND_OF_BITS = {8: "<u1", 16: "<u2", 32: "<u4"}
 _MODE = 0x6060
 
 
-def stream_as_it_stands(
-    sdo: SdoAccess, standing: Sequence[StandingPdo], wanted: Sequence[MappedEntry], mode: Mode
+def stream_of_fixed_mapping(
+    sdo: SdoAccess, present: Sequence[PdoParameters], wanted: Sequence[MappedEntry], mode: Mode
 ) -> DriveStream:
     """The stream that a drive's own PDOs make.
 
-    standing : its PDOs as they were read
-    wanted   : what it must send in every cycle
-    mode     : says which target it must take
+    present : its PDOs as they were read
+    wanted  : what it must send in every cycle
+    mode    : says which target it must take
 
     Raises DriveError in words that name what is missing.
     """
-    transmit = [pdo for pdo in standing if pdo.kind == "TPDO" and pdo.valid]
+    transmit = [pdo for pdo in present if pdo.kind == "TPDO" and pdo.valid]
     chosen: list[ProcessData] = []
     for pdo in transmit:
         entries = _named(pdo, {each.mapping: each for each in wanted})
@@ -37,7 +37,7 @@ def stream_as_it_stands(
             raise _lacks(sdo, f"{each.name} (0x{each.index:04X}:{each.subindex:02X})", "TPDO")
     index, subindex, kind = TARGETS[mode]
     asked = [MappedEntry("controlword", CONTROLWORD, 0, "<u2"), MappedEntry("target", index, subindex, kind)]
-    for pdo in standing:
+    for pdo in present:
         if pdo.kind != "RPDO" or not pdo.valid:
             continue
         entries = _named(pdo, {each.mapping: each for each in asked})
@@ -48,19 +48,19 @@ def stream_as_it_stands(
     raise _lacks(sdo, f"controlword and target (0x{index:04X}:{subindex:02X}) together", "RPDO")
 
 
-def _named(pdo: StandingPdo, known: dict[int, MappedEntry]) -> list[MappedEntry] | None:
+def _named(pdo: PdoParameters, known: dict[int, MappedEntry]) -> list[MappedEntry] | None:
     """The entries of a mapping, those that are known by their names; None where one has a length that we do not read."""
-    found: list[MappedEntry] = []
+    entries: list[MappedEntry] = []
     for mapping in pdo.mapping:
         kind = _KIND_OF_BITS.get(mapping & 0xFF)
         if mapping not in known and kind is None:
             return None
         other = MappedEntry("other", mapping >> 16, mapping >> 8 & 0xFF, kind or "<u4")
-        found.append(known.get(mapping, other))
-    return found
+        entries.append(known.get(mapping, other))
+    return entries
 
 
-def _synchronous(sdo: SdoAccess, pdo: StandingPdo) -> int:
+def _synchronous(sdo: SdoAccess, pdo: PdoParameters) -> int:
     """Have a PDO be on, as it was, and go with every SYNC; one that does so already is left alone."""
     communication = (0x1800 if pdo.kind == "TPDO" else 0x1400) + pdo.number - 1
     what = f"letting {pdo.kind} {pdo.number} go with SYNC"
