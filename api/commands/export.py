@@ -23,7 +23,7 @@ def export(
     target: Annotated[
         Path,
         typer.Argument(
-            help="of an experiment's model: .urdf, .sdf, .xml (MJCF), .py, .c, .st or .json; of a recording: .csv, .csv.gz,"
+            help="of an experiment's model: .urdf, .sdf, .xml (MJCF), .py, .c, .st, .fmu or .json; of a recording: .csv, .csv.gz,"
             " .mat or .parquet"
         ),
     ],

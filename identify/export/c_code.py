@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from identify.export.exported_model import ExportedModel, Torque
-from identify.export.expression_code import C, literal, one_line, render
+from identify.export.expression_code import C, literal, one_line, torque_text
 
 HEADER = """/* Inverse dynamics of {experiment}, model {name}: torque of each joint from its motion. Written by coulomb.
  * SI units, joint space: rad or m, s, kg, N m or N. Joints in their order from the base: {joints}. */
@@ -156,10 +156,11 @@ void {prefix}_memory_after(double *memory, const double before[N], const double 
 void {prefix}_torque(const double q[N], const double dq[N], const double ddq[N], double t, const double *temperature,
                      const double *memory, const double *payload, double torque[N]) {{
     double load[N], temp[N], direction[N], motor_dq[N], motor_ddq[N], begun[{states}];
+    const double *state = memory;
     {prefix}_rigid_torque(q, dq, ddq, payload, load);
     if (memory == NULL) {{
         {prefix}_memory_at_start(dq, begun);
-        memory = begun;
+        state = begun;
     }}
     for (int j = 0; j < N; j++) {{
         torque[j] = load[j];
@@ -172,7 +173,7 @@ void {prefix}_torque(const double q[N], const double dq[N], const double ddq[N],
             motor_ddq[j] += SHARES[k][j] * ddq[k];
         }}
     }}
-    (void)t, (void)memory, (void)temp, (void)direction, (void)motor_dq, (void)motor_ddq;
+    (void)t, (void)state, (void)temp, (void)direction, (void)motor_dq, (void)motor_ddq;
 {body}}}
 """
 
@@ -193,8 +194,8 @@ def c_code(model: ExportedModel, stem: str) -> tuple[str, str]:
         ]
         for joint in range(model.joints)
     ]
-    late = [own for own in model.torques if "torque" in own.formula]
-    lines = [_line(model, own) for own in model.torques if own not in late]
+    first, late = model.in_order
+    lines = [_line(model, own) for own in first]
     if late:
         lines += [
             "    double whole[N];",
@@ -246,16 +247,7 @@ def c_code(model: ExportedModel, stem: str) -> tuple[str, str]:
 
 
 def _line(model: ExportedModel, own: Torque) -> str:
-    names = {
-        **{name: f"{name}[{own.row}]" for name in ("q", "dq", "ddq", "load", "temp", "direction")},
-        "torque": f"whole[{own.row}]",
-        "t": "t",
-        "memory": f"memory[{model.memories.index(own)}]" if own.distance is not None else "",
-        "motor_velocity": f"motor_dq[{own.motor}]",
-        "motor_acceleration": f"motor_ddq[{own.motor}]",
-        "motor_share": literal(float(model.shares[own.row, own.motor])),
-    }
-    return f"    torque[{own.row}] += {render(own.formula, names, C)}; /* {own.effect} */"
+    return f"    torque[{own.row}] += {torque_text(model, own, C)}; /* {own.effect} */"
 
 
 def _rows(table: list[list[float]]) -> str:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import ctypes
+import shutil
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -18,18 +20,32 @@ Array = NDArray[np.float64]
 _Doubles = ctypes.POINTER(ctypes.c_double)
 
 
+def compiler_here() -> str | None:
+    """The C compiler of this computer."""
+    return shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
+
+
+def compile_library(compiler: str, sources: Sequence[Path], library: Path) -> None:
+    """Compile C sources into a shared library.
+
+    Raises InputError: the compiler refuses a source.
+    """
+    files = [str(source) for source in sources]
+    command = [compiler, "-std=c99", "-O2", "-fPIC", "-shared", "-o", str(library), *files, "-lm"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise InputError(
+            f"{sources[0].name}: {compiler} could not compile it: {done.stderr.strip().splitlines()[:1]}"
+        )
+
+
 def compiled_torque(compiler: str, source: Path, prefix: str, model: ExportedModel) -> TorqueOf:
     """What the functions of an exported C source return, row by row, their memories carried on.
 
     Raises InputError: the compiler refuses the source.
     """
     library = source.with_suffix(".so")
-    command = [compiler, "-std=c99", "-O2", "-fPIC", "-shared", "-o", str(library), str(source), "-lm"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        raise InputError(
-            f"{source.name}: {compiler} could not compile it: {done.stderr.strip().splitlines()[:1]}"
-        )
+    compile_library(compiler, [source], library)
     loaded = ctypes.CDLL(str(library))
     torque = getattr(loaded, f"{prefix}_torque")
     torque.argtypes = [_Doubles, _Doubles, _Doubles, ctypes.c_double, _Doubles, _Doubles, _Doubles, _Doubles]

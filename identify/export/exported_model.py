@@ -90,6 +90,12 @@ class ExportedModel:
         """The torques that have a memory, in the order of their states."""
         return tuple(own for own in self.torques if own.distance is not None)
 
+    @property
+    def in_order(self) -> tuple[tuple[Torque, ...], tuple[Torque, ...]]:
+        """The torques that follow from motion and load, and those that are made of the sum with all of these."""
+        late = tuple(own for own in self.torques if "torque" in own.formula)
+        return tuple(own for own in self.torques if own not in late), late
+
 
 def exported_model(result: Identification) -> ExportedModel:
     """What of an identification can be exported.

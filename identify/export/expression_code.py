@@ -6,6 +6,8 @@ import ast
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from identify.export.exported_model import ExportedModel, Torque
+
 
 def one_line(text: str) -> str:
     """Somebody's name of something, to stand in a comment: no line ends and no signs that a compiler refuses."""
@@ -18,11 +20,23 @@ class Dialect:
 
     functions : the language's name of each function of the formula language
     power     : the function of base and exponent
+    signals   : the exported text's name of each signal, with the {row} that a torque acts on, the {motor} that owns it and
+                the {state} of its memory
     """
 
     functions: Mapping[str, str]
     power: str
+    signals: Mapping[str, str]
 
+
+_SIGNALS = {
+    **{name: f"{name}[{{row}}]" for name in ("q", "dq", "ddq", "load", "temp", "direction")},
+    "torque": "whole[{row}]",
+    "t": "t",
+    "memory": "state[{state}]",
+    "motor_velocity": "motor_dq[{motor}]",
+    "motor_acceleration": "motor_ddq[{motor}]",
+}
 
 PYTHON = Dialect(
     {
@@ -43,6 +57,7 @@ PYTHON = Dialect(
         }.items()
     },
     "np.power",
+    _SIGNALS,
 )
 C = Dialect(
     {
@@ -60,6 +75,7 @@ C = Dialect(
         "max": "fmax",
     },
     "pow",
+    _SIGNALS,
 )
 STRUCTURED_TEXT = Dialect(
     {
@@ -77,6 +93,11 @@ STRUCTURED_TEXT = Dialect(
         "max": "MAX",
     },
     "EXPT",
+    {
+        signal: array.upper() + bracket + index
+        for signal, name in _SIGNALS.items()
+        for array, bracket, index in [name.partition("[")]
+    },
 )
 
 _OPERATORS: Mapping[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
@@ -89,6 +110,17 @@ def render(formula: str, names: Mapping[str, str], dialect: Dialect) -> str:
     :raises KeyError: a signal has no name there.
     """
     return _render(ast.parse(formula, mode="eval").body, names, dialect)
+
+
+def torque_text(model: ExportedModel, own: Torque, dialect: Dialect) -> str:
+    """The torque of one effect on one joint in a language."""
+    state = model.memories.index(own) if own.distance is not None else None
+    names = {
+        signal: name.format(row=own.row, motor=own.motor, state=state)
+        for signal, name in dialect.signals.items()
+    }
+    names["motor_share"] = literal(float(model.shares[own.row, own.motor]))
+    return render(own.formula, names, dialect)
 
 
 def signals_of(formula: str) -> set[str]:

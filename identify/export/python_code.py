@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from identify.export.exported_model import ExportedModel
-from identify.export.expression_code import PYTHON, literal, one_line, render
+from identify.export.exported_model import ExportedModel, Torque
+from identify.export.expression_code import PYTHON, one_line, torque_text
 
 TEMPLATE = '''"""Inverse dynamics of {experiment}, model {name}: torque of each joint from its motion. Written by coulomb.
 
@@ -34,13 +34,13 @@ def torque(q, dq, ddq, t=0.0, temperature=None, memory=None, payload=None):
     """
     q, dq, ddq = (np.asarray(values, float) for values in (q, dq, ddq))
     load = rigid_torque(q, dq, ddq, payload)
-    whole = load.copy()
+    total = load.copy()
     temp = np.full(q.shape, 20.0) if temperature is None else np.asarray(temperature, float)
     direction = np.sign(dq)
     motor_dq = np.tensordot(SHARES.T, dq, 1)
     motor_ddq = np.tensordot(SHARES.T, ddq, 1)
-    memory = memory_at_start(dq) if memory is None else memory
-{body}    return whole
+    state = memory_at_start(dq) if memory is None else memory
+{body}    return total
 
 
 def memory_at_start(dq):
@@ -125,10 +125,10 @@ def python_code(model: ExportedModel) -> str:
         )
         for joint in range(model.joints)
     ]
-    late = [own for own in model.torques if "torque" in own.formula]
-    lines = [_line(model, own) for own in model.torques if own not in late]
+    first, late = model.in_order
+    lines = [_line(model, own) for own in first]
     if late:
-        lines.append("    before = whole.copy()")
+        lines.append("    whole = total.copy()")
         lines += [_line(model, own) for own in late]
     return TEMPLATE.format(
         experiment=_quoted(model.experiment),
@@ -143,17 +143,8 @@ def python_code(model: ExportedModel) -> str:
     )
 
 
-def _line(model: ExportedModel, own) -> str:
-    names = {
-        **{name: f"{name}[{own.row}]" for name in ("q", "dq", "ddq", "load", "temp", "direction")},
-        "torque": f"before[{own.row}]",
-        "t": "t",
-        "memory": f"memory[{model.memories.index(own)}]" if own.distance is not None else "",
-        "motor_velocity": f"motor_dq[{own.motor}]",
-        "motor_acceleration": f"motor_ddq[{own.motor}]",
-        "motor_share": literal(float(model.shares[own.row, own.motor])),
-    }
-    return f"    whole[{own.row}] += {render(own.formula, names, PYTHON)}  # {own.effect}"
+def _line(model: ExportedModel, own: Torque) -> str:
+    return f"    total[{own.row}] += {torque_text(model, own, PYTHON)}  # {own.effect}"
 
 
 def _quoted(text: str) -> str:

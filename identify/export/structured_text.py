@@ -6,7 +6,7 @@ import re
 
 from identify.export.c_code import c_name
 from identify.export.exported_model import ExportedModel, Torque
-from identify.export.expression_code import STRUCTURED_TEXT, literal, one_line, render
+from identify.export.expression_code import STRUCTURED_TEXT, literal, one_line, torque_text
 
 FUNCTIONS = """FUNCTION SIGN_OF : LREAL
 VAR_INPUT
@@ -215,8 +215,8 @@ VAR
     if states:
         body.append(_memory(states, n))
     body += [f"TORQUE[{joint}] := LOAD[{joint}];\n" for joint in range(n)]
-    late = [own for own in model.torques if "torque" in own.formula]
-    body += [_line(model, own) for own in model.torques if own not in late]
+    first, late = model.in_order
+    body += [_line(model, own) for own in first]
     if late:
         body += [f"WHOLE[{joint}] := TORQUE[{joint}];\n" for joint in range(n)]
         body += [_line(model, own) for own in late]
@@ -239,16 +239,7 @@ def _memory(states: tuple[Torque, ...], joints: int) -> str:
 
 
 def _line(model: ExportedModel, own: Torque) -> str:
-    names = {
-        **{name: f"{name.upper()}[{own.row}]" for name in ("q", "dq", "ddq", "load", "temp", "direction")},
-        "torque": f"WHOLE[{own.row}]",
-        "t": "T",
-        "memory": f"STATE[{model.memories.index(own)}]" if own.distance is not None else "",
-        "motor_velocity": f"MOTOR_DQ[{own.motor}]",
-        "motor_acceleration": f"MOTOR_DDQ[{own.motor}]",
-        "motor_share": literal(float(model.shares[own.row, own.motor])),
-    }
-    text = render(own.formula, names, STRUCTURED_TEXT)
+    text = torque_text(model, own, STRUCTURED_TEXT)
     return f"(* {own.effect} *)\nTORQUE[{own.row}] := TORQUE[{own.row}] + {text};\n"
 
 

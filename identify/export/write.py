@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 import os
-import shutil
 import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -21,8 +20,10 @@ from identify.estimation.context import contexts
 from identify.estimation.small_algebra import single_threaded
 from identify.export.bodies import feasible_standard
 from identify.export.c_code import c_code, c_name
-from identify.export.compiled import compiled_torque
+from identify.export.compiled import compiled_torque, compiler_here
 from identify.export.exported_model import RIGID, ExportedModel, exported_model
+from identify.export.fmu import fmu, platform_name
+from identify.export.fmu_torque import fmu_torque, has_fmpy
 from identify.export.joint_friction import HAS_ROTORS, joint_parts
 from identify.export.link_files import WRITERS, LinkFile, bodies_of, read_back
 from identify.export.python_code import python_code
@@ -47,6 +48,7 @@ KINDS = {
     ".py": "Python module",
     ".c": "C source and header",
     ".st": "structured text (IEC 61131-3)",
+    ".fmu": "FMI 3.0 co-simulation unit",
     ".json": "data (JSON)",
 }
 """what each ending of a target means"""
@@ -54,9 +56,9 @@ KINDS = {
 
 @dataclass(frozen=True)
 class _Export:
-    """Texts by file name, what loads them back, and what the format keeps of each joint."""
+    """Contents by file name, what loads them back, and what the format keeps of each joint."""
 
-    texts: dict[str, str]
+    files: dict[str, str | bytes]
     torque_of: Callable[[Path], TorqueOf]
     checked_with: str
     parts: Sequence[tuple[Sequence[str], Sequence[str], Sequence[str]]]
@@ -69,7 +71,7 @@ def export(
 ) -> Certificate:
     """Identify a model and write it to `target`; beside it `TARGET.certificate.json`.
 
-    target : a file ending in .urdf, .sdf, .xml (MJCF), .py, .c (a header is written beside it), .st or .json
+    target : a file ending in .urdf, .sdf, .xml (MJCF), .py, .c (a header is written beside it), .st, .fmu or .json
     Raises InputError: the ending, the experiment, the model or an effect is wrong, or the extra `feasible` is not
         installed, which formats with bodies need.
     """
@@ -117,13 +119,13 @@ def write_export(result: Identification, target: Path) -> Certificate:
     except OSError as problem:
         raise InputError(f"{target}: cannot be written: {problem.strerror}") from problem
     with workspace as folder:
-        for name, text in made.texts.items():
-            (Path(folder) / name).write_text(text, encoding="utf-8")
+        for name, content in made.files.items():
+            (Path(folder) / name).write_bytes(content.encode() if isinstance(content, str) else content)
         errors = errors_on_record(result, made.torque_of(Path(folder)))
         certificate = _certificate(result, model, target, made, errors)
         name = f"{target.name}.certificate.json"
         (Path(folder) / name).write_text(certificate.json_text(indent=1) + "\n", encoding="utf-8")
-        for written in (*made.texts, name):
+        for written in (*made.files, name):
             (Path(folder) / written).replace(target.resolve().parent / written)
     return certificate
 
@@ -155,7 +157,7 @@ def _certificate(
 
 def _code(model: ExportedModel, target: Path, ending: str) -> _Export:
     """Formats that hold every formula."""
-    module = python_code(model)
+    module, compiler = python_code(model), compiler_here()
     parts = []
     for joint in range(model.joints):
         kept = dict.fromkeys([RIGID, *(torque.effect for torque in model.torques if torque.row == joint)])
@@ -171,22 +173,56 @@ def _code(model: ExportedModel, target: Path, ending: str) -> _Export:
         return _Export({target.name: module}, in_python, "the module itself, loaded back", parts)
     if ending == ".c":
         source, header = c_code(model, target.stem)
-        texts = {target.name: source, f"{target.stem}.h": header}
-        compiler = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
+        files = {target.name: source, f"{target.stem}.h": header}
         if compiler is not None:
             return _Export(
-                texts,
+                {**files},
                 lambda folder: compiled_torque(compiler, folder / target.name, c_name(target.stem), model),
                 "the source, compiled and run",
                 parts,
             )
         remark = "there was no C compiler: the same formulas were computed in Python"
-        return _Export(texts, in_python, "the same formulas in Python", parts, (remark,))
+        return _Export({**files}, in_python, "the same formulas in Python", parts, (remark,))
+    if ending == ".fmu":
+        return _unit(model, target, compiler, in_python, parts)
     if ending == ".st":
-        texts = {target.name: structured_text(model, target.stem)}
-        return _Export(texts, in_python, "the same formulas in Python", parts)
-    texts = {target.name: _document(model).json_text(indent=1) + "\n"}
-    return _Export(texts, in_python, "the same formulas in Python", parts)
+        text = structured_text(model, target.stem)
+    else:
+        text = _document(model).json_text(indent=1) + "\n"
+    return _Export({target.name: text}, in_python, "the same formulas in Python", parts)
+
+
+def _unit(
+    model: ExportedModel,
+    target: Path,
+    compiler: str | None,
+    in_python: Callable[[Path], TorqueOf],
+    parts: Sequence[tuple[Sequence[str], Sequence[str], Sequence[str]]],
+) -> _Export:
+    """A functional mock-up unit, checked by FMPy where that is installed."""
+    files: dict[str, str | bytes] = {target.name: fmu(model, target.stem, compiler)}
+    if compiler is None:
+        remark = "there was no C compiler: the unit has sources and no binary; the same formulas were computed in Python"
+        return _Export(files, in_python, "the same formulas in Python", parts, (remark,))
+    remark = f"the unit has a binary for {platform_name()}, and sources for others"
+    if has_fmpy():
+        return _Export(
+            files,
+            lambda folder: fmu_torque(folder / target.name, model),
+            "the unit, stepped by FMPy",
+            parts,
+            (remark,),
+        )
+
+    def compiled(folder: Path) -> TorqueOf:
+        prefix = c_name(target.stem)
+        source, header = c_code(model, prefix)
+        (folder / f"{prefix}.c").write_text(source, encoding="utf-8")
+        (folder / f"{prefix}.h").write_text(header, encoding="utf-8")
+        return compiled_torque(compiler, folder / f"{prefix}.c", prefix, model)
+
+    said = "FMPy (extra fmu) was not installed: the unit itself was not run"
+    return _Export(files, compiled, "the unit's C source, compiled and run", parts, (remark, said))
 
 
 def module_torque(module: ModuleType, model: ExportedModel) -> TorqueOf:

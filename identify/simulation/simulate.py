@@ -153,6 +153,15 @@ def simulated(
                 continue
             by_role.setdefault(cast(Role, entry.role), []).append((entry, sums, beside))
         horizon_errors += [_horizon_errors(result, horizon, role, listed) for role, listed in by_role.items()]
+    if not horizon_errors:
+        longest = max(
+            (len(own) * own.period for session_motions in motions.values() for own in session_motions),
+            default=0.0,
+        )
+        raise InputError(
+            f"--horizon {min(horizons, default=0.0):g}: longer than every session; the longest stretch without a hole lasts"
+            f" {longest:.3g} s"
+        )
     along = TorqueModel(result.fitted, experiment.sessions[0]).along_record
     return SimulationDocument(
         experiment=experiment.name,
