@@ -8,11 +8,8 @@ from io import BytesIO
 from pathlib import Path
 from zipfile import ZipFile
 
-import fmpy
 import numpy as np
 import pytest
-from fmpy.fmi3 import FMU3Slave
-from fmpy.validation import validate_fmu
 
 from identify import load_experiment
 from identify.export import write
@@ -25,6 +22,11 @@ from identify.identification import identify
 from identify.recording import InputError
 from tests.identify.export.test_code import EVERYTHING, of_the_model, without_payload_ratio
 from tests.plants.single_joint import record, write_experiment
+
+fmpy = pytest.importorskip("fmpy", reason="FMPy (extra fmu) is not installed")
+
+from fmpy.fmi3 import FMU3Slave
+from fmpy.validation import validate_fmu
 
 COMPILER = shutil.which("cc") or shutil.which("gcc")
 HEADERS = Path(fmpy.__file__).parent / "c-code"

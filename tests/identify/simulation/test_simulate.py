@@ -112,6 +112,15 @@ def test_the_command_prints_one_document(stribeck):
     assert {"joint", "position_rms", "velocity_rms", "unit", "windows", "left_record_at"} <= set(joint)
     assert joint["unit"] == "rad"
     assert np.isfinite(joint["position_rms"])
+    longer = subprocess.run(
+        [*command[:-3], "--horizon", "1000", "--no-free-run", "--json"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (longer.returncode, longer.stdout) == (2, "")
+    assert "longer than every session" in longer.stderr
+    assert longer.stderr.count("\n") == 1
     wrong = subprocess.run([*command[:-3], "--horizon", "-2"], capture_output=True, text=True, check=False)
     assert wrong.returncode == 2
     assert wrong.stdout == ""
