@@ -25,8 +25,8 @@ from tests.plants.single_joint import record, write_experiment
 
 fmpy = pytest.importorskip("fmpy", reason="FMPy (extra fmu) is not installed")
 
-from fmpy.fmi3 import FMU3Slave
-from fmpy.validation import validate_fmu
+FMU3Slave = pytest.importorskip("fmpy.fmi3").FMU3Slave
+validate_fmu = pytest.importorskip("fmpy.validation").validate_fmu
 
 COMPILER = shutil.which("cc") or shutil.which("gcc")
 HEADERS = Path(fmpy.__file__).parent / "c-code"
