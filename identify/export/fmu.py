@@ -132,9 +132,8 @@ def _model_description(model: ExportedModel, prefix: str, token: str) -> bytes:
     prismatic = [bool(own) for own in model.geometry.prismatic]
 
     def add(name: str, reference: int, description: str, unit: str | None, **more: str) -> None:
-        element = ElementTree.SubElement(
-            variables, "Float64", name=name, valueReference=str(reference), description=description, **more
-        )
+        shown = {"name": name, "valueReference": str(reference), "description": description, **more}
+        element = ElementTree.SubElement(variables, "Float64", shown)
         if unit is not None:
             element.set("unit", unit)
 

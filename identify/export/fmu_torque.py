@@ -32,6 +32,8 @@ def fmu_torque(path: Path, model: ExportedModel) -> TorqueOf:
     from fmpy.fmi3 import FMU3Slave, fmi3Float64, fmi3ValueReference
 
     description = read_model_description(path)
+    co_simulation = description.coSimulation
+    assert co_simulation is not None  # the unit is ours
     unpacked = extract(path, path.with_suffix(".unpacked"))
     references = ValueReferences(model)
     n = model.joints
@@ -43,7 +45,7 @@ def fmu_torque(path: Path, model: ExportedModel) -> TorqueOf:
         unit = FMU3Slave(
             guid=description.guid,
             unzipDirectory=unpacked,
-            modelIdentifier=description.coSimulation.modelIdentifier,
+            modelIdentifier=co_simulation.modelIdentifier,
             instanceName="exported",
         )
         inputs = array(fmi3ValueReference, references.inputs)
