@@ -289,7 +289,7 @@ def _import_can_logs(
 def _report(
     experiment: "Experiment", decided: "Sequence[tuple[Path, str, str, Sequence[str]]]", as_json: bool
 ) -> None:
-    """What was made on stdout, what was decided on stderr; or both in one document.
+    """What was made on stdout, there in one document with what was decided if asked; what was decided on stderr too.
 
     decided : source, payload, role and remarks of each new session
     """
@@ -309,9 +309,9 @@ def _report(
                 "remarks": list(read.remarks),
             }
         )
+        for remark in remarks:
+            typer.echo(f"{source.name}: {remark}", err=True)
         if not as_json:
-            for remark in remarks:
-                typer.echo(f"{source.name}: {remark}", err=True)
             joints = f"{read.n} joint{'s' if read.n > 1 else ''}"
             rate = f"{1 / read.sampling_period:.6g} Hz"
             typer.echo(f"{experiment.path}: {len(read.time)} samples of {joints} at {rate} in {entry.file}")

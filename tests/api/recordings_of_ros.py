@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+from rosbags.rosbag1 import Writer as OldWriter
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -70,3 +71,26 @@ def write_bag(folder: Path, storage: str, topics) -> Path:
                 stamp = 1_700_000_000 * 10**9 + (time if isinstance(time, int) else round(time * 1e9))
                 writer.write(connection, stamp, STORE.serialize_cdr(message, kind))
     return folder
+
+
+def write_bag_of_ros1(path: Path, topic: str, messages, compressed: bool = False) -> Path:
+    """A rosbag1 file of joint states; messages: (time in s, message of ROS 2) of each."""
+    store = get_typestore(Stores.ROS1_NOETIC)
+    kind = "sensor_msgs/msg/JointState"
+    writer = OldWriter(path)
+    if compressed:
+        writer.set_compression(OldWriter.CompressionFormat.BZ2)
+    with writer:
+        connection = writer.add_connection(topic, kind, typestore=store)
+        for number, (_time, message) in enumerate(messages):
+            stamp = message.header.stamp
+            header = store.types["std_msgs/msg/Header"](
+                seq=number,
+                stamp=store.types["builtin_interfaces/msg/Time"](sec=stamp.sec, nanosec=stamp.nanosec),
+                frame_id="",
+            )
+            state = store.types[kind](
+                header, message.name, message.position, message.velocity, message.effort
+            )
+            writer.write(connection, stamp.sec * 10**9 + stamp.nanosec, store.serialize_ros1(state, kind))
+    return path

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from api.commands import diagnose, import_
 from identify.recording import InputError, load_experiment
 from identify.recording.foreign import read_foreign
-from tests.api.recordings_of_ros import joint_state, trajectory_state, write_bag
+from tests.api.recordings_of_ros import joint_state, trajectory_state, write_bag, write_bag_of_ros1
 
 application = typer.Typer()
 application.callback()(lambda: None)
@@ -46,6 +46,24 @@ def messages(swap=False, effort=True):
 def arm(tmp_path):
     (tmp_path / "arm.urdf").write_text(ARM)
     return tmp_path / "arm.urdf"
+
+
+@pytest.mark.parametrize("compressed", [False, True])
+def test_a_recording_of_ros_1_becomes_the_same_session(tmp_path, arm, compressed):
+    bag = write_bag_of_ros1(tmp_path / "run.bag", "/joint_states", messages(swap=True), compressed=compressed)
+    done = run(bag, "--out", tmp_path / "made", "--robot", arm)
+    assert done.exit_code == 0, (done.exception, done.output)
+    experiment = load_experiment(tmp_path / "made")
+    assert [joint.name for joint in experiment.robot.joints] == list(NAMES)
+    session = experiment.read(experiment.sessions[0])
+    np.testing.assert_allclose(session.time, TIME, atol=1e-8)
+    np.testing.assert_array_equal(session.position, POSITION)
+    np.testing.assert_array_equal(session.command, EFFORT)
+    bag.write_bytes(bag.read_bytes()[:-2000])
+    damaged = run(bag, "--out", tmp_path / "none", "--robot", arm)
+    assert isinstance(damaged.exception, InputError)
+    assert "run.bag: cannot be read as a recording of ROS" in str(damaged.exception)
+    assert not (tmp_path / "none").exists()
 
 
 @pytest.mark.parametrize("storage", ["sqlite3", "mcap"])

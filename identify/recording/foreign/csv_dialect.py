@@ -239,6 +239,15 @@ def _with_header(text: TextFile, head: list[str], reading: _Reading, options: Cs
             passed.append("the first column has no name: taken as numbers of rows")
     if header and not 0 <= len(names) - (reading.width if reading.width > 1 else len(names)) <= 1:
         names = _fitting(text, names, header, reading, cells[first - 1])
+    for number in range(header + 1, first) if header else ():
+        row = _row(head[number - 1], reading)
+        if (
+            head[number - 1].strip()
+            and not is_comment(head[number - 1])
+            and row != units
+            and not _is_types(row)
+        ):
+            passed.append(f"line {number}, between the names and the samples, passed over")
     before = [n for n in range(1, header or first) if head[n - 1].strip()]
     if before:
         passed.append(

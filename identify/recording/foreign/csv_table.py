@@ -23,7 +23,13 @@ from identify.recording.foreign.cells import (
     numbers,
     unit_in_cells,
 )
-from identify.recording.foreign.csv_dialect import CsvOptions, Dialect, choose_dialect, is_comment
+from identify.recording.foreign.csv_dialect import (
+    CsvOptions,
+    Dialect,
+    choose_dialect,
+    is_comment,
+    split_line,
+)
 from identify.recording.foreign.instants import is_instant
 from identify.recording.foreign.table import ForeignColumn, ForeignTable
 from identify.recording.foreign.text_file import TextFile, open_text
@@ -64,7 +70,13 @@ class _Reader:
         self.names = dialect.names + [""] * (self.width - len(dialect.names))
         self.line = 0
         self.remarked = 0
+        self.row_began = 0
+        """Line at which the row that is being read begins; 0 between rows."""
+        self.over_lines: list[int] = []
+        """Lines at which rows with a line break inside quotes begin."""
         self.not_rows: list[int] = []
+        self.cut_short: list[int] = []
+        """Lines at the end of the file that hold fewer cells than there are columns."""
         self.wrong_rows: dict[int, str] = {}
 
     def table(self, options: CsvOptions) -> ForeignTable:
@@ -104,6 +116,9 @@ class _Reader:
         numbers_of_lines: list[int] = []
         total = 0
         for row in self.dialect.rows(self._body()):
+            if self.row_began and self.row_began < self.line:
+                self.over_lines.append(self.row_began)
+            self.row_began = 0
             fitted = self._fitted(row, total)
             if fitted is None:
                 continue
@@ -124,7 +139,24 @@ class _Reader:
             if is_comment(line):
                 self.remarked += bool(line.strip())
                 continue
-            yield line
+            if self.row_began:
+                self._refuse_swallowed(line)
+            else:
+                self.row_began = number
+            yield f"{line}\n"
+
+    def _refuse_swallowed(self, line: str) -> None:
+        """Refuse a line that reads as samples by itself and would vanish in a cell of the row before.
+
+        A quote that is opened and not closed takes all that follows, up to the next quote, into one cell.
+        """
+        cells = [cell.strip(f"{self.dialect.quote} ") for cell in line.split(self.dialect.separator)]
+        typed = sum(is_typed(cell) and not is_empty(cell) for cell in cells)
+        if len(cells) >= self.width and 2 * typed >= len(cells):
+            raise InputError(
+                f"{self.text.path} line {self.row_began}: a quote ({self.dialect.quote}) is opened and not closed, so"
+                f" the samples from line {self.line} on would be lost in one cell; close or remove the quote"
+            )
 
     def _fitted(self, row: list[str], index: int) -> list[str] | None:
         """A row of as many cells as there are columns; None for a line that is no row of samples."""
@@ -136,13 +168,11 @@ class _Reader:
             return [*row, ""]
         at_end = self.line >= self.text.count - 3
         typed = sum(is_typed(cell) and not is_empty(cell) for cell in row)
-        if (
-            row[: self.width] == self.names
-            or 2 * typed < len(row)
-            or not row
-            or (at_end and len(row) < self.width and not self.dialect.scope)
-        ):
+        if row[: self.width] == self.names or 2 * typed < len(row) or not row:
             self.not_rows.append(self.line)
+            return None
+        if at_end and len(row) < self.width and not self.dialect.scope:
+            self.cut_short.append(self.line)
             return None
         if len(row) > self.width:
             raise InputError(
@@ -154,7 +184,11 @@ class _Reader:
 
     def _sample(self) -> list[list[str]]:
         lines = self.text.head[self.dialect.first_line - 1 :] + self.text.tail
-        rows = self.dialect.rows(line for line in lines if not is_comment(line))
+        rows = [
+            split_line(line, self.dialect.separator, self.dialect.quote)
+            for line in lines
+            if not is_comment(line)
+        ]
         fitted = [(row + [""] * self.width)[: self.width] for row in rows]
         return [row for row in fitted if sum(map(is_typed, row)) * 2 >= len(row)] or fitted
 
@@ -237,9 +271,19 @@ class _Reader:
         if self.remarked:
             remarks.append(f"{self.remarked} lines of comment passed over")
         if self.not_rows:
-            where = ", ".join(map(str, self.not_rows[:3])) + (" ..." if len(self.not_rows) > 3 else "")
-            remarks.append(f"line{'s' if len(self.not_rows) > 1 else ''} {where}: no samples, passed over")
+            remarks.append(f"{_at_lines(self.not_rows)}: no samples, passed over")
+        if self.over_lines:
+            remarks.append(f"{_at_lines(self.over_lines)}: a cell goes over several lines, by its quotes")
+        if self.cut_short:
+            remarks.append(
+                f"{_at_lines(self.cut_short)}: fewer than {self.width} cells at the end of the file, left out"
+            )
         return remarks
+
+
+def _at_lines(lines: list[int]) -> str:
+    shown = ", ".join(map(str, lines[:3])) + (" ..." if len(lines) > 3 else "")
+    return f"line{'s' if len(lines) > 1 else ''} {shown}"
 
 
 def _all_empty(parts: list[Any]) -> bool:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from identify.recording.errors import InputError
 from identify.recording.foreign.instants import NANOSECOND
-from identify.recording.foreign.repair import Repair, repaired_stamps
+from identify.recording.foreign.repair import Repair, refuse_coarse_clock, repaired_stamps
 from identify.recording.foreign.table import Clock, ForeignColumn, ForeignTable
 from identify.recording.interpolation import interpolate
 from identify.recording.sampling import SHORTEST_SEGMENT, largest_bridged_step
@@ -48,6 +48,7 @@ def join_on_time(
     rows: list[NDArray[np.intp]] = []
     for table, clock, name in zip(tables, clocks, times, strict=True):
         seconds = clock.seconds + ((clock.begin or 0) - origin) * NANOSECOND
+        refuse_coarse_clock(seconds, clock, f"{table.path}: column '{name}'", repair)
         if not (np.diff(seconds) > 0).all():
             if repair is None or not np.isfinite(seconds).all():
                 raise InputError(

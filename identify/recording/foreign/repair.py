@@ -7,10 +7,37 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.recording.sampling import largest_bridged_step
+from identify.recording.errors import InputError
+from identify.recording.foreign.table import Clock
+from identify.recording.sampling import SHORTEST_SEGMENT, largest_bridged_step
 
 Array = NDArray[np.float64]
 Repair = Literal["drop", "bridge"]
+
+
+def refuse_coarse_clock(time: Array, clock: Clock, column: str, repair: Repair | None) -> None:
+    """Refuse a time column most of whose stamps repeat, as of seconds since 1970 in single precision or with %g.
+
+    time   : (N,) s
+    column : file and name of the column, for the message
+
+    With a repair it is refused only where too few stamps are left to repair anything with.
+
+    Raises InputError: says how many digits are needed.
+    """
+    known = time[np.isfinite(time)]
+    different = len(np.unique(known))
+    if 2 * different > len(known) or (repair is not None and different >= SHORTEST_SEGMENT):
+        return
+    epoch = clock.begin is not None and not clock.of_day
+    needed = " (in seconds since 1970, 14 digits are 0.1 ms; single precision has 7)" if epoch else ""
+    more = "" if different < SHORTEST_SEGMENT else ", or space them evenly by --repair bridge"
+    raise InputError(
+        f"{column}: {len(known)} samples have {different} different time{'s' if different > 1 else ''}: digits were"
+        f" lost when it was written{needed}, or it is not the time; export it with more digits, or give --rate HZ"
+        f" instead of --time"
+        f"{more}"
+    )
 
 
 def repaired_stamps(time: Array, repair: Repair) -> tuple[Array, NDArray[np.intp], list[str]]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.recording.errors import InputError
-from identify.recording.foreign.repair import Repair, bridged, repaired_stamps
+from identify.recording.foreign.repair import Repair, bridged, refuse_coarse_clock, repaired_stamps
 from identify.recording.foreign.table import Clock, ForeignColumn, ForeignTable, unit_words
 from identify.recording.sampling import SHORTEST_SEGMENT
 from identify.recording.units import SI_NAMES, Unit, unit_of
@@ -187,7 +187,7 @@ class _Taken:
         if self.columns.temperature:
             groups["temperature"] = self._group(self.columns.temperature, TEMPERATURE, (), n)
         extra = {self._kept_name(name): self._extra(name) for name in self.columns.extra}
-        time = self._time()
+        time = self._time(repair)
         numeric = {name: values[:, None] for name, values in extra.items() if values.dtype != object}
         time, rows, values = self._repaired(time, groups | numeric, repair)
         kept = {name: values[name][:, 0] if name in numeric else extra[name][rows] for name in extra}
@@ -284,7 +284,7 @@ class _Taken:
             self._say(name, f"kept as {plain}")
         return plain
 
-    def _time(self) -> Array:
+    def _time(self, repair: Repair | None) -> Array:
         name, rate = self.columns.time, self.columns.rate
         if name is None:
             if rate is None or not rate > 0 or not np.isfinite(rate):
@@ -294,6 +294,7 @@ class _Taken:
             return np.arange(self.length) / rate
         self._column(name, "the time")
         clock = self.clock(name)
+        refuse_coarse_clock(clock.seconds, clock, f"{self.table.path}: column '{name}'", repair)
         self.remarks.append(clock.said)
         return clock.seconds
 

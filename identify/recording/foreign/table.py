@@ -138,9 +138,9 @@ class ForeignTable:
         assert column.numbers is not None
         numbers = column.numbers
         if column.absolute:
-            return _since_first(
-                numbers, NANOSECOND, int(numbers[0]), f"{column.name}: instants of the recording"
-            )
+            known = numbers[np.isfinite(numbers)]
+            begin = int(known[0]) if len(known) else 0
+            return _since_first(numbers, NANOSECOND, begin, f"{column.name}: instants of the recording")
         first, last = (float(numbers[0]), float(numbers[-1])) if len(numbers) else (0.0, 0.0)
         given = unit_of(unit) if unit else column.unit
         if unit and (given is None or given.quantity != "time"):
@@ -184,7 +184,9 @@ def _since_first(
     if len(numbers) and begin > 86_400 * 10**9 * 365:
         instant = datetime(1970, 1, 1, tzinfo=UTC) + timedelta(microseconds=begin // 1000)
         description += f", counted from {instant.isoformat(timespec='milliseconds').replace('+00:00', 'Z')}"
-    return Clock((numbers - numbers[:1]).astype(np.float64) * step, begin, False, description)
+    known = numbers[np.isfinite(numbers)]
+    first = known[0] if len(known) else 0
+    return Clock((numbers - first).astype(np.float64) * step, begin, False, description)
 
 
 def _times(count: int) -> str:
