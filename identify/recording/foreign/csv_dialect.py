@@ -283,7 +283,8 @@ def _search_header(
             continue
         if len(row) < reading.width and not units and other is not None:
             continue
-        if all(is_number(cell) for cell in row if cell):
+        written = [is_number(cell) for cell in row if cell]
+        if all(written) or (above and any(written)):
             continue
         return number, row, units
     if other is not None:
