@@ -171,8 +171,8 @@ class Client:
         answer = self._http.get(f"/experiments/{experiment}/results")
         if answer.status_code == 202:
             raise ServiceError(202, {"detail": "the first results are being computed", **answer.json()})
-        found = {name: value for name, value in self._answer(answer).items() if name not in BESIDE_RESULTS}
-        return document_of(IdentificationDocument, found, str(answer.url))
+        fields = {name: value for name, value in self._answer(answer).items() if name not in BESIDE_RESULTS}
+        return document_of(IdentificationDocument, fields, str(answer.url))
 
     def models(self, experiment: str) -> Json:
         """All model versions and which of them is current."""

@@ -33,7 +33,7 @@ def _register_commands(asked: str) -> None:
     Where a module has the name of the command asked for, it is enough; the others would cost every command their
     time. All of them are needed for the overview, and for a command that is not the first of its module.
     """
-    modules = sorted(found.name for found in pkgutil.iter_modules(api.commands.__path__))
+    modules = sorted(module.name for module in pkgutil.iter_modules(api.commands.__path__))
     for name in [name for name in modules if name.rstrip("_") == asked] or modules:
         importlib.import_module(f"api.commands.{name}").register(application)
 

@@ -38,7 +38,7 @@ def _diagnosis_lines(document: DiagnosisDocument) -> Iterator[str]:
                 f"{_percent(candidate.heldout_error_after):>9s} {_probability(candidate.p_value):>10s}"
             )
             if candidate.indistinguishable_from:
-                yield f"    cannot be told from {', '.join(candidate.indistinguishable_from)}"
+                yield f"    cannot be distinguished from {', '.join(candidate.indistinguishable_from)}"
         if joint.missing:
             first = next(c for c in joint.candidates if c.effect == joint.missing[0])
             yield from textwrap.wrap(first.explanation, 100, initial_indent="  ", subsequent_indent="  ")

@@ -86,10 +86,10 @@ def urdf_robot(
     from identify.dynamics.urdf import EARTH, read_urdf
 
     down = parse_three(gravity, "--gravity") if gravity else EARTH
-    found = read_urdf(urdf, tip=tip, gravity=down)
+    read = read_urdf(urdf, tip=tip, gravity=down)
     if not gains:
-        return found.robot
-    values = gain_values(scalars, gains, len(found.robot.joints))
+        return read.robot
+    values = gain_values(scalars, gains, len(read.robot.joints))
     return read_urdf(urdf, tip=tip, gravity=down, drive_gains=values).robot
 
 
@@ -98,9 +98,9 @@ def columns_of_joints(table: ForeignTable, joints: Sequence[str]) -> tuple[list[
 
     Raises InputError: the recording has no positions or no efforts of one of them.
     """
-    found: tuple[list[str], list[str]] = ([], [])
+    columns: tuple[list[str], list[str]] = ([], [])
     for joint in joints:
-        for names, what in zip(found, ("position", "effort"), strict=True):
+        for names, what in zip(columns, ("position", "effort"), strict=True):
             name = f"{joint}.{what}"
             if not table.has(name) or np.isnan(table.column(name, "a joint").numbers).all():  # type: ignore[arg-type]
                 raise InputError(
@@ -108,7 +108,7 @@ def columns_of_joints(table: ForeignTable, joints: Sequence[str]) -> tuple[list[
                     " name columns by --position and --command"
                 )
             names.append(name)
-    return found
+    return columns
 
 
 def gain_values(scalars: dict[str, float], gains: list[str], n: int) -> list[float]:
@@ -120,7 +120,9 @@ def gain_values(scalars: dict[str, float], gains: list[str], n: int) -> list[flo
 
 
 def _numbers(text: str, count: int, option: str) -> list[float]:
-    found = [parse_number(part, option) for part in text.split(",")]
-    if len(found) != count:
-        raise InputError(f"{option}: '{text}' has {len(found)} numbers; {count} are needed, separated by ','")
-    return found
+    numbers = [parse_number(part, option) for part in text.split(",")]
+    if len(numbers) != count:
+        raise InputError(
+            f"{option}: '{text}' has {len(numbers)} numbers; {count} are needed, separated by ','"
+        )
+    return numbers

@@ -46,7 +46,7 @@ class _Server(uvicorn.Server):
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
         """Called by uvicorn on SIGINT and SIGTERM."""
         service: Service = self.config.app.state.service  # type: ignore[union-attr]
-        service.rig_stop.stop_all("the service was told to end")
+        service.rig_stop.stop_all("the service was asked to end")
         super().handle_exit(sig, frame)
 
 

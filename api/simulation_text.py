@@ -21,12 +21,12 @@ def _lines(document: SimulationDocument) -> Iterator[str]:
     for errors in document.horizons:
         yield ""
         yield _heading(errors)
-        beside = any(own.position_rms_usual is not None for own in errors.joints)
+        beside = any(joint.position_rms_usual is not None for joint in errors.joints)
         yield f"  {'joint':10s} {'position':>14s} {'speed':>16s}" + (
             f" {'usual model:':>14s} {'position':>14s} {'speed':>16s}" if beside else ""
         )
-        for own in errors.joints:
-            yield _row(own, beside)
+        for joint in errors.joints:
+            yield _row(joint, beside)
     for effect in document.along_record:
         yield ""
         yield (
@@ -45,16 +45,16 @@ def _heading(errors: HorizonErrors) -> str:
     return f"{errors.horizon:g} s ahead, {sessions}, {windows} window{'' if windows == 1 else 's'}:"
 
 
-def _row(own: JointMotionError, beside: bool) -> str:
-    speed = f"{own.unit}/s"
-    text = f"  {own.joint:10s} {_figure(own.position_rms, own.unit):>14s} {_figure(own.velocity_rms, speed):>16s}"
+def _row(joint: JointMotionError, beside: bool) -> str:
+    speed = f"{joint.unit}/s"
+    text = f"  {joint.joint:10s} {_figure(joint.position_rms, joint.unit):>14s} {_figure(joint.velocity_rms, speed):>16s}"
     if beside:
         text += (
-            f" {'':>14s} {_figure(own.position_rms_usual, own.unit):>14s}"
-            f" {_figure(own.velocity_rms_usual, speed):>16s}"
+            f" {'':>14s} {_figure(joint.position_rms_usual, joint.unit):>14s}"
+            f" {_figure(joint.velocity_rms_usual, speed):>16s}"
         )
-    if own.left_record_at is not None:
-        text += f"  a tenth of its range off at {own.left_record_at:.3g} s"
+    if joint.left_record_at is not None:
+        text += f"  a tenth of its range off at {joint.left_record_at:.3g} s"
     return text
 
 

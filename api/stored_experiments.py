@@ -23,6 +23,6 @@ def resolve(name_or_path: str | Path, data_folder: Path | None = None) -> Path:
     stored = (data_folder or default_data_folder()) / "experiments"
     if EXPERIMENT_ID.fullmatch(str(name_or_path)) and (stored / given / "experiment.yaml").is_file():
         return stored / given
-    names = sorted(found.parent.name for found in stored.glob("*/experiment.yaml"))
+    names = sorted(file.parent.name for file in stored.glob("*/experiment.yaml"))
     known = f"stored are: {', '.join(names)}" if names else f"nothing is stored in {stored} yet"
     raise InputError(f"{name_or_path}: no such folder, experiment.yaml or stored experiment; {known}")

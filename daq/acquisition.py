@@ -239,7 +239,7 @@ class Acquisition:
             drives.heartbeat()
         if self._terminated:
             return StopReason(
-                StopCause.DEAD_PARENT, "the acquisition process was told to terminate (SIGTERM)"
+                StopCause.DEAD_PARENT, "the acquisition process was asked to terminate (SIGTERM)"
             )
         if self._stop_asked is not None:
             return StopReason(StopCause.OPERATOR, self._stop_asked)

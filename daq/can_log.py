@@ -149,7 +149,9 @@ def _frames(path: Path, identifiers: set[int]) -> tuple[NDArray[Any], list[str]]
 def _refuse_missing(path: Path, frames: NDArray[Any], streams: list[DriveStream]) -> None:
     there = set(frames["can_id"].tolist())
     if SYNC_ID not in there:
-        raise InputError(f"{path}: holds no SYNC (id 0x80), by which samples are told apart; log it as well")
+        raise InputError(
+            f"{path}: holds no SYNC (id 0x80), which separates one sample from the next; log it as well"
+        )
     for stream in streams:
         for pdo in stream.transmit:
             if pdo.can_id not in there:

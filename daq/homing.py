@@ -132,7 +132,7 @@ class Homing:
         lowest, highest = axis.limits.position
         within = lowest <= position <= highest
         unit = "m" if self.rig.robot.joints[index].type == "prismatic" else "rad"
-        outcome = f"homed; stands at {position:.4g} {unit}"
+        outcome = f"homed; is at {position:.4g} {unit}"
         if not within:
             outcome += f", outside its limits {lowest:g} to {highest:g} {unit}: move it there by hand, or correct `home`"
         return HomedJoint(axis.joint, position, within, outcome)

@@ -158,9 +158,7 @@ class Recorder:
                 if full
                 else f"does not take the data ({error.strerror or 'it refuses without a reason'})"
             )
-            sentence = (
-                f"the disk {what}; what it took is kept; make room or look after the disk, then begin anew"
-            )
+            sentence = f"the disk {what}; what it took is kept; make room or check the disk, then begin anew"
             self._refuse(StopReason(StopCause.FULL_DISK, sentence))
 
     def _refuse(self, reason: StopReason) -> None:

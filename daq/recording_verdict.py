@@ -168,7 +168,7 @@ class RecordingVerdict:
                 )
             if joint.behind or self._first_unanswered[axis]:
                 problems.append(
-                    f"{name}: its answers fell {max(1, joint.behind)} cycle(s) behind and stayed so, so that they stand in the "
+                    f"{name}: its answers fell {max(1, joint.behind)} cycle(s) behind and stayed so, so that they are in the "
                     "wrong rows: lengthen the cycle"
                 )
             problems += self._stuck(name, joint)

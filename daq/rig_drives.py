@@ -173,7 +173,7 @@ class RigDrives:
             return [(False, sentence)]
         if self._moves(drive, axis):
             sentence = (
-                "moves although it has no power: it was let go, or something pushes it; wait until it stands"
+                "moves although it has no power: it was let go, or something pushes it; wait until it rests"
             )
             return [(False, sentence)]
         # A drive that an earlier session left streaming must not answer SDOs between its PDOs.
@@ -249,7 +249,7 @@ class RigDrives:
             lowest, highest = axis.limits.position
             slack = axis.limits.following_error
             ok = bool(lowest - slack <= value <= highest + slack)
-            sentence = f"stands at {value:.4g}" + (
+            sentence = f"is at {value:.4g}" + (
                 "" if ok else f", outside its limits {lowest:g} to {highest:g}"
             )
             items.append(CheckItem(f"joint {axis.joint}", ok, sentence))

@@ -126,14 +126,12 @@ class StoppingWatch:
             unit = self._units[axis]
             if self._beyond[axis] >= _LASTING:
                 return (
-                    f"joint {name} turns at {abs(speed[axis]):.3g} {unit}/s {1e3 * elapsed:.0f} ms after it was told to stop, "
-                    f"{allowed[axis]:.3g} {unit}/s is the most that a quick stop leaves"
+                    f"joint {name} turns at {abs(speed[axis]):.3g} {unit}/s {1e3 * elapsed:.0f} ms after it was "
+                    f"commanded to stop, {allowed[axis]:.3g} {unit}/s is the most that a quick stop leaves"
                 )
             if too_far[axis]:
                 way = abs(position[axis] - self._from[axis])
-                return (
-                    f"joint {name} went {way:.3g} {unit} since it was told to stop, a quick stop takes less"
-                )
+                return f"joint {name} went {way:.3g} {unit} since it was commanded to stop, a quick stop takes less"
             if enabled[axis] and elapsed > self._reaction + 0.05:
                 return (
                     f"joint {name}: the drive does not take the quick stop, it is still in OPERATION ENABLED"

@@ -51,7 +51,7 @@ class BusClaim:
                 held.bind(_address(self._name))
             except OSError:
                 held.close()
-                raise BusInUse(_words(settings, _holder(self._name))) from None
+                raise BusInUse(_words(settings, _holder(self._name) or "another process")) from None
             held.listen(1)
             _here[self._name] = purpose
             self._socket = held
@@ -73,6 +73,17 @@ class BusClaim:
         self.close()
 
 
+def user_of(settings: BusSettings) -> str | None:
+    """Who on this computer uses a bus now, in words for an operator; None where nobody does, or it is virtual."""
+    name = _name(settings)
+    if settings.interface == "virtual" or sys.platform != "linux":
+        return None
+    with _lock:
+        if name in _here:
+            return f"this process ({_here[name]})"
+        return _holder(name)
+
+
 def _name(settings: BusSettings) -> str:
     channel = settings.channel
     if channel.startswith("/"):
@@ -91,8 +102,8 @@ def _words(settings: BusSettings, holder: str) -> str:
     )
 
 
-def _holder(name: str) -> str:
-    """Who listens under that name, in words, as the kernel says."""
+def _holder(name: str) -> str | None:
+    """Who listens under that name, in words, as the kernel says; None where it names nobody."""
     with contextlib.suppress(OSError), socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as asking:
         asking.setblocking(False)
         asking.connect(_address(name))
@@ -100,7 +111,7 @@ def _holder(name: str) -> str:
             asking.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
         )
         return f"process {process}{_command(process)}, {_user(user)}"
-    return "another process"
+    return None
 
 
 def _command(process: int) -> str:

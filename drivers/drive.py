@@ -183,7 +183,7 @@ class Drive(StateMachine):
         if few:
             oddities.append(f"has {' and '.join(few)}; the others are left alone")
         if not self._has(0x60C2, 1):
-            oddities.append("has no interpolation time (0x60C2): it is told the cycle by 0x1006 alone")
+            oddities.append("has no interpolation time (0x60C2): it is given the cycle by 0x1006 alone")
         return oddities
 
     def set_nmt_state(self, name: str) -> None:
@@ -279,7 +279,7 @@ class Drive(StateMachine):
                     subindex=refusal.subindex,
                     received=f"{refusal.received}; {lacking.doing}: {lacking.expected}; {lacking.received}",
                 ) from refusal
-            self.set_up_remarks.append("its PDO mapping cannot be changed; it is used as it stands")
+            self.set_up_remarks.append("its PDO mapping cannot be changed; it is used unchanged")
             return stream
 
     def _mapped(
@@ -330,7 +330,7 @@ class Drive(StateMachine):
                 "setting the cycle",
                 index=0x60C2,
                 expected="0x60C2 or 0x1006",
-                received="the drive has neither, so that it cannot be told the time between two setpoints",
+                received="the drive has neither, so that it cannot be given the time between two setpoints",
             )
 
     def _set_interpolation_time(self, value: int, exponent: int) -> bool:
@@ -349,7 +349,7 @@ class Drive(StateMachine):
             self.sdo.write_verified(0x60C2, 2, "int8", exponent, what)
             self.sdo.write_verified(0x60C2, 1, "uint8", value, what)
         except DriveError as refusal:
-            refused = f"{refusal.received}; it stands at {present:g} s: give the rig that cycle"
+            refused = f"{refusal.received}; it is set to {present:g} s: give the rig that cycle"
             raise DriveError(
                 self.node, what, index=0x60C2, subindex=1, expected=f"{wanted:g} s", received=refused
             ) from refusal

@@ -128,7 +128,7 @@ def _sections(text: str, read: ReadDictionary) -> dict[str, Section]:
             name = bare[1:].partition("]")[0].strip()
             known = next((key for key in (name, name.lower(), name.upper()) if key in sections), name)
             if known in sections:
-                read.say("sections that stand twice (the first value of each field holds)")
+                read.say("sections that occur twice (the first value of each field holds)")
             current = sections.setdefault(known, {})
             continue
         key, sign, value = bare.partition("=")

@@ -76,14 +76,14 @@ def _constant(sdo: SdoAccess, entry: MappedEntry, mode: Mode) -> int:
     """What an entry that we have no use for goes on holding: the mode that is asked for, or what stands in the object."""
     if entry.index == _MODE:
         return mode.value & 0xFF
-    data = sdo.read_bytes(entry.index, entry.subindex, "reading what stands in a mapped object")
+    data = sdo.read_bytes(entry.index, entry.subindex, "reading a mapped object")
     return int.from_bytes(data[: entry.bits // 8], "little")
 
 
 def _lacks(sdo: SdoAccess, what: str, kind: str) -> DriveError:
     return DriveError(
         sdo.node,
-        "using its PDOs as they stand, as their mapping cannot be changed",
+        "using its PDOs unchanged, as their mapping cannot be changed",
         expected=f"{what} in a {kind} that is on",
         received="none carries it; map it with the maker's tool",
     )

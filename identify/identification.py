@@ -84,7 +84,7 @@ def identify(
         return Identification(experiment, model, terms, estimated(linear), structured)
     remark = (
         f"the linear form (30) is not identifiable on this record: on time that the fit did not see its relative "
-        f"error is {linear_error:.3g}, the structured form's {structured_error:.3g}; the structured form stands for it"
+        f"error is {linear_error:.3g}, the structured form's {structured_error:.3g}; the structured form replaces it"
     )
     remarks = [remark]
     if essential or estimator in ("robust", "instrumental"):

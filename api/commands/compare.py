@@ -40,9 +40,9 @@ def compare_command(
     from identify.recording import load_experiment
 
     with Computing(workers, cluster)():
-        found = compare(load_experiment(resolve(experiment)), model or [], add or [])
-        figures = [str(out / file) for file in write_figures(found, out)]
-        document = comparison_document(found, figures)
+        results = compare(load_experiment(resolve(experiment)), model or [], add or [])
+        figures = [str(out / file) for file in write_figures(results, out)]
+        document = comparison_document(results, figures)
     if as_json:
         print(document.json_text())
     else:

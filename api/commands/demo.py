@@ -59,8 +59,8 @@ def demo(
     began = time.monotonic()
     console = Console(stderr=as_json)
 
-    def say(words: str = "") -> None:
-        console.print(words, highlight=False, soft_wrap=True)
+    def say(text: str = "") -> None:
+        console.print(text, highlight=False, soft_wrap=True)
 
     rig = Rig.load(_RIG)
     data = out or default_data_folder()

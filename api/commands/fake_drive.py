@@ -49,8 +49,8 @@ def fake_drive(
     try:
         with simulated_rig(loaded, mounted, bus, seed) as drives:
             nodes = ", ".join(str(node.node) for node in drives.nodes)
-            words = f"on {bus} with payload {mounted.name}"
-            print(f"fake-drive: nodes {nodes} {words}; Ctrl-C ends them", flush=True)
+            where = f"on {bus} with payload {mounted.name}"
+            print(f"fake-drive: nodes {nodes} {where}; Ctrl-C ends them", flush=True)
             ended.wait(seconds)
     except BusError as error:
         raise InputError(f"--interface {bus.interface} --channel {bus.channel}: {error}") from error

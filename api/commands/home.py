@@ -55,21 +55,21 @@ def home(
         with Homing(settings) as homing:
             if reset_faults:
                 resets = homing.reset_faults()
-                for words in resets:
-                    console.print(words, highlight=False)
+                for line in resets:
+                    console.print(line, highlight=False)
             for index in wanted:
                 joint = settings.axes[index].joint
                 moves = (
-                    "will be told that here is its home"
+                    "will take its present position as its home"
                     if method in (35, 37)
                     else "will move to find its home"
                 )
                 if not yes and not typer.confirm(f"Joint {joint} {moves}. Start?", err=True):
                     raise typer.Exit(1)
-                found = homing.home(index, method)
-                homed.append(found)
-                colour = "green" if found.within_limits else "yellow"
-                console.print(f"[{colour}]joint {joint}[/]: {found.words}", highlight=False)
+                homed_joint = homing.home(index, method)
+                homed.append(homed_joint)
+                colour = "green" if homed_joint.within_limits else "yellow"
+                console.print(f"[{colour}]joint {joint}[/]: {homed_joint.words}", highlight=False)
     except DriverError as error:
         console.print(f"[red]{error}[/]", highlight=False)
         raise typer.Exit(1) from None

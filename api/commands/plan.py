@@ -78,9 +78,9 @@ def plan_command(
         seed=seed,
     )
 
-    def progress(fraction: float, words: str) -> None:
+    def progress(fraction: float, step: str) -> None:
         if sys.stderr.isatty():
-            print(f"\r{words}: {fraction:4.0%}", end="\n" if fraction == 1.0 else "", file=sys.stderr)
+            print(f"\r{step}: {fraction:4.0%}", end="\n" if fraction == 1.0 else "", file=sys.stderr)
 
     report = make_plan(request, progress) if check is None else judge(request, ExcitationPlan.load(check))
     if picture is not None:
@@ -114,13 +114,13 @@ def _in_words(report: "PlanReport") -> str:
     lines.append("")
     lines.append("standard deviations to expect:")
     for parameter, std in zip(request.model.parameters, report.information.deviations(), strict=True):
-        said = "cannot be told" if std is None else f"{std:10.3g} {parameter.unit}"
+        figure = "not determined" if std is None else f"{std:10.3g} {parameter.unit}"
         if std is not None and parameter.value:
-            said += f"  ({100 * std / abs(parameter.value):.2g} % of {parameter.value:.4g})"
-        lines.append(f"  {parameter.name:<18} {parameter.joint:<8} {said}")
+            figure += f"  ({100 * std / abs(parameter.value):.2g} % of {parameter.value:.4g})"
+        lines.append(f"  {parameter.name:<18} {parameter.joint:<8} {figure}")
     for group in report.inseparable:
-        words = "is not seen at all" if len(group) == 1 else "are seen only in combination"
-        lines.append(f"  {', '.join(group)}: {words}")
+        how = "is not seen at all" if len(group) == 1 else "are seen only in combination"
+        lines.append(f"  {', '.join(group)}: {how}")
     lines.append("")
     lines.append(
         "what the plan cannot show:" if report.hidden else "the plan shows every effect of the catalogue"
@@ -130,7 +130,7 @@ def _in_words(report: "PlanReport") -> str:
         alike.setdefault((hidden.reason, hidden.remedy, hidden.effects), []).append(hidden.joint)
     for (reason, remedy, effects), joints in alike.items():
         where = f"joint{'s' if len(joints) > 1 else ''} {', '.join(joints)}"
-        lines.append(f"  {where}: {reason}: {', '.join(effects)} cannot be told; {remedy}")
+        lines.append(f"  {where}: {reason}: {', '.join(effects)} cannot be determined; {remedy}")
     lines.append("")
     lines.append("predicted peak current, A:")
     for p, payload in enumerate(request.payloads):

@@ -35,15 +35,15 @@ def recover(
     if experiment.is_file():
         if admit:
             raise InputError(f"--admit: {experiment} is a recording; name the folder of its experiment")
-        found = [recover_recording(experiment, "faulted", reason)]
+        recordings = [recover_recording(experiment, "faulted", reason)]
     else:
-        found = recover_experiment(experiment, reason, admit or ())
-    for state in found:
+        recordings = recover_experiment(experiment, reason, admit or ())
+    for state in recordings:
         listed = "; listed in the experiment" if state.admitted else ""
         lacks = f"; not listed: {state.lacks}" if state.lacks else ""
-        words = f"{state.path}: {state.status}, {state.rows} samples: {state.reason}{listed}{lacks}"
-        print(words, file=sys.stderr)
-    if not found:
+        line = f"{state.path}: {state.status}, {state.rows} samples: {state.reason}{listed}{lacks}"
+        print(line, file=sys.stderr)
+    if not recordings:
         print(f"{experiment}: nothing to recover", file=sys.stderr)
     if as_json:
         sessions = [
@@ -55,6 +55,6 @@ def recover(
                 "admitted": s.admitted,
                 "lacks": s.lacks,
             }
-            for s in found
+            for s in recordings
         ]
         print(json.dumps({"experiment": str(experiment), "sessions": sessions}, ensure_ascii=False))

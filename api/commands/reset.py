@@ -40,11 +40,11 @@ def reset(
     except DriverError as error:
         console.print(f"[red]{error}[/]", highlight=False)
         raise typer.Exit(1) from None
-    for found in joints:
-        colour = "green" if found.ok else "red"
-        console.print(f"[{colour}]joint {found.joint}[/] (node {found.node}): {found.words}", highlight=False)
+    for joint in joints:
+        colour = "green" if joint.ok else "red"
+        console.print(f"[{colour}]joint {joint.joint}[/] (node {joint.node}): {joint.words}", highlight=False)
     if as_json:
-        document = {"rig": settings.name, "joints": [dataclasses.asdict(found) for found in joints]}
+        document = {"rig": settings.name, "joints": [dataclasses.asdict(joint) for joint in joints]}
         print(json.dumps(document, ensure_ascii=False))
-    if not all(found.ok for found in joints):
+    if not all(joint.ok for joint in joints):
         raise typer.Exit(1)

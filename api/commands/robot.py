@@ -41,17 +41,17 @@ def robot_command(
     from identify.dynamics.geometry import Geometry
     from identify.dynamics.urdf import read_urdf
 
-    found = read_urdf(urdf, tip=tip, gravity=gravity)
-    base = base_parameters(Geometry.from_robot(found.robot))
-    section = robot_section(found.robot)
+    read = read_urdf(urdf, tip=tip, gravity=gravity)
+    base = base_parameters(Geometry.from_robot(read.robot))
+    section = robot_section(read.robot)
     if as_json:
-        document = {"robot": section, "base_parameters": parameter_rows(base), "remarks": list(found.remarks)}
+        document = {"robot": section, "base_parameters": parameter_rows(base), "remarks": list(read.remarks)}
         print(json.dumps(document, ensure_ascii=False))
         return
-    for remark in found.remarks:
+    for remark in read.remarks:
         print(f"{urdf}: {remark}", file=sys.stderr)
     print(yaml.safe_dump({"robot": section}, sort_keys=False, default_flow_style=None, width=200), end="")
-    print(f"\n# {len(base)} base parameters can be identified of {len(found.standard)} standard ones:")
+    print(f"\n# {len(base)} base parameters can be identified of {len(read.standard)} standard ones:")
     for row in parameter_rows(base):
         print(f"#   {row['name']:<7} {row['unit']:<7} {row['joint']}: {row['grouping']}")
 

@@ -211,9 +211,9 @@ def identify_so_far(recorded: "Recorded", user: str) -> "IdentificationDocument"
     story = ModelStory(recorded.experiment)
     refit = next_refit(story)
     output = fresh_folder(story, refit.version, refit.fit)
-    found = fit(lambda _done, _words: None, str(recorded.experiment), refit.model, refit.add, str(output))
-    store_refit(story, found, user)
-    return found.identification
+    fitted = fit(lambda _done, _words: None, str(recorded.experiment), refit.model, refit.add, str(output))
+    store_refit(story, fitted, user)
+    return fitted.identification
 
 
 def percent(error: float | None) -> str:

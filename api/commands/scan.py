@@ -31,14 +31,14 @@ def scan(
     if bitrate <= 0:
         raise InputError(f"--bitrate: must be above 0 bit/s, not {bitrate}")
     try:
-        found = scan_bus(BusSettings(interface=interface, channel=channel, bitrate=bitrate), wait=wait)
+        answering = scan_bus(BusSettings(interface=interface, channel=channel, bitrate=bitrate), wait=wait)
     except BusError as error:
         raise InputError(f"--interface {interface} --channel {channel}: {error}") from error
     if as_json:
-        nodes = [dataclasses.asdict(node) | {"profile": node.profile} for node in found]
+        nodes = [dataclasses.asdict(node) | {"profile": node.profile} for node in answering]
         print(json.dumps({"interface": interface, "channel": channel, "nodes": nodes}, indent=1))
         return
-    if not found:
+    if not answering:
         print(f"no node answered on {interface} channel {channel}")
         return
 
@@ -46,7 +46,7 @@ def scan(
     from rich.table import Table
 
     table = Table("node", "profile", "vendor", "product", "revision", "serial", "NMT state", "drive state")
-    for node in found:
+    for node in answering:
         numbers = (node.vendor, node.product, node.revision, node.serial)
         table.add_row(
             str(node.node),

@@ -10,7 +10,7 @@ def onlooker_words(service: Service, rig: str, own_name: str) -> str:
     others = [name for name in service.operators.onlookers(rig) if name != own_name]
     words = []
     if operator and operator != own_name:
-        words.append(f"{operator} has the rig")
+        words.append(f"{operator} operates the rig")
     if others:
         words.append(f"{listing(others)} {'looks' if len(others) == 1 else 'look'} on")
     return " · ".join(words)

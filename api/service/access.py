@@ -129,14 +129,14 @@ def sign_out(connection: HTTPConnection) -> None:
 
 def declared_role(route: Any) -> Role | str | None:
     """The role that a route needs, None for a public route, `undeclared` for one that says nothing."""
-    found: Role | str | None = "undeclared"
+    least: Role | str | None = "undeclared"
     pending = [route.dependant]
     while pending:
         dependant = pending.pop()
         role = getattr(dependant.call, "minimum_role", "undeclared")
         if role == "undeclared":
             pass
-        elif found in ("undeclared", None) or (role is not None and Role(role).covers(Role(found))):
-            found = role
+        elif least in ("undeclared", None) or (role is not None and Role(role).covers(Role(least))):
+            least = role
         pending.extend(dependant.dependencies)
-    return found
+    return least

@@ -12,6 +12,7 @@ from typing import Protocol, Self
 
 from api.service.problems import Problem
 from drivers.bus import BusSettings
+from drivers.bus_claim import user_of
 
 
 class BusHolder(Protocol):
@@ -66,7 +67,9 @@ class BusClaim:
 class BusClaims:
     """The owner of every bus of this service; asked before a bus is opened, and by whoever must know what moves.
 
-    It keeps apart what runs in this service. Another program of this computer is kept out by the process that opens the bus.
+    What runs in this service holds its buses here. Of another program on this computer (`coulomb run`, `coulomb home`, a
+    second service) the kernel says which bus it uses; between both answers and the opening of the bus, the process that
+    opens it claims it (`drivers.bus_claim`), and only one can.
     """
 
     def __init__(self) -> None:
@@ -79,7 +82,7 @@ class BusClaims:
         rig      : id of the rig
         settings : its bus
 
-        Raises the problem 409, with what has the bus and how it becomes free.
+        Raises the problem 409, with what has the bus (in this service, or another program) and how it becomes free.
         """
         bus = _Bus.of(rig, settings)
         with self._lock:
@@ -87,6 +90,11 @@ class BusClaims:
             if held is not None:
                 other = "" if held.rig == rig else f" on the same bus ({settings})"
                 raise Problem(409, f"Rig {held.rig}{other}: {held.holder.refusal}")
+            if (user := user_of(settings)) is not None:
+                raise Problem(
+                    409,
+                    f"Rig {rig}: its bus ({settings}) is in use by {user}; wait until that has ended, or end it.",
+                )
             claim = BusClaim(self, bus, rig, holder)
             self._claims[bus] = claim
         return claim

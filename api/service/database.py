@@ -190,8 +190,8 @@ class Database:
                 for statement in _APPEND_ONLY[kind]:
                     connection.execute(DDL(statement))
         except DBAPIError as error:
-            words = " ".join(str(error.orig).split())
-            raise InputError(f"database {address!r}: {words}") from error
+            reason = " ".join(str(error.orig).split())
+            raise InputError(f"database {address!r}: {reason}") from error
 
     @contextmanager
     def transaction(self) -> Iterator[Session]:

@@ -129,12 +129,12 @@ def _complete(operation: Json, method: str, role: Any, schemas: Json) -> None:
         content.setdefault("example", example_of(content["schema"], schemas))
     for status, response in responses.items():
         if int(status) >= 400:
-            words = WORDS_OF_PROBLEM.get(int(status), HTTPStatus(int(status)).phrase)
+            detail = WORDS_OF_PROBLEM.get(int(status), HTTPStatus(int(status)).phrase)
             example = {"type": "about:blank", "title": HTTPStatus(int(status)).phrase, "status": int(status)}
             response["content"] = {
                 PROBLEM_MEDIA_TYPE: {
                     "schema": {"$ref": "#/components/schemas/ProblemDocument"},
-                    "example": {**example, "detail": words, "instance": "/"},
+                    "example": {**example, "detail": detail, "instance": "/"},
                 }
             }
             continue

@@ -56,9 +56,9 @@ def plan(
         criterion="d-optimal",
         seed=seed,
     )
-    found = make_plan(request, progress)
-    made = found.plan.model_copy(update={"name": name})
-    report = found.to_json() | {"predicted": _predicted(request, made)}
+    planned = make_plan(request, progress)
+    made = planned.plan.model_copy(update={"name": name})
+    report = planned.to_json() | {"predicted": _predicted(request, made)}
     report.pop("plan")
     return PlanFound(made, report)
 

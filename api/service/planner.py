@@ -52,8 +52,8 @@ class Planner:
                 "identified": identified,
             }
 
-        def store(found: "PlanFound") -> Json:
-            return {"plan": self._plans.add(found.plan, found.report)}
+        def store(planned: "PlanFound") -> Json:
+            return {"plan": self._plans.add(planned.plan, planned.report)}
 
         return self._jobs.submit(
             "plan", "api.service.plan_computation:plan", arguments, store, user=user, experiment=None

@@ -94,13 +94,13 @@ async def _http_error(request: Request, error: HTTPException) -> Response:
 
 async def _validation_error(request: Request, error: RequestValidationError) -> Response:
     errors = [
-        {"where": ".".join(str(part) for part in found["loc"]), "what": found["msg"]}
-        for found in error.errors()
+        {"where": ".".join(str(part) for part in fault["loc"]), "what": fault["msg"]}
+        for fault in error.errors()
     ]
-    if any(found["type"] == "json_invalid" for found in error.errors()):
+    if any(fault["type"] == "json_invalid" for fault in error.errors()):
         return problem_response(400, "The body is not JSON.", request.url.path, errors=errors)
     detail = (
-        "; ".join(f"{found['where']}: {found['what']}" for found in errors) or "The request is not valid."
+        "; ".join(f"{fault['where']}: {fault['what']}" for fault in errors) or "The request is not valid."
     )
     return await _problem(request, Problem(422, detail, errors=errors))
 
@@ -115,8 +115,8 @@ async def _driver_error(request: Request, error: DriverError) -> Response:
 
 async def _unexpected(request: Request, error: Exception) -> Response:
     _log.error("%s %s failed", request.method, request.url.path, exc_info=error)
-    words = "The service failed to answer; its log says why. Nothing was moved by this request."
-    return await _problem(request, Problem(500, words))
+    detail = "The service failed to answer; its log says why. Nothing was moved by this request."
+    return await _problem(request, Problem(500, detail))
 
 
 def install_problem_handlers(application: FastAPI) -> None:

@@ -41,22 +41,22 @@ def fresh_folder(story: ModelStory, version: str, fit: str) -> Path:
     return folder
 
 
-def store_refit(story: ModelStory, found: "FitFound", user: str) -> ModelVersion:
+def store_refit(story: ModelStory, fitted: "FitFound", user: str) -> ModelVersion:
     """Note what `computations.fit` found for `next_refit`, as a further fit of the version that stands or as the first."""
     current = story.read().current
     if current is not None:
-        return story.add_fit(current.id, fit_entry(f"f{len(current.fits) + 1}", found))
+        return story.add_fit(current.id, fit_entry(f"f{len(current.fits) + 1}", fitted))
     return story.add_version(
-        model=FIRST_MODEL, add=[], cause="fit", change=None, user=user, fit=fit_entry("f1", found)
+        model=FIRST_MODEL, add=[], cause="fit", change=None, user=user, fit=fit_entry("f1", fitted)
     )
 
 
-def fit_entry(identifier: str, found: "FitFound") -> Fit:
+def fit_entry(identifier: str, fitted: "FitFound") -> Fit:
     """The story's entry of what `computations.fit` found."""
-    document = found.identification
+    document = fitted.identification
     return Fit(
         id=identifier,
-        data=found.data,
+        data=fitted.data,
         sessions=len(document.sessions),
         created=now_text(),
         relative_error=document.relative_error,

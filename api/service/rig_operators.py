@@ -60,7 +60,9 @@ class RigOperators:
         with self._lock:
             current = self._current(rig)
             if current not in (None, user.name):
-                raise Problem(409, f"{current} has the rig {rig}; ask for it to be released or handed over.")
+                raise Problem(
+                    409, f"{current} operates the rig {rig}; ask for it to be released or handed over."
+                )
             people = self._people(rig)
             people.operator, people.last_request = user.name, self._clock()
 
@@ -81,7 +83,7 @@ class RigOperators:
     def _operated_by(self, rig: str, user: User) -> _People:
         current = self._current(rig)
         if current != user.name:
-            raise Problem(409, f"{current or 'Nobody'} has the rig {rig}, not {user.name}.")
+            raise Problem(409, f"{current or 'Nobody'} operates the rig {rig}, not {user.name}.")
         return self._people(rig)
 
     def _current(self, rig: str) -> str | None:

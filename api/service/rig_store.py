@@ -20,10 +20,10 @@ class RigStore:
 
     def files(self) -> dict[str, Path]:
         """Id -> file of every rig."""
-        found = {path.stem: path for path in sorted(RIGS.glob("*.yaml"))}
+        files = {path.stem: path for path in sorted(RIGS.glob("*.yaml"))}
         if self._folder.is_dir():
-            found |= {path.stem: path for path in sorted(self._folder.glob("*.yaml"))}
-        return found
+            files |= {path.stem: path for path in sorted(self._folder.glob("*.yaml"))}
+        return files
 
     def rig(self, identifier: str) -> Rig:
         """The checked settings of a rig. Raises the problem 404, and InputError if its file is wrong."""

@@ -50,14 +50,14 @@ class SeparatingPlanner:
         if joint not in row.joints:
             raise Problem(404, f"The robot has no joint {joint}; it has {', '.join(row.joints)}.")
         story = self._models.story(experiment)
-        stands = story.read()
-        version = stands.version(model) if model else stands.current
-        found = story.next_experiment(version.id, row.joints.index(joint)) if version else None
-        if found is None or not found.proposals:
+        versions = story.read()
+        version = versions.version(model) if model else versions.current
+        proposed = story.next_experiment(version.id, row.joints.index(joint)) if version else None
+        if proposed is None or not proposed.proposals:
             raise Problem(409, f"No experiment is proposed for joint {joint} yet: ask for it first.")
-        if not 1 <= proposal <= len(found.proposals):
-            raise Problem(404, f"There are {len(found.proposals)} proposals, not {proposal}.")
-        chosen = found.proposals[proposal - 1]
+        if not 1 <= proposal <= len(proposed.proposals):
+            raise Problem(404, f"There are {len(proposed.proposals)} proposals, not {proposal}.")
+        chosen = proposed.proposals[proposal - 1]
         rig = rig or self.rig_of(experiment)
         if rig is None:
             raise Problem(
@@ -67,16 +67,16 @@ class SeparatingPlanner:
         settings = self._rigs.rig(rig)
         if [axis.joint for axis in settings.axes] != row.joints:
             raise InputError(f"rig: {rig} does not have the experiment's joints ({', '.join(row.joints)})")
-        rivals = " from ".join(found.rivals)
+        rivals = " from ".join(proposed.rivals)
         plan, remarks = separating_plan(
             settings,
             joint,
             SeparatingMotion.model_validate(chosen.model_dump()),
-            np.array(found.posture),
+            np.array(proposed.posture),
             f"{rivals} on {joint}",
         )
         purpose = {
-            "rivals": list(found.rivals),
+            "rivals": list(proposed.rivals),
             "joint": joint,
             "payload": chosen.payload,
             "separation": chosen.separation,

@@ -30,13 +30,19 @@ def rewrite_by_contract(path: Path, robot: Robot) -> tuple[str, ...]:
         columns = _columns(table, n)
         if columns is None:
             raise mistake from None
-    found = measure(table, columns, [not joint.revolute for joint in robot.joints])
+    samples = measure(table, columns, [not joint.revolute for joint in robot.joints])
     written = path.with_name(f"rewritten-{path.name}")
     write_csv_session(
-        written, found.time, found.position, found.command, found.external, found.temperature, found.extra
+        written,
+        samples.time,
+        samples.position,
+        samples.command,
+        samples.external,
+        samples.temperature,
+        samples.extra,
     )
     written.replace(path)
-    return found.remarks
+    return samples.remarks
 
 
 def _columns(table: ForeignTable, n: int) -> ColumnMap | None:

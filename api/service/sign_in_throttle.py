@@ -50,10 +50,10 @@ class SignInThrottle:
         now = self._clock()
         with self._lock:
             for key in ((name, address), ("", address)):
-                found = self._failures.pop(key, None)
-                if found is None or now - found.last > FORGOTTEN_AFTER:
-                    found = _Failures(0, now)
-                self._failures[key] = _Failures(found.count + 1, now)
+                failures = self._failures.pop(key, None)
+                if failures is None or now - failures.last > FORGOTTEN_AFTER:
+                    failures = _Failures(0, now)
+                self._failures[key] = _Failures(failures.count + 1, now)
             while len(self._failures) > REMEMBERED:
                 self._failures.pop(next(iter(self._failures)))
 
@@ -63,8 +63,8 @@ class SignInThrottle:
             self._failures.pop((name, address), None)
 
     def _wait(self, key: tuple[str, str], free: int) -> float:
-        found = self._failures.get(key)
-        if found is None or found.count < free:
+        failures = self._failures.get(key)
+        if failures is None or failures.count < free:
             return 0.0
-        wait = min(FIRST_WAIT * 2.0 ** min(found.count - free, 30), LONGEST_WAIT)
-        return max(0.0, found.last + wait - self._clock())
+        wait = min(FIRST_WAIT * 2.0 ** min(failures.count - free, 30), LONGEST_WAIT)
+        return max(0.0, failures.last + wait - self._clock())

@@ -44,9 +44,9 @@ def identify_without_payload(
         replace(loaded, sessions=empty), model=model, add=add, progress=progress
     ).document()
     errors = {entry.joint: entry.relative_error for entry in document.joints}
-    found = ErrorsWithoutPayload(samples=document.samples, joints=errors)
-    (Path(output) / FILE).write_text(found.model_dump_json())
-    return found
+    result = ErrorsWithoutPayload(samples=document.samples, joints=errors)
+    (Path(output) / FILE).write_text(result.model_dump_json())
+    return result
 
 
 def errors_without_payload(fit_folder: Path) -> ErrorsWithoutPayload | None:

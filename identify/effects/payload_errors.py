@@ -94,7 +94,7 @@ class GravityTilt(Effect):
     group = "payload"
     equation = "∂τ_out/∂g · δg"
     explanation = (
-        "Gravity does not point where the model says: the base stands tilted. "
+        "Gravity does not point where the model says: the base is tilted. "
         "Check: a spirit level on the base; the gravity vector in the rig file."
     )
     regressors = ("∂τ_out/∂g_1", "∂τ_out/∂g_2")

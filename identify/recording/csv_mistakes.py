@@ -102,7 +102,7 @@ def check_header(path: Path, n: int) -> list[str]:
         if not name:
             raise InputError(f"{path} line 1: column {index + 1} has no name")
         if name in header[:index]:
-            raise InputError(f"{path} line 1: column '{name}' stands twice; keep one")
+            raise InputError(f"{path} line 1: column '{name}' occurs twice; keep one")
     missing = [name for name in needed(n) if name not in header]
     if missing:
         raise InputError(

@@ -104,7 +104,7 @@ class Robot(_Settings):
         for index, joint in enumerate(self.joints):
             if joint.drive_gain is not None:
                 raise ValueError(
-                    f"joints[{index}].drive_gain: remove it, or drive_gain_matrix; only one of them may stand"
+                    f"joints[{index}].drive_gain: remove it, or drive_gain_matrix; only one of them may be given"
                 )
         if len(matrix) != n or any(len(row) != n for row in matrix):
             shape = f"{len(matrix)} rows of {sorted({len(row) for row in matrix})} values"

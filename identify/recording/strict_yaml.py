@@ -109,7 +109,7 @@ def _value(node: yaml.Node, place: tuple[str | int, ...], lines: Lines, path: Pa
             key = key_node.value
             if key in mapping:
                 raise InputError(
-                    f"{path} line {key_line}: '{key}' stands twice (first in line {lines[(*place, key)]});"
+                    f"{path} line {key_line}: '{key}' occurs twice (first in line {lines[(*place, key)]});"
                     " keep one"
                 )
             lines[(*place, key)] = key_line

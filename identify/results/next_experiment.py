@@ -46,7 +46,7 @@ class NextExperimentDocument(Document):
     )
     proposals: tuple[Proposal, ...] = Field(description="the best first")
     posture: tuple[float, ...] = Field(
-        description="rad or m: where the joints stand meanwhile", examples=[[0.2]]
+        description="rad or m: where the joints are meanwhile", examples=[[0.2]]
     )
     advice: str = Field(
         description="what to do, in words",

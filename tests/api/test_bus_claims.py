@@ -1,6 +1,10 @@
 """One owner of every bus: whoever wants one asks, and the end of a claim gives it back."""
 
+import os
+import subprocess
+import sys
 from dataclasses import dataclass
+from pathlib import Path
 
 import pytest
 
@@ -8,6 +12,15 @@ from api.service.bus_claims import BusClaims
 from api.service.problems import Problem
 from drivers.bus import BusSettings
 
+ROOT = Path(__file__).parents[2]
+HOLD = """
+import sys
+from drivers.bus import BusSettings
+from drivers.bus_claim import BusClaim
+with BusClaim(BusSettings(interface="socketcan", channel=sys.argv[1]), "a test"):
+    print("held", flush=True)
+    sys.stdin.read()
+"""
 CAN0 = BusSettings(interface="socketcan", channel="can0")
 
 
@@ -30,6 +43,26 @@ def test_a_claimed_bus_is_refused_with_what_has_it_until_it_is_released():
     with claims.claim("arm", CAN0, Holder()):
         assert claims.holder("arm") is not None
     assert claims.holder("arm") is None
+
+
+def test_a_bus_that_another_program_of_this_computer_uses_is_refused_with_its_process():
+    bus = CAN0.model_copy(update={"channel": f"test{os.getpid()}"})
+    claims = BusClaims()
+    with subprocess.Popen(
+        [sys.executable, "-c", HOLD, bus.channel],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        cwd=ROOT,
+    ) as other:
+        assert other.stdout is not None
+        assert other.stdout.readline() == "held\n"
+        with pytest.raises(Problem, match=f"Rig arm: its bus .* is in use by process {other.pid}") as refused:
+            claims.claim("arm", bus, Holder())
+        other.kill()
+    assert refused.value.status == 409
+    assert claims.holder("arm") is None
+    claims.claim("arm", bus, Holder()).release()
 
 
 def test_two_rig_files_on_one_interface_share_its_bus():

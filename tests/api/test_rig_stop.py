@@ -43,7 +43,7 @@ def test_a_stop_reaches_sessions_and_homings_and_says_whether_anything_moved(ses
 
 def test_the_stop_of_all_rigs_reaches_both():
     sessions, homings = Mover(True), Mover(True)
-    RigStop(sessions, homings).stop_all("the service was told to end")
+    RigStop(sessions, homings).stop_all("the service was asked to end")
     assert sessions.all_asked.wait(10)
     assert homings.all_asked.wait(10)
-    assert sessions.asked == homings.asked == [("the service was told to end",)]
+    assert sessions.asked == homings.asked == [("the service was asked to end",)]

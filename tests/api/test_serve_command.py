@@ -196,7 +196,7 @@ def test_the_last_admin_cannot_be_removed_and_every_change_is_logged(coulomb_her
 
 @pytest.mark.parametrize(
     ("ending", "reason"),
-    [(signal.SIGKILL, "the supervising process"), (signal.SIGTERM, "the service was told to end")],
+    [(signal.SIGKILL, "the supervising process"), (signal.SIGTERM, "the service was asked to end")],
 )
 def test_a_service_that_ends_during_motion_loses_no_sample_and_finds_the_session_again(
     serve, data_folder, ending, reason

@@ -183,7 +183,7 @@ def test_only_one_operator_has_the_rig_and_the_other_sees_who(operator, service,
     other = service.client(Role.OPERATOR, "grace")
     refused = take(other, "session-00", "check")
     assert refused.status_code == 409
-    assert "the-operator has the rig" in refused.json()["detail"]
+    assert "the-operator operates the rig" in refused.json()["detail"]
     assert other.post(f"/rigs/{RIG}/take").status_code == 409
     assert other.post(f"/rigs/{RIG}/release").status_code == 409
     assert other.get(f"/rigs/{RIG}").json()["onlookers"] == ["grace"]

@@ -92,7 +92,7 @@ def test_a_second_operator_sees_who_has_the_rig_and_cannot_take_it(laboratory_wi
     ada, grace = visitor(laboratory, "ada"), visitor(laboratory, "grace")
     prepare(ada.page, laboratory, 20)
     grace.open("rig?rig=bench")
-    expect(grace.page.get_by_text("ada has the rig").first).to_be_visible()
+    expect(grace.page.get_by_text("ada operates the rig").first).to_be_visible()
     expect(grace.page.get_by_role("button", name="Take it")).to_have_count(0)
     grace.page.goto(ada.page.url)
     expect(grace.page.get_by_text("You look on, and you can stop it.")).to_be_visible()
@@ -103,7 +103,7 @@ def test_a_second_operator_sees_who_has_the_rig_and_cannot_take_it(laboratory_wi
     path = re.sub(r"^https?://[^/]+", "", ada.page.url)
     answer = httpx.post(f"{laboratory.address}{path}/start", headers={"X-CSRF-Token": token}, cookies=cookies)
     assert answer.status_code == 409
-    assert "ada has the rig" in answer.text
+    assert "ada operates the rig" in answer.text
     ada.open("rig?rig=bench")
     expect(ada.page.locator("[data-onlookers]")).to_contain_text("grace looks on")
 

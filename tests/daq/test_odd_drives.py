@@ -49,6 +49,6 @@ def test_a_cycle_that_the_drive_cannot_be_told_is_named_with_the_one_that_it_has
     odd = with_oddities(rig, fixed_interpolation=5)
     with (
         PayloadSession(odd, tmp_path / "odd", short_plan, odd.payload("none"), "operator") as session,
-        pytest.raises(StepOutOfTurn, match=r"it stands at 0\.005 s: give the rig that cycle"),
+        pytest.raises(StepOutOfTurn, match=r"it is set to 0\.005 s: give the rig that cycle"),
     ):
         session.check()

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from drivers.bus import BusSettings
-from drivers.bus_claim import BusClaim, BusInUse
+from drivers.bus_claim import BusClaim, BusInUse, user_of
 
 ROOT = Path(__file__).parents[2]
 HOLD = """
@@ -52,6 +52,16 @@ def test_the_second_process_is_refused_and_told_who_has_the_bus(bus, holder):
     assert f"process {holder.pid}" in str(refused.value)
     assert "user " in str(refused.value)
     assert "nothing was sent to it" in str(refused.value)
+
+
+def test_who_uses_a_bus_is_said_without_taking_it(bus, holder):
+    assert f"process {holder.pid}" in (user_of(bus) or "")
+    holder.kill()
+    holder.wait()
+    assert user_of(bus) is None
+    with BusClaim(bus, "a session"):
+        assert user_of(bus) == "this process (a session)"
+    assert user_of(bus) is None
 
 
 @pytest.mark.parametrize("way", [signal.SIGKILL, signal.SIGTERM])

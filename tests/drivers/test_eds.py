@@ -104,7 +104,7 @@ def test_a_file_by_the_standard_has_nothing_to_be_said(tmp_path):
         (lambda text: text.replace("Somebody", "Müller"), "cp1252", "not UTF-8"),
         (lambda text: text.replace("Lines=1", "Lines=3"), "utf-8", "comments"),
         (lambda text: text.replace("Lines=1\n", ""), "utf-8", "comments"),
-        (lambda text: text + "\n[6064]\nParameterName=Again\nDataType=0x3\n", "utf-8", "stand twice"),
+        (lambda text: text + "\n[6064]\nParameterName=Again\nDataType=0x3\n", "utf-8", "occur twice"),
         (lambda text: text.replace("AccessType=ro", "AccessType=ro\nAccessType=wo"), "utf-8", ""),
         (lambda text: text.replace("VendorNumber=0x9A", "VendorNumber="), "utf-8", "VendorNumber"),
         (lambda text: text.replace("VendorNumber=0x9A", "VendorNumber=none"), "utf-8", "VendorNumber 'none'"),

@@ -1,4 +1,4 @@
-"""A joint of a rig on the kernel's CAN looks for its home, started and stopped through the service."""
+"""A joint of a rig on the kernel's CAN is homed, started and stopped through the service."""
 
 import contextlib
 import time
@@ -81,8 +81,8 @@ def test_anybody_stops_it_and_nothing_else_takes_the_bus_meanwhile(clients, rig)
     assert operator.post(HOME, json={"joint": "j1", "method": 34}).status_code == 202
     second = operator.post(HOME, json={"joint": "j1", "method": 34})
     assert second.status_code == 409
-    assert "looks for its home" in second.json()["detail"]
-    assert viewer.get("/pages/run-state").json()["title"] == "j1 looks for its home"
+    assert "is being homed" in second.json()["detail"]
+    assert viewer.get("/pages/run-state").json()["title"] == "j1 is being homed"
     assert operator.post("/rigs/arm/release").status_code == 409
     assert viewer.post("/rigs/arm/stop").json() == {"stopped": True}
     run = ended(viewer)
@@ -99,6 +99,6 @@ def test_the_rigs_page_has_a_button_for_who_may_press_it(clients):
     assert "Home j1" not in viewer.get(page).text
     pressed = operator.post("/pages/rig/home", data={"rig": "arm", "joint": "j1"})
     assert pressed.status_code == 200, pressed.text
-    assert "j1 looks for its home" in pressed.text or "homed; stands at" in pressed.text
+    assert "j1 is being homed" in pressed.text or "homed; is at" in pressed.text
     assert ended(viewer)["state"] == "done"
-    assert "homed; stands at" in operator.get(page).text
+    assert "homed; is at" in operator.get(page).text

@@ -71,10 +71,10 @@ def get_diagnosis(
     request: Request, _user: access.Viewer, experiment: ExperimentId, model: ModelId
 ) -> DiagnosisDocument:
     """What was found to be missing in that model: the document of `coulomb diagnose --json`."""
-    found = service_of(request).models.story(experiment).diagnosis(model)
-    if found is None:
+    document = service_of(request).models.story(experiment).diagnosis(model)
+    if document is None:
         raise Problem(404, f"The model {model} was not diagnosed yet: POST to this address.")
-    return found
+    return document
 
 
 @router.post(
@@ -109,10 +109,10 @@ def get_next_experiment(
     joints = service.experiments.row(experiment).joints
     story = service.models.story(experiment)
     story.read().version(model)
-    found = story.next_experiment(model, joints.index(joint)) if joint in joints else None
-    if found is None:
+    document = story.next_experiment(model, joints.index(joint)) if joint in joints else None
+    if document is None:
         raise Problem(404, f"No experiment was looked for yet on joint {joint}: POST to this address.")
-    return found
+    return document
 
 
 @router.post(

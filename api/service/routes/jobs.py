@@ -53,10 +53,10 @@ def list_jobs(
 @router.get("/jobs/{job}")
 def get_job(request: Request, _user: access.Viewer, job: JobId) -> JobView:
     """One job. Its progress is also sent over WebSocket at `/jobs/{job}/live`."""
-    found = access.service_of(request).jobs.get(job)
-    if found is None:
+    known = access.service_of(request).jobs.get(job)
+    if known is None:
         raise not_found("job", job)
-    return JobView.of(found)
+    return JobView.of(known)
 
 
 @router.post("/jobs/{job}/cancel", status_code=202, responses=problems(409))

@@ -51,8 +51,8 @@ async def job_live(websocket: WebSocket, _user: access.Viewer, job: str) -> None
     has ended.
     """
     jobs = access.service_of(websocket).jobs
-    found = jobs.get(job)
-    if found is None:
+    known = jobs.get(job)
+    if known is None:
         await websocket.close(NO_SUCH, "no such job")
         return
     await websocket.accept()
@@ -64,7 +64,7 @@ async def job_live(websocket: WebSocket, _user: access.Viewer, job: str) -> None
 
     jobs.listen(changed)
     # Asked for after listening, so that no change falls between.
-    viewer.tell(JobView.of(jobs.get(job) or found).model_dump_json())
+    viewer.tell(JobView.of(jobs.get(job) or known).model_dump_json())
 
     async def send() -> None:
         while True:

@@ -113,20 +113,20 @@ def get_results(
     """Results of the identifier over all sessions so far. They are computed by themselves after every
     session.
     """
-    found = service_of(request).models.results(experiment)
-    job = JobView.of(found.job) if found.job else None
-    if found.version is None or found.identification is None:
+    results = service_of(request).models.results(experiment)
+    job = JobView.of(results.job) if results.job else None
+    if results.version is None or results.identification is None:
         if job is None:
             raise Problem(404, "There are no results yet: measure or import a session first.")
         response.status_code = 202
         return Pending(job=job)
     return ResultsView.model_validate(
         {
-            **dict(found.identification),
-            "version": found.version,
-            "stale": found.stale,
+            **dict(results.identification),
+            "version": results.version,
+            "stale": results.stale,
             "job": job,
-            "diagnosis": found.diagnosis,
+            "diagnosis": results.diagnosis,
         }
     )
 

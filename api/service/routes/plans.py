@@ -114,11 +114,11 @@ def make_plan(request: Request, response: Response, user: access.Operator, wante
 @router.get("/plans/{plan}")
 def get_plan(request: Request, _user: access.Viewer, plan: PlanId) -> PlanView:
     """One plan with its phases in closed form."""
-    found = service_of(request).plans.plan(plan)
-    phases = [phase.model_dump(mode="json") for phase in found.phases]
+    stored = service_of(request).plans.plan(plan)
+    phases = [phase.model_dump(mode="json") for phase in stored.phases]
     report = service_of(request).plans.report(plan)
     return PlanView.model_validate(
-        {**_summary(plan, found), "start": list(found.start), "phases": phases, "report": report}
+        {**_summary(plan, stored), "start": list(stored.start), "phases": phases, "report": report}
     )
 
 
@@ -133,15 +133,15 @@ def preview(
     from daq.excitation.plan_limits import violations
 
     service = service_of(request)
-    found = service.plans.plan(plan)
-    if found.rig not in service.rigs.files():
-        raise not_found("rig", found.rig)
-    time = np.linspace(0.0, found.duration, points)
-    setpoints = found.setpoints(time)
+    stored = service.plans.plan(plan)
+    if stored.rig not in service.rigs.files():
+        raise not_found("rig", stored.rig)
+    time = np.linspace(0.0, stored.duration, points)
+    setpoints = stored.setpoints(time)
     return PlanPreview(
         time=time.tolist(),
         position=setpoints.position.T.tolist(),
         velocity=setpoints.velocity.T.tolist(),
         acceleration=setpoints.acceleration.T.tolist(),
-        violations=[str(each) for each in violations(found, service.rigs.rig(found.rig))],
+        violations=[str(each) for each in violations(stored, service.rigs.rig(stored.rig))],
     )

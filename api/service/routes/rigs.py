@@ -25,7 +25,7 @@ class RigSummary(BaseModel):
     description: str | None = Field(examples=["RX130L joint 3 on a simulated CiA 402 drive"])
     simulated: bool = Field(examples=[True])
     problem: str | None = Field(description="what is wrong with its file", examples=[None])
-    operator: str | None = Field(description="who has the rig", examples=["ada"])
+    operator: str | None = Field(description="who operates the rig", examples=["ada"])
     onlookers: list[str] = Field(examples=[["grace"]])
 
 
@@ -71,8 +71,8 @@ class HomingView(BaseModel):
     method: int | None = Field(examples=[37])
     operator: str = Field(examples=["ada"])
     state: Literal["homing", "done", "stopped", "failed"] = Field(examples=["done"])
-    words: str = Field(description="what was found, or why it ended", examples=["homed; stands at 0.02 rad"])
-    position: float | None = Field(description="rad or m, where the joint stands once homed", examples=[0.02])
+    words: str = Field(description="what was found, or why it ended", examples=["homed; is at 0.02 rad"])
+    position: float | None = Field(description="rad or m, where the joint is once homed", examples=[0.02])
     within_limits: bool | None = Field(examples=[True])
 
 

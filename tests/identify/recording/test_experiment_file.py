@@ -23,7 +23,7 @@ MISTAKES = [
     ("format: 1", "format: one", ["line 1", "format", "'one'"]),
     ("name: bench", "name: 3", ["line 2", "name", "string", "3"]),
     ("name: bench", "name: ''", ["line 2", "name"]),
-    ("name: bench", "name: bench\nname: twice", ["line 3", "'name' stands twice", "line 2"]),
+    ("name: bench", "name: bench\nname: twice", ["line 3", "'name' occurs twice", "line 2"]),
     ("gravity: [0.0, -9.81, 0.0]", "gravity: [0.0, -9.81]", ["line 4", "robot.gravity"]),
     ("gravity: [0.0, -9.81, 0.0]", "gravity: 9.81", ["line 4", "robot.gravity", "9.81"]),
     ("gravity: [0.0, -9.81, 0.0]", "gravity: [0.0, '-9.81', 0.0]", ["line 4", "robot.gravity[1]", "number"]),

@@ -34,7 +34,7 @@ def read(folder, content, name="session-00.csv"):
 MISTAKES = {
     "no column v1": (table(line_1="t,q1,w1"), ["line 1", "v1 missing", "t, q1, v1"]),
     "no time": (table(line_1="time,q1,v1"), ["line 1", "column t missing"]),
-    "a column twice": (table(line_1="t,q1,q1"), ["line 1", "'q1' stands twice"]),
+    "a column twice": (table(line_1="t,q1,q1"), ["line 1", "'q1' occurs twice"]),
     "a column without a name": (table(line_1="t,q1,"), ["line 1", "column 3 has no name"]),
     "a second joint": ("t,q1,v1,q2\n0,1,2,3\n", ["line 1", "'q2'", "1 joint"]),
     "external force of joint 0": ("t,q1,v1,ext0\n0,1,2,3\n", ["line 1", "'ext0'", "1 joint"]),
