@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from api.assumed_masses import SOURCE, assumed_base_parameters, torque_limits
 from daq.excitation.plan_model import Hidden, JointCoverage, PlanJudgement, PlannedMotion, PlannedParameter
-from daq.rig import KnownPayload, Rig
+from daq.rig import Rig
 from identify.dynamics.base_parameters import base_parameters
 from identify.dynamics.geometry import Geometry
 from identify.effects.admissible import named_parameters
@@ -71,7 +71,7 @@ class RegressorModel:
         self,
         rig: Rig,
         name: str,
-        payloads: Sequence[KnownPayload],
+        payloads: Sequence[Payload],
         additions: Sequence[str] = (),
         identified: Identified | None = None,
     ) -> None:
@@ -218,7 +218,7 @@ class RegressorModel:
             return list(range(self._body.joints))
         return [int(j) for j in np.flatnonzero(self._body.shares[:, term.joint])]
 
-    def _probe(self, payloads: Sequence[KnownPayload]) -> PlannedMotion:
+    def _probe(self, payloads: Sequence[Payload]) -> PlannedMotion:
         """Some samples, to learn how many columns an effect has."""
         random = np.random.default_rng(0)
         q, dq, ddq = random.standard_normal((3, 8, len(self._rig.axes)))

@@ -1,48 +1,16 @@
-"""Numbers of a planned motion before anything moves: the torque to expect, and how well the motion determines a model."""
+"""Numbers of a planned motion before anything moves: how well it determines a model, and how much of it repeats."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from daq.excitation.excitation_plan import ExcitationPlan
-from daq.rig import KnownPayload, Rig
+from daq.rig import Rig
 from identify.dynamics.base_parameters import base_parameters
 from identify.dynamics.geometry import Geometry
-from identify.dynamics.payload import payload_torque
 
 WELL_CONDITIONED = 100.0
 """Condition number of the observation matrix up to which every parameter is determined in practice."""
-
-
-def predicted_torque(
-    rig: Rig,
-    payload: KnownPayload,
-    identified: Mapping[str, float],
-    position: np.ndarray,
-    velocity: np.ndarray,
-    acceleration: np.ndarray,
-) -> np.ndarray | None:
-    """(N, n) joint torque of eq. (8), N m or N, with a known payload.
-
-    identified : name -> value of the inertial, viscous, dry and offset parameters
-
-    None where these do not hold every base parameter of the rig's robot.
-    """
-    geometry = Geometry.from_robot(rig.robot)
-    base = base_parameters(geometry)
-    if any(identified.get(name) is None for name in base.names):
-        return None
-    torque = base.columns(position, velocity, acceleration) @ np.array(
-        [identified[name] for name in base.names]
-    )
-    torque = torque + payload_torque(geometry, payload, position, velocity, acceleration)
-    for joint in range(torque.shape[1]):
-        viscous, dry, offset = (
-            identified.get(f"{name}{joint + 1}") or 0.0 for name in ("FV", "FC", "offset")
-        )
-        torque[:, joint] += viscous * velocity[:, joint] + dry * np.sign(velocity[:, joint]) + offset
-    return torque
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from daq.motion_sequence import MotionSequence
 from daq.plan_setpoints import approach_counts
 from daq.process_priority import ask_for_real_time
 from daq.recorder import Ending
-from daq.rig import KnownPayload, Rig
+from daq.rig import Rig
 from daq.rig_drives import RigCheck, RigDrives
 from daq.ring_buffer import RingWriter
 from daq.safety import StopCause, StopReason
@@ -37,6 +37,7 @@ from daq.simulated_rig import simulated_rig
 from drivers.errors import DriverError
 from drivers.frames import FD_FRAME, FRAME
 from identify.recording.errors import InputError
+from identify.recording.experiment_file import Payload
 
 _HANDSHAKE = 30.0
 """s for the recorder to say that its files are there"""
@@ -54,7 +55,7 @@ class AcquisitionOrder:
     """
 
     rig: Rig
-    payload: KnownPayload
+    payload: Payload
     counts: NDArray[np.int32]
     rows: str
     frames: str

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from daq.alignment import SYNC_ID, SyncAlignment
 from daq.json_object import JsonObject
 from daq.recording_file import RecordingFile, SessionDescription
-from daq.rig import KnownPayload, Rig
+from daq.rig import Rig
 from daq.rig_drives import MODES
 from daq.safety import StopCause
 from daq.samples import COMMAND_CAME, POSITION_CAME, Phase, RowDecoder
@@ -27,6 +27,7 @@ from drivers.frames import ERROR, EXTENDED, FD, FRAME, REMOTE
 from drivers.process_data import DriveStream
 from drivers.standard_stream import standard_stream
 from identify.recording.errors import InputError
+from identify.recording.experiment_file import Payload
 
 KINDS = (".log", ".asc", ".blf", ".trc")
 """Endings of logs: can-utils (candump -l, and our own raw log), Vector ASC and BLF, PEAK TRC."""
@@ -84,7 +85,7 @@ def read_can_log(path: Path, rig: Rig, begin: float | None = None, end: float | 
 
 
 def write_recording(
-    path: Path, session: LoggedSession, rig: Rig, payload: KnownPayload, role: str, source: Path
+    path: Path, session: LoggedSession, rig: Rig, payload: Payload, role: str, source: Path
 ) -> None:
     """Write the rows as a recording of the rig.
 

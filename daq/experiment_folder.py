@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Literal
 
 from daq.recorder import raw_log_of
-from daq.rig import KnownPayload, Rig
+from daq.rig import Rig
 from identify.recording import (
     DeclaredSession,
     ExperimentFile,
@@ -20,7 +20,7 @@ from identify.recording import (
     write_experiment,
 )
 from identify.recording.errors import InputError
-from identify.recording.experiment_file import EXPERIMENT_FILE, read_experiment_file
+from identify.recording.experiment_file import EXPERIMENT_FILE, Payload, read_experiment_file
 
 INCOMPLETE = "incomplete"
 """Folder inside the experiment's for sessions that are being recorded, were aborted, or faulted."""
@@ -69,7 +69,7 @@ def open_experiment(folder: Path, rig: Rig, name: str | None = None) -> bool:
             format=1,
             name=name or folder.resolve().name,
             robot=experiment_robot(rig),
-            payloads=tuple(payload.declared() for payload in rig.payloads),
+            payloads=rig.payloads,
         )
         write_experiment(folder, experiment)
     (folder / INCOMPLETE).mkdir(exist_ok=True)
@@ -129,7 +129,7 @@ def changing(folder: Path) -> Generator[None]:
         os.close(descriptor)
 
 
-def admit(folder: Path, recording: Path, payload: KnownPayload, role: Role) -> Path:
+def admit(folder: Path, recording: Path, payload: Payload, role: Role) -> Path:
     """Move a complete recording with its raw log into the experiment and list it; where it then stands.
 
     Raises InputError, and leaves the recording where it is, where the experiment's file is gone or wrong.
@@ -144,7 +144,5 @@ def admit(folder: Path, recording: Path, payload: KnownPayload, role: Role) -> P
         if log.exists():
             os.replace(log, raw_log_of(final))
         os.replace(recording, final)
-        append_session(
-            folder, DeclaredSession(file=final.name, payload=payload.name, role=role), payload.declared()
-        )
+        append_session(folder, DeclaredSession(file=final.name, payload=payload.name, role=role), payload)
     return final

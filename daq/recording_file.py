@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.json_object import JsonObject
-from daq.rig import KnownPayload, Rig
+from daq.rig import Rig
+from identify.recording.experiment_file import Payload
 from identify.recording.session_hdf5 import (
     COMMAND,
     CYCLE,
@@ -39,7 +40,7 @@ class SessionDescription:
 
     rig: Rig
     plan: JsonObject
-    payload: KnownPayload
+    payload: Payload
     operator: str
     clock_source: str
     role: str = "identification"

@@ -23,7 +23,7 @@ from daq.admission import measured
 from daq.experiment_folder import INCOMPLETE, Role, admit, changing, open_experiment
 from daq.recorder import raw_log_of
 from daq.recording_file import process_started, set_status
-from daq.rig import KnownPayload, Rig
+from daq.rig import Rig
 from daq.safety import StopCause
 from drivers.errors import DriverError
 from identify.recording import DeclaredSession, Payload, append_session
@@ -231,7 +231,7 @@ def _list_again(folder: Path) -> None:
         try:
             state = recording_state(path)
             with h5py.File(path, "r") as file:
-                payload = KnownPayload.model_validate_json(str(file.attrs["payload"]))
+                payload = Payload.model_validate_json(str(file.attrs["payload"]))
         except (InputError, *_UNREADABLE):
             continue
         with changing(folder):
@@ -264,7 +264,7 @@ def admit_if_it_may_serve(folder: Path, state: RecordingState, decided: bool = F
         _remember(path, f"{verdict.words}; listed" + (" by hand" if decided else ""))
     try:
         with h5py.File(path, "r") as file:
-            payload = KnownPayload.model_validate_json(str(file.attrs["payload"]))
+            payload = Payload.model_validate_json(str(file.attrs["payload"]))
     except _UNREADABLE as error:
         raise InputError(f"{path}: does not say its payload ({_in_words(error)})") from None
     listed = admit(folder, path, payload, _role(state.role))

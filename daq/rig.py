@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 import config
 from daq.json_object import JsonObject
@@ -26,6 +26,7 @@ from identify.recording.experiment_file import Payload, check_settings
 from identify.recording.strict_yaml import read_strict_yaml
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=64)]
+_LAB_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Vector3 = tuple[Finite, Finite, Finite]
@@ -177,14 +178,17 @@ class Storage(_Settings):
     """MB that must stay free; below, the motion is stopped"""
 
 
-class KnownPayload(Payload):
-    """A payload of the lab: its name can be typed in a command and stand in an address."""
+def with_lab_name(payload: Payload) -> Payload:
+    """A payload as a rig, a form or a request may name one: its name can be typed in a command and stand in an address.
 
-    name: Name
-
-    def declared(self) -> Payload:
-        """The same as an experiment's file declares it; payloads of one class can be compared."""
-        return Payload.model_validate(self.model_dump())
+    Raises ValueError where it cannot.
+    """
+    if not _LAB_NAME.fullmatch(payload.name):
+        raise ValueError(
+            f"name: '{payload.name}' is no name of a payload: use letters, digits, '_', '.' and '-', a letter or digit "
+            "first, 64 at most"
+        )
+    return payload
 
 
 class Rig(_Settings):
@@ -202,7 +206,9 @@ class Rig(_Settings):
     """one per joint, in the order of the joints"""
     gear_matrix: tuple[tuple[Finite, ...], ...] | None = None
     """n x n, motor velocities = gear_matrix @ joint velocities; for coupled axes, instead of gear ratios"""
-    payloads: tuple[KnownPayload, ...] = (KnownPayload(name="none", mass=0.0),)
+    payloads: tuple[Annotated[Payload, AfterValidator(with_lab_name)], ...] = (
+        Payload(name="none", mass=0.0),
+    )
     supervision: Supervision = Supervision()
     storage: Storage = Storage()
     safety_output: SafetyOutputSettings | None = None
@@ -295,7 +301,7 @@ class Rig(_Settings):
         """(n,) rad or m: joint position where every drive counts zero."""
         return np.array([axis.home for axis in self.axes])
 
-    def payload(self, name: str) -> KnownPayload:
+    def payload(self, name: str) -> Payload:
         """The payload of that name.
 
         Raises InputError when the rig has none of that name.

@@ -36,7 +36,7 @@ from daq.plan_setpoints import plan_counts
 from daq.recorder import RecorderOrder, raw_log_of
 from daq.recording_file import SessionDescription
 from daq.recovery import RecordingState, recording_state, recover_recording
-from daq.rig import KnownPayload, Rig
+from daq.rig import Rig
 from daq.rig_drives import RigCheck, take_power
 from daq.ring_buffer import RingReader, remove_abandoned_rings
 from daq.safety import StopCause, StopReason
@@ -44,6 +44,7 @@ from daq.samples import rows_of_the_session
 from daq.session_events import TRANSITIONS, SessionEvent, SessionState, StepOutOfTurn
 from drivers.errors import DriverError
 from identify.recording.errors import InputError
+from identify.recording.experiment_file import Payload
 
 _BEAT = 0.2
 """s between two signs of life to the acquisition process"""
@@ -95,7 +96,7 @@ class PayloadSession:
         rig: Rig,
         experiment: Path,
         plan: ExcitationPlan,
-        payload: KnownPayload,
+        payload: Payload,
         operator: str,
         on_event: Callable[[SessionEvent], None] | None = None,
         *,

@@ -11,13 +11,14 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from daq.json_object import JsonObject
-from daq.rig import KnownPayload, Rig
+from daq.rig import Rig
 from drivers.bus import BusSettings
 from drivers.simulated.mechanism import Mechanism
 from drivers.simulated.plant import build_mechanism
 from drivers.simulated.rig import SimulatedRig
 from drivers.simulated.settings import SimulatedAxis, SimulatedDrivesSettings
 from identify.recording.errors import InputError
+from identify.recording.experiment_file import Payload
 
 
 class SimulatedSection(BaseModel):
@@ -36,9 +37,7 @@ class SimulatedSection(BaseModel):
     seed: int = 1
 
 
-def simulated_rig(
-    rig: Rig, payload: KnownPayload, bus: BusSettings | None = None, seed: int = 0
-) -> SimulatedRig:
+def simulated_rig(rig: Rig, payload: Payload, bus: BusSettings | None = None, seed: int = 0) -> SimulatedRig:
     """The rig's simulated drives with a payload mounted, ready to be started.
 
     bus : where they are to be found; the rig's own where left out
@@ -69,7 +68,7 @@ def _section(rig: Rig) -> SimulatedSection:
         raise InputError(f"rig {rig.name}: {field}: {problem['msg']}") from None
 
 
-def _mechanism(section: SimulatedSection, payload: KnownPayload, seed: int) -> Mechanism:
+def _mechanism(section: SimulatedSection, payload: Payload, seed: int) -> Mechanism:
     mounted = {"mass": payload.mass, "com": payload.com, "inertia": payload.inertia}
     return build_mechanism(section.plant, mounted, seed)
 

@@ -11,12 +11,15 @@ from api.pages.error_figures import JointUnits
 from api.pages.figures.plan_preview import draw_plan_signal
 from api.pages.number_format import listing, number, percent, significant
 from api.plan_model import Identified, RegressorModel
-from api.planned_motion import Determination, Repetition, determination, predicted_torque, repetition
+from api.planned_motion import Determination, Repetition, determination, repetition
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.excitation.plan_limits import violations
 from daq.excitation.plan_model import PlannedMotion
 from daq.excitation.plan_report import COVERAGE_PERIOD
-from daq.rig import KnownPayload, Rig
+from daq.rig import Rig
+from identify.dynamics.base_parameters import base_parameters
+from identify.dynamics.geometry import Geometry
+from identify.recording.experiment_file import Payload
 from identify.results.document import Json
 from identify.results.identification import IdentificationDocument
 
@@ -57,7 +60,7 @@ class PlanView:
 def plan_view(
     plan: ExcitationPlan,
     rig: Rig,
-    payload: KnownPayload,
+    payload: Payload,
     masses_measured: Sequence[float],
     identification: IdentificationDocument | None,
 ) -> PlanView:
@@ -68,9 +71,10 @@ def plan_view(
     """
     time = np.linspace(0.0, plan.duration, PREVIEW_POINTS)
     position, velocity, acceleration = plan.setpoints(time)
-    parameters = identification.parameters if identification else ()
-    identified = {parameter.name: parameter.value for parameter in parameters}
-    torque = predicted_torque(rig, payload, identified, position, velocity, acceleration)
+    model = usual_model(rig, payload, Identified.of(identification) if identification else None)
+    period = plan.duration / (PREVIEW_POINTS - 1)
+    motion = PlannedMotion(payload, time, position, velocity, acceleration, period)
+    torque = model.torque(motion) if model.is_identified else None
     joints = []
     width = 800.0 if len(rig.axes) == 1 else 420.0
     for index, axis in enumerate(rig.axes):
@@ -103,17 +107,19 @@ def plan_view(
         plan.duration,
         joints,
         broken,
-        findings(
-            plan,
-            rig,
-            payload,
-            masses_measured,
-            None if torque is None else Identified(identified, "the current model"),
-        ),
+        findings(plan, rig, payload, masses_measured, model),
         "predicted with the current model, limits from the drive's current"
         if torque is not None
         else "The torque cannot be predicted before a first model; the current is watched on every sample.",
     )
+
+
+def usual_model(rig: Rig, payload: Payload, identified: Identified | None) -> RegressorModel:
+    """The usual model of a rig with identified values, where these hold all its base parameters; else with assumed ones."""
+    names = base_parameters(Geometry.from_robot(rig.robot)).names
+    if identified is not None and not identified.values.keys() >= set(names):
+        identified = None
+    return RegressorModel(rig, "usual", [payload], identified=identified)
 
 
 def purpose_words(report: Json | None) -> str | None:
@@ -134,13 +140,12 @@ def purpose_words(report: Json | None) -> str | None:
 def findings(
     plan: ExcitationPlan,
     rig: Rig,
-    payload: KnownPayload,
+    payload: Payload,
     masses_measured: Sequence[float],
-    identified: Identified | None,
+    model: RegressorModel,
 ) -> list[Finding]:
     """What the plan can and cannot identify; of the effects, each is asked itself, as the planner does."""
     motion = PlannedMotion.of(plan, payload, COVERAGE_PERIOD)
-    model = RegressorModel(rig, "usual", [payload], (), identified)
     listed = [
         _parameters(determination(rig, motion.q, motion.dq, motion.ddq)),
         _noise_floor(repetition(plan)),

@@ -6,7 +6,6 @@ from urllib.parse import urlencode
 
 from fastapi import APIRouter, Form, Query, Request
 from fastapi.responses import HTMLResponse, RedirectResponse, Response
-from pydantic import ValidationError
 
 from api.pages.choices import RigChoice, chosen_rig
 from api.pages.form_input import input_errors_as_problems
@@ -18,9 +17,10 @@ from api.service import access
 from api.service.model_story import ModelStory
 from api.service.problems import Problem
 from api.service.service import Service
-from daq.rig import KnownPayload, Rig
+from daq.rig import Rig, with_lab_name
 from daq.session_events import SessionState
 from identify.recording.errors import InputError
+from identify.recording.experiment_file import Payload
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
 
@@ -139,29 +139,29 @@ def _plan_progress(request: Request, job_id: str, kept: dict[str, str]) -> HTMLR
     return response
 
 
-def _payload(name: str, mass: float, com: tuple[float, float, float]) -> KnownPayload:
+def _payload(name: str, mass: float, com: tuple[float, float, float]) -> Payload:
     """A payload that was typed."""
     try:
-        return KnownPayload(name=name.strip(), mass=mass, com=com)
-    except ValidationError:
+        return with_lab_name(Payload(name=name.strip(), mass=mass, com=com))
+    except ValueError:
         raise InputError(
             f"payload name {name.strip()!r}: use letters, digits, '_', '.' and '-', a letter or digit first"
         ) from None
 
 
-def _known_payload(service: Service, settings: Rig, experiment: str, payload: str) -> KnownPayload:
+def _known_payload(service: Service, settings: Rig, experiment: str, payload: str) -> Payload:
     """A payload by name: the experiment's own, else the rig's."""
     own = {} if experiment == NEW else _payloads_of(service, experiment)
     return own.get(payload) or settings.payload(payload)
 
 
-def _payloads_of(service: Service, experiment: str) -> dict[str, KnownPayload]:
+def _payloads_of(service: Service, experiment: str) -> dict[str, Payload]:
     """The payloads that the experiment's file declares, as a session takes them; those with other names than a rig may
     give are left out."""
     found = {}
     for each in service.experiments.declared(experiment).payloads:
-        with suppress(ValidationError):
-            found[each.name] = KnownPayload.model_validate(each.model_dump())
+        with suppress(ValueError):
+            found[each.name] = with_lab_name(each)
     return found
 
 

@@ -15,8 +15,8 @@ from api.service import access
 from api.service.access import client_address
 from api.service.accounts import User
 from api.service.problems import Problem
-from daq.rig import KnownPayload
 from daq.session_events import SessionState
+from identify.recording.experiment_file import Payload
 
 router = APIRouter(
     prefix=f"{PREFIX}/experiments/{{experiment}}/sessions/{{session}}", include_in_schema=False
@@ -44,7 +44,7 @@ def session_page(request: Request, user: access.Viewer, experiment: str, session
         context["view"] = plan_view(
             service.plans.plan(row.plan),
             service.rigs.rig(row.rig),
-            KnownPayload.model_validate(row.payload),
+            Payload.model_validate(row.payload),
             measured,
             current.document if current else None,
         )

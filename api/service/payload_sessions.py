@@ -22,9 +22,9 @@ from api.service.problems import Problem
 from api.service.rig_operators import RigOperators
 from api.service.rig_store import RigStore
 from daq.excitation.plan_limits import require_within_limits
-from daq.rig import KnownPayload
 from daq.session_events import SessionEvent, SessionState, StepOutOfTurn
 from identify.recording.errors import InputError
+from identify.recording.experiment_file import Payload
 
 if TYPE_CHECKING:
     from daq.live import LiveRows
@@ -184,7 +184,7 @@ class PayloadSessions:
         *,
         rig: str,
         plan: str,
-        payload: KnownPayload,
+        payload: Payload,
         role: str,
     ) -> SessionRow:
         """Prepare a session; nothing is touched yet.
@@ -247,7 +247,7 @@ class PayloadSessions:
                 settings,
                 self._experiments.folder(experiment),
                 self._plans.plan(row.plan or ""),
-                KnownPayload.model_validate(row.payload),
+                Payload.model_validate(row.payload),
                 user.name,
                 on_event=lambda event: self._event(active, event),
                 role=row.role,

@@ -44,5 +44,5 @@ class RigStore:
             format=1,
             name=name,
             robot=experiment_robot(rig),
-            payloads=tuple(payload.declared() for payload in rig.payloads),
+            payloads=rig.payloads,
         )

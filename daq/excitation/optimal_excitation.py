@@ -19,7 +19,8 @@ from daq.excitation.plan_model import PlanModel, PlannedMotion
 from daq.excitation.sinusoid import Sinusoids
 from daq.excitation.speed_ladder import Reach
 from daq.excitation.standard_plan import Recipe, random_shape, sum_of_sinusoids
-from daq.rig import KnownPayload, Rig
+from daq.rig import Rig
+from identify.recording.experiment_file import Payload
 
 CRITERIA = ("d-optimal", "condition")
 """what is made large: the information's determinant, or small: the condition number"""
@@ -55,7 +56,7 @@ class Request:
 
     rig: Rig
     model: PlanModel
-    payloads: tuple[KnownPayload, ...]
+    payloads: tuple[Payload, ...]
     """one session each"""
     seconds: float
     """of each session"""
@@ -165,7 +166,7 @@ def _with_better_sinusoids(
     return recipe_of(x)
 
 
-def one_period(phase: Sinusoids, payloads: tuple[KnownPayload, ...]) -> list[PlannedMotion]:
+def one_period(phase: Sinusoids, payloads: tuple[Payload, ...]) -> list[PlannedMotion]:
     """The motion that repeats, once, with every payload; all share the same arrays."""
     begin, _ = phase.repeated
     count = SAMPLES_PER_HARMONIC * len(phase.cosine[0])

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from daq.excitation.blend import Array
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.json_object import JsonObject
-from daq.rig import KnownPayload
+from identify.recording.experiment_file import Payload
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class PlannedParameter:
 class PlannedMotion:
     """Samples of a plan as one session with one payload would run it; (N, n) unless said otherwise."""
 
-    payload: KnownPayload
+    payload: Payload
     time: Array
     """(N,) s since the session began"""
     q: Array
@@ -43,7 +43,7 @@ class PlannedMotion:
     """s between samples"""
 
     @classmethod
-    def of(cls, plan: ExcitationPlan, payload: KnownPayload, period: float) -> "PlannedMotion":
+    def of(cls, plan: ExcitationPlan, payload: Payload, period: float) -> "PlannedMotion":
         """A whole plan, sampled in the middle of every period."""
         time = np.arange(0.5 * period, plan.duration, period)
         return cls(payload, time, *plan.setpoints(time), period)

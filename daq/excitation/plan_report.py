@@ -12,8 +12,8 @@ from daq.excitation.optimal_excitation import Request, information_of, optimal_p
 from daq.excitation.plan_limits import Violation, require_within_limits, sampling_times, violations
 from daq.excitation.plan_model import Hidden, JointCoverage, PlannedMotion
 from daq.json_object import JsonObject
-from daq.rig import KnownPayload
 from identify.recording.errors import InputError
+from identify.recording.experiment_file import Payload
 
 COVERAGE_PERIOD = 0.02
 """s between the samples on which coverage and currents are judged; both change over tenths of a second"""
@@ -160,7 +160,7 @@ def judge(request: Request, plan: ExcitationPlan) -> PlanReport:
     )
 
 
-def current_violations(request: Request, plan: ExcitationPlan) -> tuple[KnownPayload, Array, Array] | None:
+def current_violations(request: Request, plan: ExcitationPlan) -> tuple[Payload, Array, Array] | None:
     """The first payload whose predicted current breaks a limit, with times (N,) and torque (N, n); None
     if none does.
     """

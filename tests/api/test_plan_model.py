@@ -5,7 +5,7 @@ import pytest
 
 from api.assumed_masses import GRAVITY_SHARE, torque_limits
 from api.pages.catalogue_words import effect_titles
-from api.pages.plan_view import findings
+from api.pages.plan_view import findings, usual_model
 from api.plan_model import Identified, RegressorModel
 from daq.excitation import ExcitationPlan, Move, standard_plan
 from daq.excitation.optimal_excitation import Request
@@ -157,13 +157,21 @@ def test_page_and_plan_report_say_the_same_of_the_same_plan_of_90_seconds(rig):
     report = judge(
         Request(rig=rig, model=model, payloads=(payload,), seconds=90.0, noise=np.array([2.0])), plan
     )
-    shown = [finding.words for finding in findings(plan, rig, payload, [], known) if finding.kind == "warn"]
+    shown = [finding.words for finding in findings(plan, rig, payload, [], model) if finding.kind == "warn"]
     assert len(shown) == len(report.hidden) > 0
     titles = effect_titles()
     for hidden, words in zip(report.hidden, shown, strict=True):
         assert words.lower().startswith(hidden.reason.lower())
         assert all(titles[effect] in words for effect in hidden.effects)
         assert hidden.remedy in words
+
+
+def test_values_that_lack_a_base_parameter_of_the_robot_are_not_predicted_from(rig):
+    payload = rig.payloads[0]
+    assert usual_model(rig, payload, Identified(TABLE_1, "Table I")).is_identified
+    for values in ({"FV1": 1.0}, {name: value for name, value in TABLE_1.items() if name != "MX1"}):
+        assert not usual_model(rig, payload, Identified(values, "another robot")).is_identified
+    assert not usual_model(rig, payload, None).is_identified
 
 
 def test_before_anything_is_measured_dry_and_viscous_friction_take_their_share_of_the_current(rig):

@@ -11,7 +11,7 @@ from api.service.openapi import ResourceRoute, problems
 from api.service.problems import Problem
 from api.service.routes.experiments import ExperimentId, SessionId, SessionSummary
 from api.service.routes.rigs import Stopped
-from daq.rig import KnownPayload
+from identify.recording.experiment_file import Payload
 from identify.results.document import Json
 
 router = APIRouter(tags=["sessions"], route_class=ResourceRoute)
@@ -79,7 +79,7 @@ def create_session(
         payload = service.rigs.rig(new.rig).payload(new.payload.name)
     else:
         given = new.payload.model_dump(exclude_none=True)
-        payload = KnownPayload.model_validate(given)
+        payload = Payload.model_validate(given)
     row = service.sessions.create(
         experiment, user, rig=new.rig, plan=new.plan, payload=payload, role=new.role
     )
