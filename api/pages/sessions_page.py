@@ -15,8 +15,7 @@ from api.pages.stored_models import StoredExperiment
 from api.service import access
 from api.service.accounts import User
 from api.service.database import SessionRow
-from api.service.experiment_store import INCOMPLETE
-from api.service.experiment_upload import import_archive, import_session
+from api.service.folder_description import INCOMPLETE
 from api.service.payload_sessions import ENDED_EARLY, RECORDING
 from api.service.problems import Problem
 from api.service.service import Service
@@ -86,16 +85,8 @@ def add_session(
             raise Problem(422, "Give the new payload a name.")
         new = Payload(name=payload, mass=typed_mass(mass))
     with input_errors_as_problems():
-        import_session(
-            service.experiments,
-            experiment,
-            file.file,
-            file.filename or "",
-            payload,
-            role,
-            new,
-            service.settings.unpacked_limit,
-        )
+        service.jobs.refuse_more(user.name)
+        service.uploads.add_session(experiment, file.file, file.filename or "", payload, role, new)
     service.models.refit(experiment, user.name)
     return Response(status_code=204, headers={"HX-Redirect": experiment_link(experiment, "sessions")})
 
@@ -105,7 +96,8 @@ def add_experiment(request: Request, user: access.Operator, file: Annotated[Uplo
     """Store an experiment that was measured elsewhere; it is identified at once."""
     service = access.service_of(request)
     with input_errors_as_problems():
-        row = import_archive(service.experiments, file.file, service.settings.unpacked_limit)
+        service.jobs.refuse_more(user.name)
+        row = service.uploads.add_experiment(file.file)
     service.models.refit(row.id, user.name)
     return Response(status_code=204, headers={"HX-Redirect": experiment_link(row.id, "sessions")})
 

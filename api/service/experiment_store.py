@@ -5,20 +5,18 @@ The folders are the truth; the index answers lists quickly and is rebuilt from t
 database.
 """
 
-import json
 import re
 import shutil
 import tempfile
+import threading
 import unicodedata
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
-from math import isfinite
+from contextlib import contextmanager
 from pathlib import Path
-from typing import cast
 
-import h5py
 from sqlalchemy import delete, select
 
+from api.service.confined_reader import ConfinedReader
 from api.service.database import (
     LONGEST_NAME,
     LONGEST_STATE,
@@ -27,25 +25,18 @@ from api.service.database import (
     ExperimentRow,
     SessionRow,
 )
+from api.service.folder_description import INCOMPLETE, FolderDescription, RecordingDescription, session_id
 from api.service.problems import not_found
+from api.service.process_limits import GIBIBYTE, LimitExceeded, ProcessLimits
 from api.stored_experiments import EXPERIMENT_ID
 from identify.recording import ExperimentFile, InputError, write_experiment
-from identify.recording.experiment_file import EXPERIMENT_FILE, DeclaredSession, read_experiment_file
-from identify.results.document import Json
+from identify.recording.experiment_file import EXPERIMENT_FILE, DeclaredSession
 
-INCOMPLETE = "incomplete"
-"""Folder within an experiment for recordings that were stopped."""
-MEASURED = "measured"
-"""State of a session whose file the experiment names; a recording that ended badly says so instead."""
-
-
-RECORDED = frozenset({"done", "aborted", "faulted", "recording"})
-"""States of files that this software recorded, as they say themselves."""
-
-
-def session_id(file: str) -> str:
-    """The id of a measured session: its file's name without the ending."""
-    return re.sub(r"(\.csv\.gz|\.csv|\.h5|\.hdf5)$", "", file)
+READING_LIMITS = ProcessLimits(memory=2 * GIBIBYTE, seconds=60.0, descriptors=256)
+"""Of the process that looks at a few folders for the index."""
+DESCRIBED_TOGETHER = 50
+"""Folders that one process looks at; where it fails, each is looked at alone, so that one bad file hides no other."""
+DESCRIBE = "api.service.folder_description:describe_folders"
 
 
 def id_from_name(name: str) -> str:
@@ -62,6 +53,9 @@ class ExperimentStore:
         self._clock = clock
         self.root = folder
         self.root.mkdir(parents=True, exist_ok=True)
+        self._read_confined = ConfinedReader(READING_LIMITS)
+        self._declared: dict[str, tuple[tuple[int, int], ExperimentFile | str]] = {}
+        self._lock = threading.Lock()
 
     # --- the index
 
@@ -79,35 +73,57 @@ class ExperimentStore:
             for row in session.scalars(select(ExperimentRow)):
                 if row.id not in found:
                     session.delete(row)
-        for identifier in found:
-            self.refresh(identifier)
+        identifiers = list(found)
+        for start in range(0, len(identifiers), DESCRIBED_TOGETHER):
+            self._refresh(identifiers[start : start + DESCRIBED_TOGETHER])
         return len(found)
 
     def refresh(self, identifier: str) -> None:
         """Bring the index of one experiment up to date with its folder."""
-        folder = self.root / identifier
-        file = folder / EXPERIMENT_FILE
-        modified = file.stat().st_mtime
-        declared, problem = None, None
+        self._refresh([identifier])
+
+    def _refresh(self, identifiers: list[str]) -> None:
+        stamps = {each: _stamp(self.root / each / EXPERIMENT_FILE) for each in identifiers}
+        for identifier, description in zip(identifiers, self._describe(identifiers), strict=True):
+            with self._lock:
+                self._declared[identifier] = (
+                    stamps[identifier],
+                    description.declared or description.problem or "cannot be read",
+                )
+            self._index(identifier, description, stamps[identifier][0] / 1e9)
+
+    def _describe(self, identifiers: list[str]) -> list[FolderDescription]:
         try:
-            declared = read_experiment_file(file)
-        except InputError as error:
-            problem = str(error).replace(f"{folder}/", "")[:LONGEST_WORDS]
+            return self._read_confined(DESCRIBE, folders=[str(self.root / each) for each in identifiers])
+        except (InputError, LimitExceeded) as error:
+            if len(identifiers) > 1:
+                return [self._describe([each])[0] for each in identifiers]
+            return [FolderDescription(None, f"its files cannot be looked at: {error}")]
+
+    def _index(self, identifier: str, description: FolderDescription, modified: float) -> None:
+        declared = description.declared
         with self._database.transaction() as session:
             row = session.get(ExperimentRow, identifier)
             if row is None:
                 row = ExperimentRow(id=identifier, name=identifier, folder=identifier, joints=[], payloads=[])
                 session.add(row)
-            row.modified, row.problem = modified, problem
+            row.modified = modified
+            row.problem = description.problem and description.problem[:LONGEST_WORDS]
             if declared is None:
                 return
             row.name = declared.name[:LONGEST_NAME]
             row.joints = [joint.name for joint in declared.robot.joints]
             row.payloads = [payload.model_dump() for payload in declared.payloads]
             session.flush()
-            self._index_sessions(session, identifier, declared)
+            self._index_sessions(session, identifier, declared, description.recordings)
 
-    def _index_sessions(self, session, identifier: str, declared: ExperimentFile) -> None:
+    def _index_sessions(
+        self,
+        session,
+        identifier: str,
+        declared: ExperimentFile,
+        recordings: dict[str, RecordingDescription],
+    ) -> None:
         old = session.scalars(select(SessionRow).where(SessionRow.experiment == identifier))
         rows = {row.id: row for row in old}
         payloads = {payload.name: payload for payload in declared.payloads}
@@ -119,28 +135,34 @@ class ExperimentStore:
                 session.add(row)
             row.file, row.role = entry.file, entry.role
             row.payload = payloads[entry.payload].model_dump()
-            self._index_recording(row, self.root / identifier / entry.file)
-        for file in sorted((self.root / identifier / INCOMPLETE).glob("*.h5")):
-            self._index_incomplete(session, identifier, file, rows.pop(file.stem, None))
+            _index_recording(row, recordings[entry.file])
+        listed = {entry.file for entry in declared.sessions}
+        for file, recording in recordings.items():
+            if file not in listed:
+                stem = file.removeprefix(f"{INCOMPLETE}/").removesuffix(".h5")
+                self._index_incomplete(session, identifier, file, stem, recording, rows.pop(stem, None))
         for row in rows.values():  # what is left has no file; it stays only while it is being prepared
             if row.file is not None and row.file.startswith(INCOMPLETE):
                 row.file = None  # stopped before anything was measured
             elif row.file is not None:
                 session.delete(row)
 
-    def _index_incomplete(self, session, identifier: str, file: Path, row: SessionRow | None) -> None:
+    def _index_incomplete(
+        self,
+        session,
+        identifier: str,
+        file: str,
+        stem: str,
+        recording: RecordingDescription,
+        row: SessionRow | None,
+    ) -> None:
         """A recording that was stopped or whose process died: kept, and not used by the identification."""
         if row is None:
-            row = SessionRow(experiment=identifier, id=file.stem, rig=None, plan=None, created=self._clock())
+            row = SessionRow(experiment=identifier, id=stem, rig=None, plan=None, created=self._clock())
             session.add(row)
-            row.payload, row.role = _recorded_payload(file)
-        row.file = f"{INCOMPLETE}/{file.name}"
-        self._index_recording(row, file)
-
-    def _index_recording(self, row: SessionRow, file: Path) -> None:
-        row.state, row.reason = _recording_state(file)
-        if row.weighed is None and row.state in RECORDED:
-            row.weighed = _weighed_mass(file)
+            row.payload, row.role = recording.payload, recording.role
+        row.file = file
+        _index_recording(row, recording)
 
     # --- experiments
 
@@ -155,10 +177,10 @@ class ExperimentStore:
         """
         row = self._row(identifier)
         try:
-            modified = (self.root / row.folder / EXPERIMENT_FILE).stat().st_mtime
+            modified = _stamp(self.root / row.folder / EXPERIMENT_FILE)[0]
         except FileNotFoundError:
             raise not_found("experiment", identifier) from None
-        if modified != row.modified:
+        if modified / 1e9 != row.modified:
             self.refresh(identifier)
             row = self._row(identifier)
         return row
@@ -176,7 +198,16 @@ class ExperimentStore:
 
     def declared(self, identifier: str) -> ExperimentFile:
         """The checked experiment file. Raises the problem 404, and InputError if somebody broke the file."""
-        return read_experiment_file(self.folder(identifier) / EXPERIMENT_FILE)
+        stamp = _stamp(self.folder(identifier) / EXPERIMENT_FILE)
+        with self._lock:
+            held = self._declared.get(identifier)
+        if held is None or held[0] != stamp:
+            self.refresh(identifier)
+            with self._lock:
+                held = self._declared[identifier]
+        if isinstance(held[1], str):
+            raise InputError(held[1])
+        return held[1]
 
     def create(self, declared: ExperimentFile) -> ExperimentRow:
         """A new experiment without sessions."""
@@ -260,52 +291,14 @@ class ExperimentStore:
         return f"session-{max(numbers, default=-1) + 1:02d}"
 
 
-def _recording_state(file: Path) -> tuple[str, str | None]:
-    """State and reason of a session's file; only our own recordings say more than that they exist."""
-    if not file.is_file():
-        return "missing", f"the file {file.name} is not there"
-    if file.suffix not in (".h5", ".hdf5"):
-        return MEASURED, None
-    try:
-        attributes = _attributes(file)
-    except OSError as error:
-        return "damaged", str(error).replace(f"{file.parent}/", "")[:LONGEST_WORDS]
-    status = attributes.get("status") or MEASURED
-    reason = attributes.get("status_reason", "")[:LONGEST_WORDS]
-    return ("done" if status == "complete" else status[:LONGEST_STATE]), reason or None
+def _stamp(file: Path) -> tuple[int, int]:
+    """By which a file that was changed is known: ns of its change, bytes."""
+    found = file.stat()
+    return found.st_mtime_ns, found.st_size
 
 
-def _weighed_mass(file: Path) -> float | None:
-    """kg, as a recording of ours has it."""
-    try:
-        mass = float(_attributes(file)["weighed_mass"])
-    except (OSError, KeyError, ValueError):
-        return None
-    return mass if isfinite(mass) else None
-
-
-def _recorded_payload(file: Path) -> tuple[Json, str]:
-    """Payload and role of a recording of ours."""
-    unknown: Json = {"name": "unknown", "mass": None}
-    try:
-        attributes = _attributes(file)
-        payload = json.loads(attributes["payload"])
-    except (OSError, KeyError, ValueError):
-        return unknown, "identification"
-    if not isinstance(payload, dict) or "name" not in payload:
-        return unknown, "identification"
-    return cast(Json, payload), attributes.get("role", "identification")
-
-
-def _attributes(file: Path) -> dict[str, str]:
-    """Texts among a recording's attributes; the file may be being written.
-
-    What cannot be read, an attribute of a type that NumPy has not, for instance, is passed over: one odd file must not keep
-    the service from starting.
-    """
-    found: dict[str, str] = {}
-    with h5py.File(file, "r", swmr=True, locking=False) as recording:
-        for name in recording.attrs:
-            with suppress(TypeError, ValueError, OSError, RuntimeError, KeyError):
-                found[name] = str(recording.attrs[name])
-    return found
+def _index_recording(row: SessionRow, recording: RecordingDescription) -> None:
+    row.state = recording.state[:LONGEST_STATE]
+    row.reason = recording.reason and recording.reason[:LONGEST_WORDS]
+    if row.weighed is None:
+        row.weighed = recording.weighed

@@ -6,15 +6,21 @@ the interpreter lock; a process leaves them alone. The processes are forked from
 `identify` loaded already, so that one starts in some 20 ms instead of a second.
 """
 
+import errno
 import importlib
+import logging
 import multiprocessing
 import multiprocessing.forkserver
 import os
+import signal
+import time
 from collections.abc import Callable, Mapping
 from multiprocessing.connection import Connection
 from typing import Any
 
 from api.computing import Computing
+from api.service.problems import Problem
+from api.service.process_limits import ProcessLimits, ended_by
 from identify.recording.errors import InputError
 
 Arguments = Mapping[str, object]
@@ -39,7 +45,9 @@ def _context() -> Any:
             THREADS_OF_LINEAR_ALGEBRA  # read when the fork server loads NumPy
         )
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["api.service.computations"])
+    context.set_forkserver_preload(
+        ["api.service.computations", "api.service.upload_reader", "api.service.session_samples"]
+    )
     return context
 
 
@@ -54,29 +62,43 @@ class JobProcess:
 
     function  : `module:name` of a function `f(progress, **arguments)` whose result can be pickled
     arguments : its keyword arguments
+    limits    : what the process may take
     computing : where it reduces sessions
     """
 
-    def __init__(self, function: str, arguments: Arguments, computing: Computing) -> None:
+    def __init__(
+        self, function: str, arguments: Arguments, limits: ProcessLimits, computing: Computing | None = None
+    ) -> None:
         context = _context()
+        self._limits = limits
         self._receiver, sender = context.Pipe(duplex=False)
         self._stop = context.Event()
         self._process = context.Process(
-            target=_work, args=(sender, self._stop, function, arguments, computing), daemon=True
+            target=_work,
+            args=(sender, self._stop, function, arguments, limits, computing or Computing()),
+            daemon=True,
         )
         self._process.start()
+        self._deadline = time.monotonic() + limits.seconds
         sender.close()
 
     def message(self, timeout: float) -> tuple[str, Any] | None:
-        """The next message within `timeout` s: `progress` (fraction, words), `result`, `wrong` (the input;
-        one line), `failed` (words), `cancelled`; None if there is none yet."""
-        if not self._receiver.poll(timeout):
-            return None
+        """The next message within `timeout` s; None if there is none yet.
+
+        `progress` (fraction, words); or the last one: `result`, `wrong` (the input; one line), `refused` (status, words),
+        `exceeded` (words: a limit), `died` (words: a signal), `failed` (words), `cancelled`.
+        """
+        left = self._deadline - time.monotonic()
+        if not self._receiver.poll(max(0.0, min(timeout, left))):
+            return ("exceeded", self._limits.time_words) if left < timeout else None
         try:
             return self._receiver.recv()
         except EOFError:
             self._process.join()
-            return "failed", f"the computing process ended with status {self._process.exitcode}"
+            status = self._process.exitcode
+            if status == -signal.SIGXCPU:
+                return "exceeded", self._limits.time_words
+            return "died", ended_by(status)
 
     def cancel(self) -> None:
         """Ask the computation to stop at its next report of progress."""
@@ -84,13 +106,20 @@ class JobProcess:
 
     def end(self) -> None:
         """End the process, whatever it does, and give its resources back."""
-        self._process.terminate()
+        self._process.kill()
         self._process.join()
         self._process.close()
         self._receiver.close()
 
 
-def _work(sender: Connection, stop: Any, function: str, arguments: Arguments, computing: Computing) -> None:
+def _work(
+    sender: Connection,
+    stop: Any,
+    function: str,
+    arguments: Arguments,
+    limits: ProcessLimits,
+    computing: Computing,
+) -> None:
     os.nice(NICENESS)
 
     def progress(fraction: float, words: str) -> None:
@@ -100,15 +129,29 @@ def _work(sender: Connection, stop: Any, function: str, arguments: Arguments, co
 
     module, _, name = function.partition(":")
     try:
+        computation = getattr(importlib.import_module(module), name)
+        limits.apply()
         with computing():
-            result = getattr(importlib.import_module(module), name)(progress, **arguments)
+            result = computation(progress, **arguments)
     except Cancelled:
         sender.send(("cancelled", None))
     except InputError as error:
         sender.send(("wrong", str(error)))
+    except Problem as problem:
+        sender.send(("refused", (problem.status, problem.detail)))
     except MemoryError:
-        sender.send(("failed", "there is not enough memory for it"))
+        sender.send(("exceeded", limits.memory_words))
     except Exception as error:
-        sender.send(("failed", f"{type(error).__name__}: {error}"))
+        sender.send(_failure(error, limits))
     else:
         sender.send(("result", result))
+
+
+def _failure(error: Exception, limits: ProcessLimits) -> tuple[str, str]:
+    words = " ".join(str(error).split())
+    if isinstance(error, OSError) and error.errno == errno.EFBIG:
+        return "exceeded", f"it writes more than {limits.written} bytes into one file"
+    if isinstance(error, OSError) and error.errno == errno.EMFILE:
+        return "exceeded", f"it opens more than {limits.descriptors} files at the same time"
+    logging.getLogger(__name__).error("a computation failed", exc_info=error)
+    return "failed", f"{type(error).__name__}: {words}"

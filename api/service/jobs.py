@@ -16,6 +16,8 @@ from api.computing import Computing
 from api.service.database import LONGEST_WORDS, Database, JobRow
 from api.service.job_process import Arguments, JobProcess
 from api.service.problems import Problem
+from api.service.process_limits import ProcessLimits
+from api.service.settings import ServiceSettings
 from identify.results.document import Json
 
 GRACE = 2.0
@@ -24,6 +26,8 @@ POLL = 0.2
 """s between looks at whether a silent computation was cancelled."""
 REMEMBERED = 200
 """Ended jobs kept in memory; older ones are read from the database."""
+MOST_OF_A_USER, MOST = 10, 100
+"""Jobs that one person, and all together, may have waiting and running."""
 _log = logging.getLogger(__name__)
 
 
@@ -70,6 +74,7 @@ class _Task:
     function: str
     arguments: Callable[[], Arguments]
     store: Callable[[Any], Json]
+    repeated: bool = False
     cancelled: threading.Event = field(default_factory=threading.Event)
 
 
@@ -80,6 +85,7 @@ class JobRunner:
     """Runs jobs one after another, as many at the same time as `simultaneous` says, each in a process.
 
     computing : where each of them reduces its sessions
+    limits    : what each of them may take of this computer
 
     Jobs of one experiment never overlap: each begins with what the one before has stored.
     """
@@ -90,8 +96,10 @@ class JobRunner:
         clock: Callable[[], float],
         simultaneous: int = 1,
         computing: Computing | None = None,
+        limits: ProcessLimits | None = None,
     ) -> None:
         self._computing = computing or Computing()
+        self._limits = limits or ServiceSettings().job_limits
         self._database = database
         self._clock = clock
         self._tasks: dict[str, _Task] = {}
@@ -130,12 +138,17 @@ class JobRunner:
         *,
         user: str,
         experiment: str | None,
+        repeated: bool = False,
     ) -> Job:
         """Queue a computation.
 
         function  : `module:name`, see `JobProcess`
         arguments : called when the job's turn has come, so that it starts from what is stored then
         store     : takes the computation's result in this process, stores it and says what it became
+        repeated  : follows by itself from what changed in an experiment, and starts from all that is stored when its turn
+                    comes: one that waits serves for all changes so far, and it is not refused
+
+        Raises the problem 429 where the user, or all together, have as many jobs as they may.
         """
         job = Job(
             id=secrets.token_hex(8),
@@ -147,8 +160,12 @@ class JobRunner:
             words="waiting for its turn",
             created=self._clock(),
         )
-        task = _Task(job, function, arguments, store)
+        task = _Task(job, function, arguments, store, repeated)
         with self._lock:
+            if repeated and (waiting := self._waiting_repeat(experiment)) is not None:
+                return waiting
+            if not repeated:
+                self._refuse_more(user)
             self._tasks[job.id] = task
             self._experiment_locks.setdefault(experiment, threading.Lock())
             self._forget_old()
@@ -156,6 +173,21 @@ class JobRunner:
             session.add(JobRow(**job.__dict__))
         self._queue.put(task)
         return job
+
+    def refuse_more(self, user: str) -> None:
+        """Raises the problem 429 where the user, or all together, have as many jobs as they may."""
+        with self._lock:
+            self._refuse_more(user)
+
+    def _refuse_more(self, user: str) -> None:
+        users = [task.job.user for task in self._tasks.values() if not task.job.state.final]
+        if users.count(user) >= MOST_OF_A_USER:
+            words = f"{user} has {MOST_OF_A_USER} jobs waiting or running, which is the most; wait, or cancel one."
+        elif len(users) >= MOST:
+            words = f"{MOST} jobs are waiting or running, which is the most; try again when some are done."
+        else:
+            return
+        raise Problem(429, words, {"Retry-After": "60"})
 
     def get(self, identifier: str) -> Job | None:
         """The job with that id as it is now, also one from before a restart."""
@@ -222,7 +254,7 @@ class JobRunner:
         except Problem as problem:
             self._change(task, state=JobState.FAILED, words=problem.detail)
             return
-        process = JobProcess(task.function, arguments, self._computing)
+        process = JobProcess(task.function, arguments, self._limits, self._computing)
         try:
             kind, content = self._follow(task, process)
         finally:
@@ -232,7 +264,15 @@ class JobRunner:
         elif kind == "cancelled":
             self._change(task, state=JobState.CANCELLED, words="cancelled")
         else:
-            self._change(task, state=JobState.FAILED, words=content)
+            words = content[1] if kind == "refused" else str(content)
+            self._change(task, state=JobState.FAILED, words=words)
+
+    def _waiting_repeat(self, experiment: str | None) -> Job | None:
+        for task in self._tasks.values():
+            same = task.repeated and task.job.experiment == experiment
+            if same and task.job.state is JobState.QUEUED and not task.cancelled.is_set():
+                return task.job
+        return None
 
     def _follow(self, task: _Task, process: JobProcess) -> tuple[str, Any]:
         """Pass progress on until the computation's last message."""

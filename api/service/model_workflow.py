@@ -142,7 +142,13 @@ class ModelWorkflow:
             return {"model": store_refit(self.story(experiment), found, user).id}
 
         return self._jobs.submit(
-            "identify", f"{COMPUTATIONS}:fit", arguments, store, user=user, experiment=experiment
+            "identify",
+            f"{COMPUTATIONS}:fit",
+            arguments,
+            store,
+            user=user,
+            experiment=experiment,
+            repeated=True,
         )
 
     # --- what is missing

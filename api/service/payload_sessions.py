@@ -15,7 +15,8 @@ from api.service.accounts import User
 from api.service.audit import AuditLog
 from api.service.bus_claims import BusClaim, BusClaims
 from api.service.database import LONGEST_WORDS, SessionRow
-from api.service.experiment_store import INCOMPLETE, ExperimentStore, session_id
+from api.service.experiment_store import ExperimentStore
+from api.service.folder_description import INCOMPLETE, session_id
 from api.service.model_workflow import ModelWorkflow
 from api.service.plan_store import PlanStore
 from api.service.problems import Problem

@@ -5,9 +5,11 @@ from dataclasses import dataclass
 from api.service.accounts import Accounts
 from api.service.audit import AuditLog
 from api.service.bus_claims import BusClaims
+from api.service.confined_reader import ConfinedReader
 from api.service.database import Database, open_database
 from api.service.drive_resets import DriveResets
 from api.service.experiment_store import ExperimentStore
+from api.service.experiment_upload import Uploads
 from api.service.homings import Homings
 from api.service.jobs import JobRunner
 from api.service.live_feed import LiveFeed
@@ -35,6 +37,7 @@ class Service:
     throttle: SignInThrottle
     audit: AuditLog
     experiments: ExperimentStore
+    uploads: Uploads
     jobs: JobRunner
     models: ModelWorkflow
     rigs: RigStore
@@ -61,7 +64,7 @@ def create_service(settings: ServiceSettings) -> Service:
     clock = settings.clock
     audit = AuditLog(database, clock)
     experiments = ExperimentStore(database, settings.experiments_folder, clock)
-    jobs = JobRunner(database, clock, settings.simultaneous_jobs, settings.computing)
+    jobs = JobRunner(database, clock, settings.simultaneous_jobs, settings.computing, settings.job_limits)
     models = ModelWorkflow(experiments, jobs)
     rigs = RigStore(settings.data_folder / "rigs")
     claims = BusClaims()
@@ -76,6 +79,7 @@ def create_service(settings: ServiceSettings) -> Service:
         throttle=SignInThrottle(clock),
         audit=audit,
         experiments=experiments,
+        uploads=Uploads(experiments, ConfinedReader(settings.upload_limits), settings.unpacked_limit),
         jobs=jobs,
         models=models,
         rigs=rigs,
@@ -88,7 +92,7 @@ def create_service(settings: ServiceSettings) -> Service:
         homings=homings,
         drive_resets=DriveResets(rigs, operators, claims, audit),
         rig_stop=RigStop(sessions, homings),
-        samples=SessionSamples(),
+        samples=SessionSamples(settings.data_folder / "looked-at", ConfinedReader(settings.upload_limits)),
         live=LiveFeed(operators, sessions, settings.live_rate),
         scale=WeighingScale(settings.scale_port),
     )

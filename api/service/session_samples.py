@@ -1,24 +1,70 @@
-"""Samples of the sessions that somebody looks at: read from disk once while they do."""
+"""Samples of the sessions that somebody looks at: read once while they do, in a process of its own, and mapped from the
+files that it leaves."""
 
+import tempfile
+from dataclasses import fields, replace
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+
+from api.service.confined_reader import ConfinedReader
+from api.service.job_process import Progress
+from api.service.problems import Problem
+from api.service.process_limits import LimitExceeded
 from identify.recording import Session, load_experiment
 from identify.recording.session_cache import SessionCache
 
-LARGEST_IN_MEMORY = 512 << 20
-"""Bytes of samples held for all viewers together."""
+READ = "api.service.session_samples:read_session"
+NOTHING = np.zeros(0)
+"""Stands in a session sent between processes for samples that are in a file."""
 
 
 class SessionSamples:
-    """The sessions used last, by file and by the times of change of the file and of its experiment's settings."""
+    """The sessions used last, by file and by the times of change of the file and of its experiment's settings.
 
-    def __init__(self) -> None:
-        self._held: SessionCache[tuple[str, int, int], Session] = SessionCache(LARGEST_IN_MEMORY)
+    folder : where the samples of sessions that are looked at lie; the files have no names, and go with the last viewer
+    """
 
-    def read(self, experiment_folder: Path, place: int) -> Session:
-        """The session at that place of the experiment, read now or held. Raises InputError if it cannot be read."""
-        experiment = load_experiment(experiment_folder)
-        entry = experiment.sessions[place]
+    def __init__(self, folder: Path, reader: ConfinedReader) -> None:
+        self._folder = folder
+        self._reader = reader
+        self._held: SessionCache[tuple[str, int, int, int], Session] = SessionCache()
+
+    def read(self, experiment_folder: Path, file: str, place: int) -> Session:
+        """The session in that file, at that place of the experiment, read now or held.
+
+        Raises InputError if it cannot be read, and the problem 413 where that takes more memory or time than there is.
+        """
+        changed = (experiment_folder / file).stat().st_mtime_ns
         settings = (experiment_folder / "experiment.yaml").stat().st_mtime_ns
-        key = (str(entry.path), entry.path.stat().st_mtime_ns, settings)
-        return self._held.get(key, lambda: experiment.read(entry))
+        key = (str(experiment_folder / file), changed, settings, place)
+        return self._held.get(key, lambda: self._mapped(experiment_folder, place))
+
+    def _mapped(self, experiment_folder: Path, place: int) -> Session:
+        self._folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=self._folder) as output:
+            try:
+                session: Session = self._reader(
+                    READ, experiment=str(experiment_folder), place=place, output=output
+                )
+            except LimitExceeded as error:
+                raise Problem(413, f"The recording cannot be shown here: {error}.") from error
+            found: dict[str, Any] = {}
+            for file in Path(output).glob("*.npy"):
+                found[file.stem] = np.load(file, mmap_mode="r")
+        return replace(session, **found)
+
+
+def read_session(progress: Progress, experiment: str, place: int, output: str) -> Session:
+    """Read a session in a process of its own; its samples are left in `output`, one .npy each, and further columns out."""
+    loaded = load_experiment(Path(experiment))
+    session = loaded.read(loaded.sessions[place])
+    columns = {
+        field.name: value
+        for field in fields(session)
+        if isinstance(value := getattr(session, field.name), np.ndarray)
+    }
+    for name, values in columns.items():
+        np.save(Path(output) / f"{name}.npy", values)
+    return replace(session, extra={}, **dict.fromkeys(columns, NOTHING))

@@ -9,8 +9,12 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from api.computing import Computing
 from api.data_folder import default_data_folder
+from api.service.process_limits import GIBIBYTE, MEBIBYTE, ProcessLimits, half_of_memory
 
-MEBIBYTE = 1024 * 1024
+LONGEST_JOB = 2 * 3600.0
+"""s that a job may take; the longest diagnosis measured, of six joints, takes some minutes."""
+MOST_JOB_MEMORY = 8 * GIBIBYTE
+"""Bytes that a job may have on a computer of twice as much or more."""
 
 
 class ServiceSettings(BaseModel):
@@ -35,6 +39,14 @@ class ServiceSettings(BaseModel):
     """Largest uploaded file."""
     unpacked_limit: int = 2048 * MEBIBYTE
     """Largest sum of what an uploaded archive unpacks to."""
+    upload_seconds: float = 60.0
+    """What reading one upload, or one recording that somebody looks at, may take, s."""
+    upload_memory: int = Field(default_factory=lambda: half_of_memory(4 * GIBIBYTE))
+    """And how much memory."""
+    job_seconds: float = LONGEST_JOB
+    """What one job may take, s."""
+    job_memory: int = Field(default_factory=lambda: half_of_memory(MOST_JOB_MEMORY))
+    """And how much memory."""
     simultaneous_jobs: int = 1
     """Jobs that compute at the same time, each in a process of its own."""
     workers: int = 1
@@ -52,6 +64,18 @@ class ServiceSettings(BaseModel):
     def computing(self) -> Computing:
         """Where jobs reduce sessions."""
         return Computing(self.workers, self.cluster)
+
+    @property
+    def upload_limits(self) -> ProcessLimits:
+        """What the process may take that reads an upload or a recording."""
+        return ProcessLimits(
+            self.upload_memory, self.upload_seconds, descriptors=256, written=self.unpacked_limit
+        )
+
+    @property
+    def job_limits(self) -> ProcessLimits:
+        """What the process of a job may take."""
+        return ProcessLimits(self.job_memory, self.job_seconds)
 
     @property
     def experiments_folder(self) -> Path:

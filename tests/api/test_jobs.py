@@ -6,8 +6,9 @@ import threading
 import pytest
 
 from api.service.database import open_database
-from api.service.jobs import JobRunner, JobState
+from api.service.jobs import MOST, MOST_OF_A_USER, JobRunner, JobState
 from api.service.problems import Problem
+from api.service.process_limits import GIBIBYTE, MEBIBYTE, ProcessLimits
 
 WORK = """
 import os, signal
@@ -27,6 +28,9 @@ def deaf(progress, began):
     progress(0.1, "deaf from now on")
     open(began, "w").close()
     signal.pause()
+
+def large(progress, began):
+    return len(bytearray(1 << 30))
 
 def killed(progress):
     os.kill(os.getpid(), signal.SIGKILL)
@@ -135,7 +139,7 @@ def test_a_queued_job_is_cancelled_before_it_begins(runner, work, tmp_path):
 @pytest.mark.parametrize(
     ("function", "words"),
     [
-        ("killed", "ended with status -9"),
+        ("killed", "the process was ended by SIGKILL"),
         ("wrong", "session-00.csv line 7: not a number"),
         ("broken", "ZeroDivisionError: division by zero"),
         ("missing", "AttributeError"),
@@ -186,3 +190,65 @@ def test_jobs_of_one_experiment_come_one_after_the_other(database, clock, work):
         if snapshot.state.final:
             running.remove(snapshot.id)
         assert len(running) <= 1
+
+
+def test_one_person_and_all_together_have_a_bounded_number_of_jobs(database, clock, work):
+    runner = JobRunner(database, clock)  # never started: all wait
+    for number in range(MOST_OF_A_USER):
+        submit(runner, f"{work}:double", experiment=f"arm-{number}", value=1)
+    with pytest.raises(Problem, match="ada has 10 jobs") as refused:
+        submit(runner, f"{work}:double", value=1)
+    assert refused.value.status == 429
+    for number in range(MOST - MOST_OF_A_USER):
+        runner.submit("test", f"{work}:double", dict, dict, user=f"user-{number}", experiment="other")
+    with pytest.raises(Problem, match="100 jobs"):
+        runner.submit("test", f"{work}:double", dict, dict, user="grace", experiment="other")
+
+
+def test_people_who_ask_at_the_same_time_get_no_more_jobs_than_may_be(database, clock, work):
+    runner = JobRunner(database, clock)
+    together, refused = threading.Barrier(20), []
+
+    def ask(number):
+        together.wait()
+        try:
+            submit(runner, f"{work}:double", experiment=f"arm-{number}", value=1)
+        except Problem:
+            refused.append(number)
+
+    asking = [threading.Thread(target=ask, args=(number,)) for number in range(20)]
+    for each in asking:
+        each.start()
+    for each in asking:
+        each.join()
+    assert len(runner.jobs()) == MOST_OF_A_USER
+    assert len(refused) == 20 - MOST_OF_A_USER
+
+
+def test_what_follows_by_itself_waits_once_for_all_changes_and_is_never_refused(database, clock, work):
+    runner = JobRunner(database, clock)
+    for number in range(MOST_OF_A_USER):
+        submit(runner, f"{work}:double", experiment=f"arm-{number}", value=1)
+    repeats = [
+        runner.submit("identify", "f", dict, dict, user="ada", experiment="arm-1", repeated=True)
+        for _ in range(3)
+    ]
+    assert len({each.id for each in repeats}) == 1
+    assert len(runner.jobs()) == MOST_OF_A_USER + 1
+
+
+@pytest.mark.parametrize(
+    ("function", "limits", "words"),
+    [
+        ("wait_for_cancel", ProcessLimits(GIBIBYTE, 1.0), "not done within 1 s"),
+        ("large", ProcessLimits(64 * MEBIBYTE, 60.0), "more than 0.0625 GB of memory"),
+    ],
+)
+def test_a_job_ends_at_its_limits_in_words(database, clock, work, tmp_path, function, limits, words):
+    runner = JobRunner(database, clock, limits=limits)
+    runner.start()
+    follower = Follower(runner)
+    submit(runner, f"{work}:{function}", began=str(tmp_path / "began"))
+    assert follower.last().state is JobState.FAILED
+    assert words in follower.last().words
+    runner.close()

@@ -7,7 +7,6 @@ from pydantic import BaseModel, Field
 
 from api.service import access
 from api.service.database import ExperimentRow, SessionRow
-from api.service.experiment_upload import import_archive, import_session
 from api.service.openapi import ResourceRoute, problems
 from api.service.routes.jobs import JobView
 from api.stored_experiments import EXPERIMENT_ID
@@ -125,7 +124,8 @@ def import_experiment(
 ) -> Imported:
     """Store an experiment that was measured elsewhere; it is identified at once."""
     service = access.service_of(request)
-    row = import_archive(service.experiments, file.file, service.settings.unpacked_limit)
+    service.jobs.refuse_more(user.name)
+    row = service.uploads.add_experiment(file.file)
     job = service.models.refit(row.id, user.name)
     response.headers["Location"] = f"/experiments/{row.id}"
     return Imported(experiment=view(request, row.id), job=JobView.of(job))
@@ -146,15 +146,7 @@ def import_measured_session(
     """Add a session that was measured elsewhere; all sessions are identified anew."""
     service = access.service_of(request)
     known = Payload(name=payload, mass=mass) if mass is not None else None
-    import_session(
-        service.experiments,
-        experiment,
-        file.file,
-        file.filename or "",
-        payload,
-        role,
-        known,
-        service.settings.unpacked_limit,
-    )
+    service.jobs.refuse_more(user.name)
+    service.uploads.add_session(experiment, file.file, file.filename or "", payload, role, known)
     job = service.models.refit(experiment, user.name)
     return Imported(experiment=view(request, experiment), job=JobView.of(job))

@@ -65,6 +65,12 @@ def _path(request: Request, experiment: str, session: str) -> Path:
     return path
 
 
+def _samples(request: Request, experiment: str, session: str) -> Session:
+    experiments = service_of(request).experiments
+    place, entry = experiments.session_place(experiment, session)
+    return service_of(request).samples.read(experiments.folder(experiment), entry.file, place)
+
+
 def _formats(path: Path) -> list[RecordingFormat]:
     formats = [RecordingFormat.ORIGINAL, RecordingFormat.CSV]
     if path.suffix == ".h5":
@@ -121,8 +127,7 @@ def download(
     if format not in _formats(path):
         raise Problem(409, f"The recording {session} has no {format.value}: it is {path.name}.")
     if format is RecordingFormat.CSV and not path.name.endswith((".csv", ".csv.gz")):
-        place, _entry = service_of(request).experiments.session_place(experiment, session)
-        samples = service_of(request).samples.read(service_of(request).experiments.folder(experiment), place)
+        samples = _samples(request, experiment, session)
         headers = {"Content-Disposition": f'attachment; filename="{path.stem}.csv"'}
         return StreamingResponse(_csv(samples), media_type="text/csv", headers=headers)
     if format is RecordingFormat.RAW:
@@ -169,9 +174,7 @@ def recorded_signals(
     The body is little-endian float32, column by column as X-Columns says: time less X-Time-Origin,
     position, command.
     """
-    service = service_of(request)
-    place, _entry = service.experiments.session_place(experiment, session)
-    samples = service.samples.read(service.experiments.folder(experiment), place)
+    samples = _samples(request, experiment, session)
     if joint > samples.n:
         raise Problem(404, f"The robot has {samples.n} joints.")
     signals = {"position": samples.position[:, joint - 1], "command": samples.command[:, joint - 1]}
