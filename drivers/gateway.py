@@ -9,6 +9,7 @@ closes it.
 
 import contextlib
 import threading
+from collections import deque
 from collections.abc import Callable
 from typing import Any
 
@@ -17,6 +18,34 @@ import can
 from drivers.virtual_bus import InProcessBus, frame_of
 
 _RECEIVE_CYCLE = 0.05  # s; closing waits for one of them
+
+_ECHOING = frozenset({"udp_multicast"})
+"""Interfaces of python-can that give back what was sent by them, unmarked, whatever `receive_own_messages` says."""
+
+
+class _Echoes:
+    """Tells the echo of our own frames from equal frames of others: echoes come back in the order of sending."""
+
+    def __init__(self) -> None:
+        self._out: deque[tuple[int, bytes]] = deque(maxlen=4096)
+        self._lock = threading.Lock()
+
+    def sent(self, can_id: int, data: bytes) -> None:
+        """To be called before the frame goes out, in the order of sending."""
+        with self._lock:
+            self._out.append((can_id, data))
+
+    def is_echo(self, can_id: int, data: bytes) -> bool:
+        """Whether a received frame is one of ours; the echoes of frames sent before it were lost then."""
+        with self._lock:
+            try:
+                place = self._out.index((can_id, data))
+            except ValueError:
+                return False
+            for _lost in range(place + 1):
+                self._out.popleft()
+        return True
+
 
 _gateways: dict[tuple[str, str], "_Gateway"] = {}
 _gateways_lock = threading.Lock()
@@ -31,6 +60,7 @@ class _Gateway:
         self.members = 0
         self._adapter = adapter
         self._sending = threading.Lock()
+        self._echoes = _Echoes() if key[0] in _ECHOING else None
         self._closing = threading.Event()
         self._port = InProcessBus(self.channel)
         self._port.serve(self._send)
@@ -41,6 +71,8 @@ class _Gateway:
         message = can.Message(arbitration_id=can_id, is_extended_id=can_id > 0x7FF, data=data)
         message.is_fd = len(data) > 8
         with self._sending:
+            if self._echoes is not None:
+                self._echoes.sent(can_id, data)
             self._adapter.send(message)
 
     def _receive(self) -> None:
@@ -51,7 +83,10 @@ class _Gateway:
                 if not self._closing.is_set():
                     self._port.fail(f"{self.channel}: the adapter is gone: {error}")
                 return
-            if message is not None:
+            if message is None:
+                continue
+            echoes = self._echoes
+            if echoes is None or not echoes.is_echo(message.arbitration_id, bytes(message.data)):
                 self._port.pass_on(frame_of(message, round(message.timestamp * 1e9)))
 
     def close(self) -> None:

@@ -6,6 +6,7 @@ import select
 import threading
 import tty
 
+import can
 import pytest
 
 from drivers.bus import BusSettings, open_bus
@@ -121,3 +122,32 @@ def test_an_adapter_that_is_unplugged_is_an_error_for_everybody(adapter, slcan):
         receiver.send(0x80, b"")
     other.shutdown()
     receiver.close()
+
+
+def test_a_bus_over_multicast_that_echoes_our_frames_shows_each_frame_once_and_those_of_others():
+    """python-can's udp_multicast gives back what it sent, unmarked; equal frames of others must still come through."""
+    settings = BusSettings(
+        interface="udp_multicast", channel="239.74.163.2", options={"port": 43_189, "hop_limit": 0}
+    )
+    receiver = PythonCanReceiver(settings)
+    receiver.open()
+    options = settings.options | {"ignore_config": True}
+    try:
+        with can.Bus(interface=settings.interface, channel=settings.channel, **options) as other:
+            for number in range(20):
+                receiver.send(0x80, b"")
+                receiver.send(0x205, bytes((number,)))
+            other.send(can.Message(arbitration_id=0x80, is_extended_id=False))
+            other.send(can.Message(arbitration_id=0x7FF, is_extended_id=False))
+            frames = []
+            for _attempt in range(500):
+                frames += [(int(f["can_id"]), bool(f["flags"] & OWN)) for f in receiver.read()]
+                if (0x7FF, False) in frames:
+                    break
+                receiver.wait(0.02)
+    finally:
+        receiver.close()
+    assert frames.count((0x80, True)) == 20
+    assert frames.count((0x205, True)) == 20
+    assert frames.count((0x205, False)) == 0
+    assert frames.count((0x80, False)) == 1
