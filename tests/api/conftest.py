@@ -1,24 +1,21 @@
 """A service on a data folder of its own, and clients of every role."""
 
 import io
-import threading
 import warnings
 import zipfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-import httpx
 import numpy as np
 import pytest
-import uvicorn
 from fastapi import FastAPI
 
 from api.application import create_application
-from api.server import listen, server_settings
 from api.service.accounts import Role
 from api.service.service import Service
 from api.service.settings import ServiceSettings
+from tests.api.served import served
 
 with warnings.catch_warnings():
     # Starlette's test client says that another HTTP library will follow; ours is the one in the lock.
@@ -118,19 +115,8 @@ class ListeningService(RunningService):
 def listening(data_folder: Path, clock: Clock) -> Iterator[ListeningService]:
     """A service on uvicorn, in a thread of the tests' process."""
     application = create_application(ServiceSettings(data_folder=data_folder, clock=clock))
-    server = uvicorn.Server(server_settings(application))
-    socket = listen("127.0.0.1", 0)
-    thread = threading.Thread(target=server.run, kwargs={"sockets": [socket]})
-    address = f"http://127.0.0.1:{socket.getsockname()[1]}"
-    thread.start()
-    running = ListeningService(application, application.state.service, clock, address=address)
-    # Answers only once it has started.
-    httpx.get(f"{address}/me", timeout=30.0)
-    yield running
-    server.should_exit = True
-    thread.join(30.0)
-    socket.close()
-    assert not thread.is_alive()
+    with served(application) as address:
+        yield ListeningService(application, application.state.service, clock, address=address)
 
 
 def _write_measured_experiment(folder: Path, name: str = "pendulum", sessions: int = 2) -> Path:

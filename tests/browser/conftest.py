@@ -3,15 +3,12 @@
 import os
 import re
 import shutil
-import socket
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-import uvicorn
 import yaml
 from fastapi import FastAPI
 
@@ -19,6 +16,7 @@ from api.application import create_application
 from api.service.accounts import Role
 from api.service.settings import ServiceSettings
 from daq.rig import RIGS
+from tests.api.served import served
 
 ROOT = Path(__file__).parents[2]
 SCREENSHOTS = ROOT / "artifacts" / "screenshots"
@@ -74,32 +72,6 @@ def write_rig(folder: Path, name: str = RIG, **changes: object) -> None:
     (folder / f"{name}.yaml").write_text(yaml.safe_dump(rig))
 
 
-@contextmanager
-def listening(application: FastAPI, port: int = 0) -> Iterator[str]:
-    """Serve on a free port of this machine, or on that one; gives the address."""
-    listener = socket.socket()
-    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-    listener.bind(("127.0.0.1", port))
-    server = uvicorn.Server(uvicorn.Config(application, log_level="warning", ws="websockets-sansio"))
-    ready = threading.Event()
-    begin = server.startup
-
-    async def startup(sockets: list[socket.socket] | None = None) -> None:
-        await begin(sockets)
-        ready.set()
-
-    server.startup = startup  # type: ignore[method-assign]
-    thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
-    thread.start()
-    assert ready.wait(20), "the service did not start"
-    try:
-        yield f"http://127.0.0.1:{listener.getsockname()[1]}"
-    finally:
-        server.should_exit = True
-        thread.join(30)
-        listener.close()
-
-
 @dataclass
 class Laboratory:
     """A running service: its address, its application and the folder of its data."""
@@ -119,7 +91,7 @@ def laboratory_with(tmp_path: Path) -> Iterator[Callable[..., Laboratory]]:
             application = create_application(ServiceSettings(data_folder=tmp_path))
             for name, role in PEOPLE.items():
                 application.state.service.accounts.add_user(name, PASSWORD, role)
-            return Laboratory(enter(listening(application)), application, tmp_path)
+            return Laboratory(enter(served(application)), application, tmp_path)
 
         yield make
 

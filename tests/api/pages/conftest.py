@@ -4,10 +4,7 @@ The torque is computed from the load- and velocity-dependent friction of eq. (25
 are fitted here by `numpy.linalg.lstsq`, and what they return are documents of `identify.results`.
 """
 
-import socket
-import threading
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import SimpleNamespace
@@ -16,9 +13,7 @@ from typing import Any
 import httpx
 import numpy as np
 import pytest
-import uvicorn
 import yaml
-from fastapi import FastAPI
 
 from api.application import create_application
 from api.service.model_story import IDENTIFICATION_FILE, Fit, ModelStory, data_fingerprint, now_text
@@ -34,6 +29,7 @@ from identify.results.identification import (
     PayloadError,
     SessionError,
 )
+from tests.api.served import served
 
 JOINT = "j3"
 PAYLOADS = {
@@ -412,31 +408,7 @@ def browser_client(stored_laboratory: Path) -> Iterator[httpx.Client]:
     settings = ServiceSettings(data_folder=stored_laboratory)
     headers = {"Accept": "text/html"}
     with (
-        listening(create_application(settings)) as address,
+        served(create_application(settings)) as address,
         httpx.Client(base_url=address, headers=headers) as client,
     ):
         yield client
-
-
-@contextmanager
-def listening(application: FastAPI) -> Iterator[str]:
-    """Serve on a free port of this machine; gives the address."""
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        server = uvicorn.Server(uvicorn.Config(application, log_level="warning", ws="websockets-sansio"))
-        ready = threading.Event()
-        begin = server.startup
-
-        async def startup(sockets: list[socket.socket] | None = None) -> None:
-            await begin(sockets)
-            ready.set()
-
-        server.startup = startup  # type: ignore[method-assign]
-        thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
-        thread.start()
-        assert ready.wait(20), "the service did not start"
-        try:
-            yield f"http://127.0.0.1:{listener.getsockname()[1]}"
-        finally:
-            server.should_exit = True
-            thread.join(20)
