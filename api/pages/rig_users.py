@@ -8,9 +8,9 @@ def onlooker_words(service: Service, rig: str, own_name: str) -> str:
     """Who operates the rig and who watches it, the reader left out."""
     operator = service.operators.operator(rig)
     others = [name for name in service.operators.onlookers(rig) if name != own_name]
-    words = []
+    parts = []
     if operator and operator != own_name:
-        words.append(f"{operator} operates the rig")
+        parts.append(f"{operator} operates the rig")
     if others:
-        words.append(f"{listing(others)} {'looks' if len(others) == 1 else 'look'} on")
-    return " · ".join(words)
+        parts.append(f"{listing(others)} {'is' if len(others) == 1 else 'are'} watching")
+    return " · ".join(parts)

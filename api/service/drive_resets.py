@@ -1,4 +1,4 @@
-"""Faults of a rig's drives are reset through the service, by who has the rig, while nothing else has its bus."""
+"""Faults of a rig's drives are reset through the service, by who operates the rig, while nothing else has its bus."""
 
 from dataclasses import dataclass
 
@@ -36,7 +36,7 @@ class DriveResets:
     def reset(self, rig: str, user: User, client: str = "") -> list[ResetJoint]:
         """Take the power of every drive that has some, reset every fault; no zero is changed. Returns when it is done.
 
-        Raises the problem 409 while somebody else has the rig, or a session or homing its bus; BusError when the bus cannot
+        Raises the problem 409 while somebody else operates the rig, or a session or homing its bus; BusError when the bus cannot
         be used, InputError for a rig whose drives live only as long as a session.
         """
         settings = self._rigs.rig(rig)

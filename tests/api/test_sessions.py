@@ -178,7 +178,7 @@ def test_a_payload_of_ones_own_is_taken_and_one_of_a_known_name_but_another_mass
     assert operator.post("/experiments/arm/sessions", json=new).status_code == 422
 
 
-def test_only_one_operator_has_the_rig_and_the_other_sees_who(operator, service, clock):
+def test_only_one_operator_operates_the_rig_and_the_other_sees_who(operator, service, clock):
     prepare(operator)
     other = service.client(Role.OPERATOR, "grace")
     refused = take(other, "session-00", "check")

@@ -87,7 +87,7 @@ def test_a_drive_fault_is_said_in_words_on_the_live_page(laboratory_with, visito
     ada.shot("rig-fault")
 
 
-def test_a_second_operator_sees_who_has_the_rig_and_cannot_take_it(laboratory_with, visitor) -> None:
+def test_a_second_operator_sees_who_operates_the_rig_and_cannot_take_it(laboratory_with, visitor) -> None:
     laboratory = laboratory_with()
     ada, grace = visitor(laboratory, "ada"), visitor(laboratory, "grace")
     prepare(ada.page, laboratory, 20)
@@ -95,7 +95,7 @@ def test_a_second_operator_sees_who_has_the_rig_and_cannot_take_it(laboratory_wi
     expect(grace.page.get_by_text("ada operates the rig").first).to_be_visible()
     expect(grace.page.get_by_role("button", name="Take it")).to_have_count(0)
     grace.page.goto(ada.page.url)
-    expect(grace.page.get_by_text("You look on, and you can stop it.")).to_be_visible()
+    expect(grace.page.get_by_text("You can watch, and you can stop it.")).to_be_visible()
     expect(grace.page.get_by_role("button", name="Start: the robot moves")).to_have_count(0)
     grace.shot("second-operator", narrow=False)
     token = grace.page.locator('meta[name="csrf-token"]').get_attribute("content")
@@ -105,7 +105,7 @@ def test_a_second_operator_sees_who_has_the_rig_and_cannot_take_it(laboratory_wi
     assert answer.status_code == 409
     assert "ada operates the rig" in answer.text
     ada.open("rig?rig=bench")
-    expect(ada.page.locator("[data-onlookers]")).to_contain_text("grace looks on")
+    expect(ada.page.locator("[data-onlookers]")).to_contain_text("grace is watching")
 
 
 def test_a_lost_connection_is_said_and_the_page_comes_back_by_itself(laboratory_with, visitor) -> None:
