@@ -92,9 +92,7 @@ class Candidate:
             return np.zeros(count, bool)
         bounds = self.bounds(count, variant)
         beyond = (estimates < bounds.lower) | (estimates > bounds.upper)
-        together = self.term.effect.plausible(estimates) and bool(
-            np.all(bounds.matrix @ estimates >= bounds.least)
-        )
+        together = bool(np.all(bounds.matrix @ estimates >= bounds.least))
         return beyond if together or beyond.any() else np.ones(count, bool)
 
     def columns(self, observation: Observation, variant: int) -> Index:

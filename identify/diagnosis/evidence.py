@@ -5,7 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.diagnosis.held_out import DEPENDENT, base_within
+from identify.diagnosis.held_out import base_within
+from identify.diagnosis.option_fits import DEPENDENT
 from identify.estimation.observation import Observation
 from identify.estimation.statistics import FEWEST_CLUSTERS, joined
 

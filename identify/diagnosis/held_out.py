@@ -6,13 +6,13 @@ gives each candidate's fit, and the same combination on the blocks left out give
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.diagnosis.option_fits import Remainder, fit_options
 from identify.effects.admissible import Admissible
-from identify.estimation.constrained import nearest_admissible
 from identify.estimation.observation import Observation
 
 Array = NDArray[np.float64]
@@ -20,8 +20,6 @@ Index = NDArray[np.intp]
 
 RIDGE = 1e-12
 """relative; keeps the elimination of nearly dependent columns stable without moving any estimate noticeably"""
-DEPENDENT = 1e-6
-"""A candidate column of whose power less than this is left beside the base adds nothing that could be seen."""
 
 
 @dataclass(frozen=True)
@@ -67,161 +65,142 @@ class FoldedProducts:
     def __init__(self, observation: Observation, weights: Array, folds: Index, known: float = 0.0) -> None:
         self.observation, self.weights, self.folds, self.known = observation, weights, folds, known
         self.count = int(folds.max()) + 1
-        self.local: list[dict[int, int]] = []
         self.products: list[Array] = []
-        self.whole: list[Array] = []
+        self._measured: list[float] = []
+        self._bases: dict[bytes, _Base] = {}
+        # of each joint: place of every column among its own, of Y behind them, and of what is not on its rows: zeros
+        self._local = np.empty((len(observation.joint_columns), observation.width + 1), np.intp)
         for joint, columns in enumerate(observation.joint_columns):
             width = len(columns) + 2
             products = np.zeros((self.count, width, width))
             for block, factors in enumerate(observation.factors):
                 products[folds[block]] += factors[joint].gram()
+            self._measured.append(float(products[:, -1, -1].sum()))
+            products[:, -1] = products[:, :, -1] = 0.0
             self.products.append(products)
-            self.whole.append(products.sum(0))
-            self.local.append({int(column): place for place, column in enumerate(columns)})
+            self._local[joint] = width - 1
+            self._local[joint, columns] = np.arange(len(columns))
+            self._local[joint, -1] = width - 2
 
     def measured(self, joint: int) -> float:
         """Squared norm of the joint's measured torque."""
-        return float(self.whole[joint][-1, -1])
+        return self._measured[joint]
 
     def evaluate(self, joint: int, base: Index, trials: Sequence[Trial]) -> list[HeldOut]:
         """Errors on a joint's rows of the base with each trial added."""
-        columns = np.unique(np.concatenate([np.concatenate(trial.variants) for trial in trials] + [base[:0]]))
-        columns = np.setdiff1d(columns, base)
-        place = {int(column): index for index, column in enumerate(columns)}
-        wanted = np.concatenate([base, columns])
-        places = [self._places(row_joint, wanted) for row_joint in range(len(self.products))]
-        # the scale of a column is its norm over all rows that it is on
-        everything = self._assembled(self.whole, places, len(wanted) + 1)
-        fold_systems = []
-        for fold in range(self.count):
-            left_out = [products[fold] for products in self.products]
-            without = everything - self._assembled(left_out, places, len(wanted) + 1)
-            judged = _placed(left_out[joint], places[joint], len(wanted) + 1)
-            fold_systems.append(_Reduced.of(without, len(base), judged))
-        judged = _placed(self.whole[joint], places[joint], len(wanted) + 1)
-        whole = _Reduced.of(everything, len(base), judged)
-        return [self._judge(trial, place, whole, fold_systems) for trial in trials]
+        listed = [variant for trial in trials for variant in trial.variants]
+        columns = np.setdiff1d(np.unique(np.concatenate([*listed, base[:0]])), base)
+        trained, judged = self._beside(joint, base, columns)
+        place = np.full(self.observation.width, -1, np.intp)
+        place[columns] = np.arange(len(columns))
+        options = [own[own >= 0] for own in (place[variant] for variant in listed)]
+        bounds = [b for trial in trials for b in trial.bounds or (None,) * len(trial.variants)]
+        fits = fit_options(trained, judged, options, bounds)
+        found, first = [], 0
+        for trial in trials:
+            own = slice(first, first + len(trial.variants))
+            first = own.stop
+            best = np.argmax(fits.gain[:, own], axis=1)
+            chosen = (np.arange(self.count), own.start + best[:-1])
+            found.append(
+                HeldOut(
+                    float(fits.error[-1, own.start + best[-1]]),
+                    fits.error[chosen],
+                    fits.power[chosen],
+                    int(best[-1]),
+                )
+            )
+        return found
 
-    def _judge(
-        self, trial: Trial, place: dict[int, int], whole: "_Reduced", folds: Sequence["_Reduced"]
-    ) -> HeldOut:
-        options = [
-            np.array([place[int(c)] for c in variant if int(c) in place], np.intp)
-            for variant in trial.variants
-        ]
-        bounds = list(trial.bounds) or [None] * len(options)
-        trained = [whole.fit(option, bound) for option, bound in zip(options, bounds, strict=True)]
-        best = int(np.argmax([gain for _, gain in trained]))
-        errors, power = [], []
-        for reduced in folds:
-            aided = reduced.aided(whole, self.known)
-            fits = [aided.fit(option, bound) for option, bound in zip(options, bounds, strict=True)]
-            chosen = int(np.argmax([gain for _, gain in fits]))
-            errors.append(reduced.error(options[chosen], fits[chosen][0]))
-            power.append(reduced.power(options[chosen], fits[chosen][0]))
-        return HeldOut(whole.error(options[best], trained[best][0]), np.array(errors), np.array(power), best)
+    def _base(self, base: Index) -> "_Base":
+        """The base's own products; kept, since most candidates are judged beside the same few bases."""
+        key = base.tobytes()
+        if key not in self._bases:
+            count = len(base)
+            products = np.zeros((self.count, count, count + 1))
+            for joint, own in enumerate(self.products):
+                there, here = self._on_rows(joint, base)
+                products[:, there[:, None], there] += self.weights[joint] ** 2 * own[:, here[:, None], here]
+                products[:, there, -1] += self.weights[joint] ** 2 * own[:, here, -2]
+            training = _training(products)
+            scale = np.sqrt(np.maximum(np.einsum("fii->fi", training[:, :, :-1]), 1e-300))
+            inner = training[:, :, :-1] / (scale[:, :, None] * scale[:, None, :])
+            inner[:, np.arange(count), np.arange(count)] += RIDGE
+            self._bases[key] = _Base(inner, scale, training[:, :, -1])
+        return self._bases[key]
 
-    def _assembled(
-        self, products: Sequence[Array], places: Sequence[tuple[Index, Index]], size: int
-    ) -> Array:
-        """(size, size) weighted products of the wanted columns and Y over all joints."""
-        total = np.zeros((size, size))
-        for weight, product, (there, here) in zip(self.weights, products, places, strict=True):
-            total[there[:, None], there] += weight**2 * product[here[:, None], here]
-        return total
+    def _beside(self, joint: int, base: Index, columns: Index) -> tuple[Remainder, Remainder]:
+        """What is left of columns and Y beside the base: on each training set, and on the rows of a joint that it left
+        out, where the base is taken out as the training set has it. All data are the last set, left out and not."""
+        known = self._base(base)
+        wanted = np.append(columns, self.observation.width)
+        cross = np.zeros((self.count, len(base), len(wanted)))
+        carrying: list[tuple[float, int]] = []
+        for row, own in enumerate(self.products):
+            if len(self._on_rows(row, columns)[0]):
+                weight = float(self.weights[row]) ** 2
+                carrying.append((weight, row))
+                on, at = self._on_rows(row, base)
+                cross[:, on] += weight * own[:, at[:, None], self._local[row, wanted]]
+        cross = _training(cross)
+        cross[:, :, -1] = known.target
+        scale = known.scale[:, :, None]
+        combination = np.asarray(np.linalg.solve(known.inner, cross / scale) / scale, float)
 
-    def _places(self, joint: int, wanted: Index) -> tuple[Index, Index]:
-        """Where the wanted columns of a joint, and Y behind them, stand among all wanted, and among the joint's."""
-        known = self.local[joint]
-        listed = [(place, known[column]) for place, column in enumerate(wanted.tolist()) if column in known]
-        there = np.array([*(place for place, _ in listed), len(wanted)], np.intp)
-        return there, np.array([*(source for _, source in listed), len(known)], np.intp)
+        def training(one: Index, other: Index) -> Array:
+            return _training(self._products(carrying, wanted[one], wanted[other]))
 
+        def left_out(one: Index, other: Index) -> Array:
+            found = self._products([(1.0, joint)], wanted[one], wanted[other])
+            return np.concatenate([found, found.sum(0, keepdims=True)])
 
-def _placed(products: Array, places: tuple[Index, Index], size: int) -> Array:
-    """(size, size) products of one joint's rows at their places among the wanted columns."""
-    placed = np.zeros((size, size))
-    there, here = places
-    placed[there[:, None], there] = products[here[:, None], here]
-    return placed
+        own = self.products[joint]
+        on, at = self._on_rows(joint, base)
+        taken = combination[:, on]
+        within = own[:, at[:, None], at]
+        beside = own[:, at[:, None], self._local[joint, wanted]]
+        within, beside = (np.concatenate([part, part.sum(0, keepdims=True)]) for part in (within, beside))
+        trained = Remainder(training, cross, combination)
+        trained = trained.aided(self.known) if self.known else trained
+        judged = Remainder(
+            left_out,
+            np.concatenate([beside, taken], axis=1),
+            np.concatenate([taken, beside - within @ taken], axis=1),
+        )
+        return trained, judged
+
+    def _products(self, joints: Sequence[tuple[float, int]], one: Index, other: Index) -> Array:
+        """(folds, …) weighted products of pairs of columns over the rows of some joints."""
+        found = np.zeros((self.count, *np.broadcast_shapes(one.shape, other.shape)))
+        for weight, joint in joints:
+            found += weight * self.products[joint][:, self._local[joint, one], self._local[joint, other]]
+        return found
+
+    def _on_rows(self, joint: int, wanted: Index) -> tuple[Index, Index]:
+        """Which of some columns stand on a joint's rows: their places among the wanted, and among the joint's."""
+        local = self._local[joint, wanted]
+        there = np.flatnonzero(local < self.products[joint].shape[1] - 1)
+        return there, local[there]
 
 
 @dataclass(frozen=True)
-class _Reduced:
-    """What is left of columns and Y beside the base: on the training set, and with the same combination on the test set."""
+class _Base:
+    """Base columns on each training set, all data being the last.
 
-    left: Array
-    """(c + 1, c + 1) Schur complement on the training set"""
-    size: Array
-    """(c,) power of each column before the elimination"""
-    judged: Array
-    """(c + 1, c + 1) the same combinations on the rows to be judged"""
-
-    @classmethod
-    def of(cls, products: Array, b: int, judged: Array) -> "_Reduced":
-        """From products [base, columns, Y] of a training set, the first `b` of them the base, and those to be judged."""
-        rest = products[b:, b:]
-        combination = base_within(products[:b, :b], products[:b, b:])
-        onto = np.vstack([-combination, np.eye(len(rest))])
-        return cls(rest - products[b:, :b] @ combination, np.diag(rest)[:-1], onto.T @ judged @ onto)
-
-    def aided(self, whole: "_Reduced", weight: float) -> "_Reduced":
-        """The same with some of what all data say of the columns added to the training set."""
-        return self if weight == 0 else replace(self, left=self.left + weight * whole.left)
-
-    def fit(self, option: Index, bounds: Admissible | None = None) -> tuple[Array, float]:
-        """Parameters of some columns, inside what they can be, and how much they lower the squared error of the
-        training set."""
-        values = np.zeros(len(option))
-        if not len(option):
-            return values, 0.0
-        power = np.diag(self.left)[option]
-        seen = power > DEPENDENT * np.maximum(self.size[option], 1e-300)
-        if not seen.any():
-            return values, 0.0
-        kept = option[seen]
-        scale = np.sqrt(power[seen])
-        inner = self.left[np.ix_(kept, kept)] / np.outer(scale, scale)
-        inner[np.diag_indices(len(kept))] += 1e-9
-        product = self.left[kept, -1] / scale
-        solved = np.asarray(np.linalg.solve(inner, product), np.float64)
-        if bounds is not None and len(bounds.lower) == len(option):
-            seen_bounds = bounds.of(seen, scale)
-            if seen_bounds.violation(solved) > 0:
-                solved = _inside(inner, product, solved, seen_bounds)
-        values[seen] = solved / scale
-        return values, float(2 * product @ solved - solved @ inner @ solved)
-
-    def error(self, option: Index, values: Array) -> float:
-        """Squared error on the judged rows with these parameters."""
-        whole = self.judged[-1, -1]
-        return float(whole - 2 * values @ self.judged[option, -1] + self.power(option, values))
-
-    def power(self, option: Index, values: Array) -> float:
-        """Squared norm of the columns' share on the judged rows with these parameters."""
-        return float(values @ self.judged[np.ix_(option, option)] @ values)
-
-
-def _inside(inner: Array, product: Array, free: Array, bounds: Admissible) -> Array:
-    """The admissible values with the least squared error, `free` being where it is least.
-
-    inner, product : WᵀW and WᵀY of the columns; one or two columns with a range each need no general solver, and they
-                     are most of the catalogue
+    inner  : (sets, b, b) WᵀW of the columns brought to unit norm
+    scale  : (sets, b) their norms
+    target : (sets, b) WᵀY
     """
-    if len(bounds.least) or len(free) > 2:
-        return nearest_admissible(np.asarray(np.linalg.cholesky(inner).T, float), free, bounds)
-    if len(free) == 1:
-        return np.clip(free, bounds.lower, bounds.upper)
-    tried = []
-    for held in range(2):
-        other = 1 - held
-        for bound in (bounds.lower[held], bounds.upper[held]):
-            if np.isfinite(bound):
-                values = np.full(2, bound)
-                best = (product[other] - inner[other, held] * bound) / inner[other, other]
-                values[other] = np.clip(best, bounds.lower[other], bounds.upper[other])
-                tried.append(values)
-    return max(tried, key=lambda values: float(2 * product @ values - values @ inner @ values))
+
+    inner: Array
+    scale: Array
+    target: Array
+
+
+def _training(products: Array) -> Array:
+    """(folds + 1, …) products of each training set, from those of the folds (folds, …); of all data last."""
+    whole = products.sum(0)
+    return np.concatenate([whole - products, whole[None]])
 
 
 def base_within(base: Array, others: Array) -> Array:

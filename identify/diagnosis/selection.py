@@ -36,6 +36,8 @@ KNOWN = 0.05
 tells nothing of parameters that a change of load would tell, and a guess at them is no prediction."""
 WAITING = 0.5
 """Part of the strongest joint's drop below which another joint waits for the next round."""
+ROUNDING = 1e-9
+"""Of the squared error: less is no gain but rounding, of columns whose values cannot be other than zero."""
 PAIRED = 10
 """Best candidates of which all pairs are tried when no single one is justified."""
 
@@ -114,7 +116,7 @@ class Selection:
         findings = []
         for candidate, fared, agrees in zip(listed, after, agree, strict=True):
             p_value, estimated = 1.0, None
-            if fared.total < before.total:
+            if fared.total < before.total * (1 - ROUNDING):
                 p_value, estimated = self._possible_evidence(joint, base, candidate, fared.variant)
                 p_value = min(1.0, p_value * candidate.searched * self._tried(joint))
             complexity = candidate.complexity(self.observation, fared.variant)
@@ -166,22 +168,23 @@ class Selection:
 
     def _possible_evidence(
         self, joint: int, base: Index, candidate: Candidate, variant: int
-    ) -> tuple[float, GroupEvidence]:
+    ) -> tuple[float, GroupEvidence | None]:
         """Evidence of a candidate for values that it can have, and its estimates; what wants to be outside explains
-        nothing."""
+        nothing, and there are no estimates where all of it does."""
         extra = np.setdiff1d(candidate.columns(self.observation, variant), base)
-        evidence = group_evidence(self.observation, joint, base, extra)
-        outside = candidate.outside(evidence.estimates, variant)
-        if outside.all():
-            return 1.0, evidence
-        if outside.any():
-            inside = group_evidence(self.observation, joint, base, extra[~outside])
-            if len(inside.estimates) == int((~outside).sum()):
-                estimates, deviations = np.zeros(len(outside)), np.zeros(len(outside))
-                estimates[~outside], deviations[~outside] = inside.estimates, inside.deviations
-                evidence = GroupEvidence(inside.p_value, estimates, deviations)
-            return inside.p_value, evidence
-        return evidence.p_value, evidence
+        inside = np.ones(len(extra), bool)
+        while inside.any():
+            evidence = group_evidence(self.observation, joint, base, extra[inside])
+            if len(evidence.estimates) != int(inside.sum()):
+                # not all of its columns are on the joint's rows: nothing is known of what these can be
+                return evidence.p_value, evidence if inside.all() else None
+            estimates, deviations = np.zeros(len(extra)), np.zeros(len(extra))
+            estimates[inside], deviations[inside] = evidence.estimates, evidence.deviations
+            outside = candidate.outside(estimates, variant) & inside
+            if not outside.any():
+                return evidence.p_value, GroupEvidence(evidence.p_value, estimates, deviations)
+            inside &= ~outside
+        return 1.0, None
 
     def _seen_with_instruments(self, joint: int, findings: list[Finding]) -> list[Finding]:
         """The findings with what instruments say of those made of derivatives that the evidence would call missing."""

@@ -145,10 +145,6 @@ class Effect(ABC):
         """
         return None
 
-    def plausible(self, values: Array) -> bool:
-        """Whether estimates of the parameters, (parameters,), have the signs that the physics asks for."""
-        return True
-
     def formulas(self, constants: Constants) -> tuple[str, ...] | None:
         """The columns as formulas of the state, for code that runs without this library; None where there are none.
 

@@ -56,9 +56,6 @@ class Presliding(Effect):
             Relation(level, 0.0, "no more friction builds up after a reversal than there is dry friction"),
         )
 
-    def plausible(self, values: Array) -> bool:
-        return bool(values[0] > 0)
-
     def state_after(self, state: Array, travel: Array, constants: Constants) -> Array:
         heading = np.sign(travel)
         fading = np.exp(-np.abs(travel) / constants["presliding_distance"])

@@ -1,6 +1,6 @@
 """What the effects of one block of motion share, and the columns that they make of it."""
 
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -32,6 +32,18 @@ class Slot:
     def values(self) -> dict[str, float]:
         """The constants by name."""
         return dict(self.constants)
+
+    @property
+    def follows_fit(self) -> bool:
+        """Whether its columns depend on what was fitted; otherwise on the motion alone."""
+        effect = self.term.effect
+        return (effect.uses_load or effect.uses_torque) and not effect.known_beforehand
+
+    @property
+    def name(self) -> tuple[Hashable, ...]:
+        """What tells it from other slots on one record."""
+        effect = self.term.effect
+        return type(effect), effect.name, self.term.joint, self.constants
 
 
 @dataclass(frozen=True)
@@ -115,15 +127,20 @@ class JointContext:
             motor_share=float(body.shares[joint, owner]),
             inertial=self.inertial[joint],
             memory=self.memory,
-            load_slope_of=lambda: body.load_slope(joint, chi, payload, block.q, block.dq, block.ddq),
-            gravity_gradient_of=lambda: body.gravity_gradient(joint, chi, payload, block.q),
+            load_slope_of=lambda: self.prepared.load_slope(joint, chi),
+            gravity_gradient_of=lambda: self.prepared.gravity_gradient(joint, chi),
             payload_gradient_of=lambda: body.payload_gradient(joint, payload, block.q, block.dq, block.ddq),
             payload_columns_of=lambda: body.payload_columns(joint, block.q, block.dq, block.ddq),
         )
 
 
-def contexts(record: Record, entry: SessionEntry, fitted: FittedTorque | None) -> Iterator[JointContext]:
-    """The blocks of a session with everything that columns are made of."""
+def contexts(
+    record: Record, entry: SessionEntry, fitted: FittedTorque | None, with_torque: bool = True
+) -> Iterator[JointContext]:
+    """The blocks of a session with everything that columns are made of.
+
+    with_torque : whether an effect will look at the whole torque of the fitted model, friction included
+    """
     memory = BlockMemory()
     segment = -1
     session = [declared.file for declared in record.experiment.sessions].index(entry.file)
@@ -136,7 +153,7 @@ def contexts(record: Record, entry: SessionEntry, fitted: FittedTorque | None) -
         if fitted is not None:
             load = record.body.load(prepared.inertial, fitted.chi, prepared.known)
         context = JointContext(prepared, entry, session, start, before, load, load, memory, record, fitted)
-        if fitted is not None:
+        if fitted is not None and with_torque:
             context.torque = model_torque(context, fitted)
             context._views.clear()
         yield context

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.estimation.context import FittedTorque, JointContext, Slot, contexts, slot_rows
+from identify.estimation.context import FittedTorque, JointContext, Slot, contexts, rows_of
 from identify.estimation.record import Record
 from identify.estimation.reversal_noise import ReversalNoise, dry_friction
 from identify.recording import SessionEntry
@@ -74,9 +74,10 @@ def decimated_rows(
     reversals : weigh samples by what is not known of the instants of reversal; all samples alike if not given
     """
     samples = record.samples[entry.file]
+    columns = _Columns(record, entry, slots)
     done = 0
-    for context in contexts(record, entry, fitted):
-        rows, table = block_rows(context, slots)
+    for number, context in enumerate(contexts(record, entry, fitted, columns.with_torque)):
+        rows, table = columns.rows(number, context)
         if reversals is not None:
             dry = dry_friction(context, fitted)
             rows = [
@@ -88,24 +89,59 @@ def decimated_rows(
             samples.time[done : done + count], rows, samples.moving[done : done + count], table
         )
         done += count
+    columns.hold()
 
 
-def block_rows(context: JointContext, slots: Sequence[Slot]) -> tuple[list[Array], ColumnTable]:
-    """For every joint its decimated rows [W Y tau]."""
-    record, prepared = context.record, context.prepared
-    parts: list[list[Array]] = [[] for _ in range(record.joints)]
-    slots_of_joints: list[list[int]] = [[] for _ in range(record.joints)]
-    widths: list[int] = []
-    for index, slot in enumerate(slots):
-        width = 0
-        for joint, columns in slot_rows(context, slot):
-            parts[joint].append(columns)
-            slots_of_joints[joint].append(index)
-            width = columns.shape[1]
-        widths.append(width)
-    rows = []
-    for joint, columns_of_effects in enumerate(parts):
-        effects = [prepared.block.decimate(np.hstack(columns_of_effects))] if columns_of_effects else []
-        measured = prepared.measured_rows[:, [joint, record.joints + joint]]
-        rows.append(np.hstack([prepared.inertial_rows[joint], *effects, measured]))
-    return rows, ColumnTable.of(record, widths, slots_of_joints)
+class _Columns:
+    """The decimated columns of some slots over one pass of a session.
+
+    Those that depend on the motion alone are taken from the record where it holds them, and given to it at the end of the
+    pass: a search passes over the samples some ten times, and most of its candidates are such.
+    """
+
+    def __init__(self, record: Record, entry: SessionEntry, slots: Sequence[Slot]) -> None:
+        self._record, self._file, self._slots = record, entry.file, slots
+        self._on_rows = [rows_of(record, slot.term) for slot in slots]
+        self._held: dict[tuple[int, int], list[Array]] = {}
+        self._new: dict[tuple[int, int], list[Array]] = {}
+        for index, (slot, joints) in enumerate(zip(slots, self._on_rows, strict=True)):
+            for joint in () if slot.follows_fit else joints:
+                held = record.held_columns(entry.file, slot.name, joint)
+                if held is None:
+                    self._new[index, joint] = []
+                else:
+                    self._held[index, joint] = held
+        self.with_torque = any(slot.term.effect.uses_torque for slot in slots)
+
+    def rows(self, number: int, context: JointContext) -> tuple[list[Array], ColumnTable]:
+        """For every joint its rows [W Y tau] of the block with this number."""
+        prepared, joints = context.prepared, self._record.joints
+        fresh: list[list[tuple[int, Array]]] = [[] for _ in range(joints)]
+        known: list[dict[int, Array]] = [{} for _ in range(joints)]
+        for index, (slot, on) in enumerate(zip(self._slots, self._on_rows, strict=True)):
+            for joint in on:
+                if (index, joint) in self._held:
+                    known[joint][index] = self._held[index, joint][number]
+                else:
+                    columns = slot.term.effect.columns(context.motion(joint, slot.term.joint), slot.values)
+                    fresh[joint].append((index, columns))
+        rows, widths = [], [0] * len(self._slots)
+        for joint, own in enumerate(fresh):
+            if own:
+                filtered = prepared.block.decimate(np.hstack([columns for _, columns in own]))
+                ends = np.cumsum([columns.shape[1] for _, columns in own])
+                parts = np.split(filtered, ends[:-1], axis=1)
+                known[joint].update((index, part) for (index, _), part in zip(own, parts, strict=True))
+            for index in sorted(known[joint]):
+                widths[index] = known[joint][index].shape[1]
+                if (index, joint) in self._new:
+                    self._new[index, joint].append(known[joint][index].copy())
+            effects = [known[joint][index] for index in sorted(known[joint])]
+            measured = prepared.measured_rows[:, [joint, joints + joint]]
+            rows.append(np.hstack([prepared.inertial_rows[joint], *effects, measured]))
+        return rows, ColumnTable.of(self._record, widths, [sorted(own) for own in known])
+
+    def hold(self) -> None:
+        """Give the record what was computed for the first time."""
+        for (index, joint), blocks in self._new.items():
+            self._record.hold_columns(self._file, self._slots[index].name, joint, blocks)

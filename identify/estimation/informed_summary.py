@@ -10,9 +10,6 @@ from identify.estimation.fitted_model import FittedModel
 from identify.estimation.position_lines import position_lines
 from identify.estimation.prediction import Prediction, predict_sessions
 
-POSTURES = 50
-"""Every so many samples one posture is looked at for the smallest inertia of a joint."""
-
 
 def joint_predictions(fitted: FittedModel) -> list[list[Prediction]]:
     """For every joint its predictions in the sessions of the fit."""
@@ -25,17 +22,16 @@ def informed_summaries(
 ) -> list[JointSummary]:
     """The joints' summaries with the range of the fitted torque, the own inertia, and the lines over position."""
     record = fitted.record
-    postures = np.vstack([record.samples[entry.file].q[::POSTURES] for entry in fitted.entries])
+    inertias = record.own_inertias(fitted.entries, fitted.torque.chi)
     informed = []
     for summary, parts in zip(record.summaries, predictions, strict=True):
         torque = np.concatenate([part.predicted for part in parts])
-        inertia = record.body.own_inertia(summary.joint, fitted.torque.chi, postures)
         lines = position_lines(parts, summary, record.settings.decimation_cutoff)
         informed.append(
             replace(
                 summary,
                 load_range=(float(torque.min()), float(torque.max())),
-                own_inertia=max(0.0, inertia),
+                own_inertia=max(0.0, inertias[summary.joint]),
                 position_lines=lines.torque,
                 load_lines=lines.gain,
                 line_width=lines.width,

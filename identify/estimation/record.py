@@ -1,7 +1,7 @@
 """The record of an experiment: its sessions, the signal settings chosen, each joint summarised."""
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from identify.effects.model import coupled_motors
 from identify.effects.motion import JointSummary
 from identify.estimation.executor import chosen_executor
-from identify.estimation.rigid_body import RigidBody
+from identify.estimation.rigid_body import AlongParameters, RigidBody
 from identify.recording import Experiment, InputError, Session, SessionEntry
 from identify.signals import MotionBlock, SignalSettings, choose_signal_settings, motion_blocks
 from identify.signals.position_noise import SAMPLES, position_rounding, position_step
@@ -35,6 +35,9 @@ parameter gets better"""
 
 REST_SPEED = 2e-3
 """part of the top speed below which a joint may be at rest"""
+
+POSTURES = 50
+"""Every so many samples one posture is looked at for the smallest inertia of a joint."""
 
 LARGEST_HELD = 128 << 20
 """bytes of filtered motion and regressor held between passes; what a longer record needs more is computed again"""
@@ -82,6 +85,8 @@ class PreparedBlock:
     def __init__(self, block: MotionBlock, body: RigidBody, entry: SessionEntry, drive_gain: Array) -> None:
         self.block = block
         self._body, self._entry, self._drive_gain = body, entry, drive_gain
+        self._slopes: dict[int, AlongParameters] = {}
+        self._tilts: dict[int, tuple[AlongParameters, ...]] = {}
 
     @cached_property
     def torque(self) -> Array:
@@ -109,6 +114,21 @@ class PreparedBlock:
         """(M, 2 n) filtered and decimated: Y (torque less the known load) of every joint, then tau."""
         return self.block.decimate(np.hstack([self.torque - self.known, self.torque]))
 
+    def load_slope(self, joint: int, chi: Array) -> Array:
+        """(N,): derivative of the load of a joint over its own position, for base parameters chi."""
+        if joint not in self._slopes:
+            block = self.block
+            self._slopes[joint] = self._body.slope_columns(
+                joint, self._entry.payload, block.q, block.dq, block.ddq
+            )
+        return self._slopes[joint].at(chi)
+
+    def gravity_gradient(self, joint: int, chi: Array) -> Array:
+        """(N, 2): torque per m/s² of gravity along two directions across the declared one."""
+        if joint not in self._tilts:
+            self._tilts[joint] = self._body.gravity_columns(joint, self._entry.payload, self.block.q)
+        return np.column_stack([each.at(chi) for each in self._tilts[joint]])
+
 
 class _ByFile(dict[str, Samples]):
     """Samples of a session, decimated when first asked for."""
@@ -135,6 +155,8 @@ class Record:
     _gathered: dict[str, tuple[Samples, Array, Array]] = field(default_factory=dict)
     _held: dict[str, list[PreparedBlock]] = field(default_factory=dict)
     _held_bytes: int = 0
+    _columns: dict[tuple[str, Hashable, int], list[Array]] = field(default_factory=dict)
+    _inertias: dict[tuple[str, ...], list[AlongParameters]] = field(default_factory=dict)
     instruments: "Record | None" = field(default=None, repr=False)
     """the same record with positions that disturbances do not reach, once somebody asked for it"""
     _token: str = field(default_factory=lambda: os.urandom(16).hex())
@@ -199,7 +221,8 @@ class Record:
         self.facts(entry)
         session = self.session(entry)
         rows = len(session.time) // self.settings.stride(session.sampling_period)
-        cost = 8 * rows * (8 * self.joints + int(self.body.base.acts.sum()))
+        # motion, inertial columns, their slopes, and two directions of tilt
+        cost = 8 * rows * (8 * self.joints + 4 * int(self.body.base.acts.sum()))
         hold = self._held_bytes + cost <= LARGEST_HELD
         held: list[PreparedBlock] = []
         empty = True
@@ -218,6 +241,17 @@ class Record:
             self._held[entry.file] = held
             self._held_bytes += cost
 
+    def held_columns(self, file: str, name: Hashable, joint: int) -> list[Array] | None:
+        """What `hold_columns` was given; None where nothing is held."""
+        return self._columns.get((file, name, joint))
+
+    def hold_columns(self, file: str, name: Hashable, joint: int, blocks: list[Array]) -> None:
+        """Hold decimated columns on a joint's rows of a session, block by block, while all that is held is small."""
+        cost = sum(block.nbytes for block in blocks)
+        if file in self._held and self._held_bytes + cost <= LARGEST_HELD:
+            self._columns[file, name, joint] = blocks
+            self._held_bytes += cost
+
     def started(self, entry: SessionEntry) -> float:
         """s of recorded motion before this session, all sessions in the order of the experiment."""
         before = 0.0
@@ -226,6 +260,14 @@ class Record:
                 return before
             before += self.facts(other).duration
         return before
+
+    def own_inertias(self, entries: Sequence[SessionEntry], chi: Array) -> list[float]:
+        """Of each joint the smallest torque per acceleration over the postures of some sessions, for base parameters chi."""
+        files = tuple(entry.file for entry in entries)
+        if files not in self._inertias:
+            postures = np.vstack([self.samples[file].q[::POSTURES] for file in files])
+            self._inertias[files] = [self.body.inertia_columns(j, postures) for j in range(self.joints)]
+        return [float(np.min(each.at(chi))) for each in self._inertias[files]]
 
     @cached_property
     def position_resolution(self) -> Array:

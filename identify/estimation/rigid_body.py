@@ -28,6 +28,22 @@ exact.
 
 
 @dataclass(frozen=True)
+class AlongParameters:
+    """A course that is linear in the base parameters: known + columns @ chi[acts], (N,).
+
+    It depends on the motion alone, so that it is computed once, whatever is fitted.
+    """
+
+    acts: NDArray[np.bool_]
+    columns: Array
+    known: Array
+
+    def at(self, chi: Array) -> Array:
+        """(N,) for base parameters chi, (b,)."""
+        return self.columns @ chi[self.acts] + self.known
+
+
+@dataclass(frozen=True)
 class RigidBody:
     """Geometry, base parameters and payloads of an experiment."""
 
@@ -74,24 +90,28 @@ class RigidBody:
             load[:, joint] += inertial @ chi[self.base.acts[joint]]
         return load
 
-    def load_slope(self, joint: int, chi: Array, payload: Payload, q: Array, dq: Array, ddq: Array) -> Array:
-        """(N,): derivative of the load of a joint over its own position."""
-        loads = []
+    def slope_columns(self, joint: int, payload: Payload, q: Array, dq: Array, ddq: Array) -> AlongParameters:
+        """Derivative of the load of a joint over its own position, (N,)."""
+        ends = []
         for step in (POSITION_STEP, -POSITION_STEP):
             moved = q.copy()
             moved[:, joint] += step
-            load = self.base.joint_columns(joint, moved, dq, ddq) @ chi[self.base.acts[joint]]
-            loads.append(load + self.known_load(payload, moved, dq, ddq, None)[:, joint])
-        return (loads[0] - loads[1]) / (2 * POSITION_STEP)
+            known = self.known_load(payload, moved, dq, ddq, None)[:, joint]
+            ends.append((self.base.joint_columns(joint, moved, dq, ddq), known))
+        (columns, known), (columns_before, known_before) = ends
+        return AlongParameters(
+            self.base.acts[joint],
+            (columns - columns_before) / (2 * POSITION_STEP),
+            (known - known_before) / (2 * POSITION_STEP),
+        )
 
-    def own_inertia(self, joint: int, chi: Array, q: Array) -> float:
-        """Smallest torque per acceleration of a joint over some postures q (N, n), without payload."""
+    def inertia_columns(self, joint: int, q: Array) -> AlongParameters:
+        """Torque per acceleration of a joint at some postures q (N, n), without payload."""
         still, moved = np.zeros(q.shape), np.zeros(q.shape)
         moved[:, joint] = 1.0
-        columns = self.base.joint_columns(joint, q, still, moved) - self.base.joint_columns(
-            joint, q, still, still
-        )
-        return float(np.min(columns @ chi[self.base.acts[joint]]))
+        columns = self.base.joint_columns(joint, q, still, moved)
+        columns = columns - self.base.joint_columns(joint, q, still, still)
+        return AlongParameters(self.base.acts[joint], columns, np.zeros(len(q)))
 
     def axis_along_gravity(self, joint: int) -> bool:
         """Whether gravity, as declared, makes no torque on the joint (a vertical axis at the base, a
@@ -108,27 +128,31 @@ class RigidBody:
             not np.any(np.abs(inertial) > 1e-9) for inertial in self.base.columns_of_joints(q, still, still)
         ]
 
-    def gravity_gradient(self, joint: int, chi: Array, payload: Payload, q: Array) -> Array:
-        """(N, 2): torque per m/s² of gravity along two directions across the declared one.
+    def gravity_columns(self, joint: int, payload: Payload, q: Array) -> tuple[AlongParameters, ...]:
+        """Torque per m/s² of gravity along two directions across the declared one, (N,) each.
 
         Where gravity makes no torque on the joint its first moments are not among the base parameters; then a
         tilt shows as an unknown multiple of cos q and sin q.
         """
+        nothing = np.zeros(len(self.base), bool)
+        none = np.zeros((len(q), 0))
         if self.base.geometry.prismatic[joint] and self.axis_along_gravity(joint):
-            return np.ones((len(q), 2))  # a tilted slide feels a constant force, as the offset does
+            # a tilted slide feels a constant force, as the offset does
+            return (AlongParameters(nothing, none, np.ones(len(q))),) * 2
         if self.axis_along_gravity(joint):
-            return np.column_stack([np.cos(q[:, joint]), np.sin(q[:, joint])])
+            waves = np.cos(q[:, joint]), np.sin(q[:, joint])
+            return tuple(AlongParameters(nothing, none, wave) for wave in waves)
         still = np.zeros(q.shape)
         further = self.base.independent // PARAMETERS_PER_JOINT >= joint
-        torques = []
+        found = []
         for direction in across(self.base.geometry.gravity):
             tilted = replace(self.base.geometry, gravity=direction)
             base = replace(self.base, geometry=tilted, acts=np.tile(further, (self.joints, 1)))
-            torque = base.joint_columns(joint, q, still, still) @ chi[further]
+            known = np.zeros(len(q))
             if payload.mass > 0:
-                torque = torque + payload_torque(tilted, payload, q, still, still)[:, joint]
-            torques.append(torque)
-        return np.column_stack(torques)
+                known = payload_torque(tilted, payload, q, still, still)[:, joint]
+            found.append(AlongParameters(further, base.joint_columns(joint, q, still, still), known))
+        return tuple(found)
 
     def payload_columns(self, joint: int, q: Array, dq: Array, ddq: Array) -> Array:
         """(N, 10): torque of a joint per unit of each link parameter of a body on the last link."""

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
-from identify.diagnosis.held_out import _inside
+from identify.diagnosis.option_fits import Remainder, fit_options
 from identify.effects.admissible import Admissible
 from identify.estimation.constrained import nearest_admissible
 
@@ -32,14 +32,26 @@ def test_the_values_are_those_of_a_bounded_least_squares(seed, count):
 
 
 @settings(max_examples=60, deadline=None)
-@given(seed=st.integers(0, 10_000), count=st.integers(1, 2))
-def test_one_or_two_columns_need_no_general_solver(seed, count):
-    columns, target, bounds = problem(seed, count)
-    inner, product = columns.T @ columns, columns.T @ target
-    free = np.linalg.solve(inner, product)
-    if bounds.violation(free) > 0:
-        expected = lsq_linear(columns, target, (bounds.lower, bounds.upper), method="bvls").x
-        np.testing.assert_allclose(_inside(inner, product, free, bounds), expected, atol=1e-6)
+@given(seed=st.integers(0, 10_000), count=st.integers(1, 5), options=st.integers(1, 4))
+def test_many_options_fitted_at_once_are_bounded_least_squares_each(seed, count, options):
+    columns, target, _ = problem(seed, count * options)
+    limits = [problem(seed + 1 + index, count)[2] for index in range(options)]
+    rows = np.column_stack([columns, target])
+    products = rows.T @ rows
+    nothing = np.zeros((1, 0, len(products)))
+    whole = Remainder(lambda one, other: products[one, other][None], nothing, nothing)
+    places = [np.arange(count) + count * index for index in range(options)]
+    found = fit_options(whole, whole, places, limits)
+    for index, own in enumerate(places):
+        expected = lsq_linear(
+            columns[:, own], target, (limits[index].lower, limits[index].upper), method="bvls"
+        )
+        np.testing.assert_allclose(found.error[0, index], 2 * expected.cost, rtol=1e-6)
+        np.testing.assert_allclose(
+            found.gain[0, index], target @ target - 2 * expected.cost, rtol=1e-6, atol=1e-6
+        )
+        share = columns[:, own] @ expected.x
+        np.testing.assert_allclose(found.power[0, index], share @ share, rtol=1e-4, atol=1e-6)
 
 
 def test_a_relation_between_parameters_holds_and_costs_the_least():

@@ -1,0 +1,202 @@
+"""Many small least-squares problems at once: every choice of a candidate's columns, on every training set.
+
+A diagnosis asks some ten thousand of them, of one to three unknowns mostly. They are solved together, grouped by their
+number of columns; only those whose estimate is outside of what the parameters can be are looked at one by one.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.effects.admissible import Admissible
+from identify.estimation.constrained import nearest_admissible
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+DEPENDENT = 1e-6
+"""A candidate column of whose power less than this is left beside the base adds nothing that could be seen."""
+INNER_RIDGE = 1e-9
+"""of unit columns; two columns of one effect may be one to the last digit"""
+
+
+class OptionFits(NamedTuple):
+    """Of every set and option, (sets, options) each.
+
+    gain  : how much the option lowers the squared error of its training set
+    error : squared error on the judged rows with its estimates
+    power : squared norm of the option's share there
+    """
+
+    gain: Array
+    error: Array
+    power: Array
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """Products of what is left of columns and Y beside a base, on several sets of rows; of some pairs, when asked.
+
+    A candidate needs the products among its own columns only, which are few, and not those with all other candidates'.
+
+    products : (sets, …) of pairs of columns before anything is taken out, from two arrays of their places; Y is place −1
+    one, other : (sets, m, c + 1) what is taken out of the product of i and j is the sum over m of one[i] · other[j]
+    aid      : part of the last set's products that is added to the others'
+    """
+
+    products: Callable[[Index, Index], Array]
+    one: Array
+    other: Array
+    aid: float = 0.0
+
+    def aided(self, part: float) -> "Remainder":
+        """The same with some of what the last set says added to all others."""
+        return replace(self, aid=part)
+
+    def size(self, places: Index) -> Array:
+        """(sets, options, k) power of columns before the base is taken out."""
+        return self.products(places, places)
+
+    def within(self, places: Index) -> Array:
+        """(sets, options, k, k) among the columns of each option; places: (options, k)."""
+        found = self.products(places[:, :, None], places[:, None, :])
+        one, other = (each[:, :, places].transpose(0, 2, 3, 1) for each in (self.one, self.other))
+        return self._with_aid(found - one @ other.swapaxes(2, 3))
+
+    def with_target(self, places: Index) -> Array:
+        """(sets, options, k) of the columns of each option with Y."""
+        found = self.products(places, np.array(-1))
+        return self._with_aid(found - np.einsum("smvk,sm->svk", self.one[:, :, places], self.other[:, :, -1]))
+
+    def target(self) -> Array:
+        """(sets,) of Y with itself."""
+        taken = np.einsum("sm,sm->s", self.one[:, :, -1], self.other[:, :, -1])
+        return self._with_aid(self.products(np.array(-1), np.array(-1)) - taken)
+
+    def _with_aid(self, found: Array) -> Array:
+        if self.aid:
+            found[:-1] += self.aid * found[-1]
+        return found
+
+
+def fit_options(
+    trained: Remainder, judged: Remainder, options: Sequence[Index], bounds: Sequence[Admissible | None]
+) -> OptionFits:
+    """Fit each option's columns on each training set, inside what its parameters can be, and judge it elsewhere.
+
+    trained : on the training sets
+    judged  : the same combinations on the rows to be judged
+    options : of each the places of its columns
+    bounds  : of each what its parameters can be; None, or of another number of parameters: anything
+    """
+    alone = judged.target()
+    gain = np.zeros((len(alone), len(options)))
+    error = np.repeat(alone[:, None], len(options), axis=1)
+    power = np.zeros_like(gain)
+    counts = np.array([len(option) for option in options])
+    for width in np.unique(counts[counts > 0]):
+        chosen = np.flatnonzero(counts == width)
+        places = np.array([options[index] for index in chosen])
+        problem = _Problem.of(trained, places)
+        values = problem.solved([bounds[index] for index in chosen])
+        gain[:, chosen] = problem.gain(values)
+        values = values / problem.scale
+        power[:, chosen] = np.einsum("fvi,fvij,fvj->fv", values, judged.within(places), values)
+        error[:, chosen] += power[:, chosen] - 2 * np.einsum(
+            "fvi,fvi->fv", values, judged.with_target(places)
+        )
+    return OptionFits(gain, error, power)
+
+
+class _Problem(NamedTuple):
+    """Options of one number of columns k: unit columns, those that are not seen beside the base set to nothing.
+
+    inner   : (sets, options, k, k)
+    product : (sets, options, k)
+    scale   : (sets, options, k) norms of the columns
+    seen    : (sets, options, k)
+    """
+
+    inner: Array
+    product: Array
+    scale: Array
+    seen: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, trained: Remainder, places: Index) -> "_Problem":
+        inner = trained.within(places)
+        diagonal = np.arange(places.shape[1])
+        power = inner[:, :, diagonal, diagonal]
+        seen = power > DEPENDENT * np.maximum(trained.size(places), 1e-300)
+        scale = np.sqrt(np.where(seen, power, 1.0))
+        inner = inner / (scale[..., :, None] * scale[..., None, :])
+        inner *= seen[..., :, None] & seen[..., None, :]
+        inner[:, :, diagonal, diagonal] = 1.0 + INNER_RIDGE * seen
+        product = np.where(seen, trained.with_target(places) / scale, 0.0)
+        return cls(inner, product, scale, seen)
+
+    def gain(self, values: Array) -> Array:
+        """(sets, options) how much values of the unit columns lower the squared error."""
+        return np.asarray(
+            2 * np.einsum("fvi,fvi->fv", self.product, values)
+            - np.einsum("fvi,fvij,fvj->fv", values, self.inner, values)
+        )
+
+    def solved(self, bounds: Sequence[Admissible | None]) -> Array:
+        """(sets, options, k) values of the unit columns with the least squared error inside what they can be."""
+        width = self.product.shape[2]
+        if width == 1:
+            values = self.product / self.inner[..., 0]
+        else:
+            values = np.asarray(np.linalg.solve(self.inner, self.product[..., None])[..., 0], float)
+        known = [None if each is None or len(each.lower) != width else each for each in bounds]
+        lower = np.array([np.full(width, -np.inf) if each is None else each.lower for each in known])
+        upper = np.array([np.full(width, np.inf) if each is None else each.upper for each in known])
+        low, high = (
+            np.where(self.seen, own * self.scale, free) for own, free in ((lower, -np.inf), (upper, np.inf))
+        )
+        outside = np.any((values < low) | (values > high), axis=2)
+        related = np.array([each is not None and len(each.least) > 0 for each in known])
+        for option in np.flatnonzero(related):
+            relations = known[option]
+            assert relations is not None  # it has some
+            reached = (values[:, option] / self.scale[:, option]) @ relations.matrix.T
+            outside[:, option] |= np.any(reached < relations.least, axis=1)
+        plain = outside & ~related
+        if width == 1:
+            values[plain] = np.clip(values, low, high)[plain]
+        elif width == 2 and plain.any():
+            values[plain] = _on_an_edge(self.inner[plain], self.product[plain], low[plain], high[plain])
+        else:
+            related[:] = True
+        for place, option in zip(*np.nonzero(outside & related), strict=True):
+            admissible = known[option]
+            assert admissible is not None  # it is outside of something
+            seen = self.seen[place, option]
+            own = admissible.of(seen, self.scale[place, option, seen])
+            inner = self.inner[place, option][np.ix_(seen, seen)]
+            factor = np.asarray(np.linalg.cholesky(inner).T, float)
+            values[place, option, seen] = nearest_admissible(factor, values[place, option, seen], own)
+        return values
+
+
+def _on_an_edge(inner: Array, product: Array, lower: Array, upper: Array) -> Array:
+    """(problems, 2) the least squared error of two unknowns with a range each, of problems whose least is outside."""
+    best = np.full(len(inner), -np.inf)
+    found = np.zeros((len(inner), 2))
+    for held in range(2):
+        other = 1 - held
+        for bound in (lower[:, held], upper[:, held]):
+            at = np.where(np.isfinite(bound), bound, 0.0)
+            values = np.empty_like(found)
+            values[:, held] = at
+            free = (product[:, other] - inner[:, other, held] * at) / inner[:, other, other]
+            values[:, other] = np.clip(free, lower[:, other], upper[:, other])
+            gain = 2 * np.einsum("vi,vi->v", product, values)
+            gain -= np.einsum("vi,vij,vj->v", values, inner, values)
+            better = np.isfinite(bound) & (gain > best)
+            best[better], found[better] = gain[better], values[better]
+    return found
