@@ -97,8 +97,8 @@ def fit_options(
     error = np.repeat(alone[:, None], len(options), axis=1)
     power = np.zeros_like(gain)
     counts = np.array([len(option) for option in options])
-    for width in np.unique(counts[counts > 0]):
-        chosen = np.flatnonzero(counts == width)
+    for width in sorted(set(counts.tolist()) - {0}):
+        chosen = [index for index, count in enumerate(counts.tolist()) if count == width]
         places = np.array([options[index] for index in chosen])
         problem = _Problem.of(trained, places)
         values = problem.solved([bounds[index] for index in chosen])
