@@ -23,3 +23,11 @@ Cluster = Annotated[
     str | None,
     typer.Option(help="a Dask scheduler whose workers are used instead (tcp://host:8786; extra 'dask')"),
 ]
+
+JudgeMotion = Annotated[
+    bool,
+    typer.Option(
+        "--motion",
+        help="also predict motion a second ahead where the fit did not see, and say of each effect whether that gets worse",
+    ),
+]

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 from identify.results.diagnosis import DiagnosisDocument
 from identify.results.improvement import ImprovementDocument
+from identify.results.unseen_motion import JointUnseenMotion, UnseenMotionErrors
 
 SHOWN = 6
 """candidates shown for each joint; --json has all"""
@@ -47,6 +48,9 @@ def _diagnosis_lines(document: DiagnosisDocument) -> Iterator[str]:
             yield f"  {row.share_of_error:.0%} of the squared error lies at {row.variable} {where}"
         if joint.superfluous:
             yield f"  terms that do not help: {', '.join(joint.superfluous)}"
+    for own in document.motion or ():
+        yield ""
+        yield f"with {own.effect}@{own.joint}: {motion_text(own.motion)}"
 
 
 def improvement_text(document: ImprovementDocument) -> str:
@@ -58,8 +62,23 @@ def improvement_text(document: ImprovementDocument) -> str:
         checked = step.relative_error_validation
         validation = "" if checked is None else f", on the validation sessions {_percent(checked)}"
         lines.append(f"  {number}. {name:40s} {_percent(step.relative_error):>8s}{validation}")
+        if step.motion is not None:
+            lines.append(f"     {motion_text(step.motion)}")
     lines.append(f"Verdict: {document.verdict}.")
     return "\n".join(lines)
+
+
+def motion_text(motion: UnseenMotionErrors) -> str:
+    """How well motion is predicted that the fit did not see, and what got worse."""
+    text = f"{motion.horizon:g} s ahead on unseen motion: {', '.join(map(_motion_of_joint, motion.joints))}"
+    if motion.worse:
+        text += f"; it helps the torque and hurts the motion of {', '.join(motion.worse)}"
+    return text
+
+
+def _motion_of_joint(own: JointUnseenMotion) -> str:
+    before = "" if own.position_rms_before is None else f"{own.position_rms_before:.3g} → "
+    return f"{own.joint} {before}{'–' if own.position_rms is None else f'{own.position_rms:.3g}'} {own.unit}"
 
 
 def _percent(value: float | None) -> str:

@@ -27,6 +27,22 @@ def _lines(document: SimulationDocument) -> Iterator[str]:
         )
         for joint in errors.joints:
             yield _row(joint, beside)
+    if document.unseen is not None:
+        where = (
+            "validation sessions"
+            if document.unseen.unseen == "validation"
+            else "stretches left out of the fit"
+        )
+        yield ""
+        yield f"{document.unseen.horizon:g} s ahead where the fit did not see ({where}):"
+        for joint in document.unseen.joints:
+            beside = (
+                ""
+                if joint.position_rms_before is None
+                else (f", usual model {_figure(joint.position_rms_before, joint.unit)}")
+            )
+            said = "  worse than the usual model" if joint.worse else ""
+            yield f"  {joint.joint:10s} {_figure(joint.position_rms, joint.unit):>14s}{beside}{said}"
     for effect in document.along_record:
         yield ""
         yield (

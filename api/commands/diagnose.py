@@ -7,6 +7,7 @@ from api.command_arguments import (
     AsJson,
     Cluster,
     Experiment,
+    JudgeMotion,
     ModelName,
     RecordRobot,
     RecordTip,
@@ -26,6 +27,7 @@ def diagnose_command(
     add: Additions = None,
     robot: RecordRobot = None,
     tip: RecordTip = None,
+    motion: JudgeMotion = False,
     workers: Workers = 1,
     cluster: Cluster = None,
     as_json: AsJson = False,
@@ -37,7 +39,7 @@ def diagnose_command(
     from identify.diagnosis.diagnosis import diagnose
 
     with Computing(workers, cluster)(), opened_experiment(experiment, robot, tip) as loaded:
-        document = diagnose(loaded, model, add or []).document()
+        document = diagnose(loaded, model, add or [], motion=motion).document()
     print(document.json_text() if as_json else diagnosis_text(document))
 
 
@@ -46,6 +48,7 @@ def improve_command(
     model: ModelName = "usual",
     robot: RecordRobot = None,
     tip: RecordTip = None,
+    motion: JudgeMotion = False,
     workers: Workers = 1,
     cluster: Cluster = None,
     as_json: AsJson = False,
@@ -57,5 +60,5 @@ def improve_command(
     from identify.diagnosis.improvement import improve
 
     with Computing(workers, cluster)(), opened_experiment(experiment, robot, tip) as loaded:
-        document = improve(loaded, model).document()
+        document = improve(loaded, model, motion=motion).document()
     print(document.json_text() if as_json else improvement_text(document))

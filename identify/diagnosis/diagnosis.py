@@ -1,7 +1,7 @@
 """`diagnose`: where a model fails and which physical effect is missing."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from identify.diagnosis.caution import caution, load_siblings
 from identify.diagnosis.finding import Finding
 from identify.diagnosis.joint_diagnosis import JointDiagnosis
+from identify.diagnosis.motion_judgement import effects_on_motion
 from identify.diagnosis.probability import independent_samples, joint_probabilities
 from identify.diagnosis.sampling_hold import made_by_recording
 from identify.diagnosis.screening import Screening
@@ -32,6 +33,7 @@ from identify.estimation.small_algebra import single_threaded
 from identify.recording import Experiment
 from identify.results.diagnosis import DiagnosisDocument, NotApplicable
 from identify.results.document import Json
+from identify.results.unseen_motion import EffectOnMotion
 from identify.validation.noise_floor import noise_floors
 
 Array = NDArray[np.float64]
@@ -59,6 +61,8 @@ class Diagnosis:
     added: tuple[Term, ...] = ()
     """the missing effects of all joints, in the order in which they were found, the strongest first"""
     left_out: tuple[NotApplicable, ...] = ()
+    motion: tuple[EffectOnMotion, ...] | None = None
+    """what the missing effects do to the prediction of motion; None where it was not asked for"""
 
     def document(self) -> DiagnosisDocument:
         """The contract's `diagnose --json`, section 3."""
@@ -71,6 +75,7 @@ class Diagnosis:
             noise_floor=overall_floor(floors, self.fitted.fit.norm),
             joints=tuple(joint.document() for joint in self.joints),
             not_applicable=self.left_out,
+            motion=self.motion,
         )
 
     def to_json(self) -> Json:
@@ -86,15 +91,22 @@ def overall_floor(floors: Sequence[float | None], norm: Array) -> float | None:
     return float(np.linalg.norm(np.array(known) * norm) / np.linalg.norm(norm))
 
 
+@single_threaded
 def diagnose(
-    experiment: Experiment, model: str = "usual", add: Sequence[str] = (), progress: Progress | None = None
+    experiment: Experiment,
+    model: str = "usual",
+    add: Sequence[str] = (),
+    progress: Progress | None = None,
+    motion: bool = False,
 ) -> Diagnosis:
     """Say where a model fails and which physical effect is missing.
 
+    motion : also say what each missing effect does to the prediction of motion that the fit did not see
     Raises InputError: the experiment, the model or an effect is wrong.
     """
     record = open_record(experiment)
-    return diagnose_record(record, model, requested_model(record, model, add), progress)
+    found = diagnose_record(record, model, requested_model(record, model, add), progress)
+    return replace(found, motion=effects_on_motion(found.fitted, found.added)) if motion else found
 
 
 @single_threaded

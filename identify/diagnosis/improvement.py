@@ -7,6 +7,7 @@ import numpy as np
 
 from identify.diagnosis.diagnosis import Diagnosis, diagnose_record
 from identify.diagnosis.held_out import folds_of_motion, held_out_errors
+from identify.diagnosis.motion_judgement import motion_of_story
 from identify.diagnosis.selection import FOLDS
 from identify.effects.model import Term
 from identify.estimation.block_errors import block_errors
@@ -20,6 +21,7 @@ from identify.results.diagnosis import Verdict
 from identify.results.document import Json
 from identify.results.effect import EffectOnJoint
 from identify.results.improvement import ImprovementDocument
+from identify.results.unseen_motion import UnseenMotionErrors
 from identify.validation.relative_error import ratio
 
 MOST_STEPS = 24
@@ -64,6 +66,8 @@ class Improvement:
     steps: tuple[Step, ...]
     diagnosis: Diagnosis
     refused: frozenset[tuple[str, int]] = frozenset()
+    motion: tuple[UnseenMotionErrors | None, ...] | None = None
+    """of each step, compared with the one before; None where it was not asked for"""
 
     @property
     def verdict(self) -> Verdict:
@@ -96,8 +100,9 @@ class Improvement:
                         )
                         for name, errors in zip(names, step.joints, strict=True)
                     ),
+                    motion=motion,
                 )
-                for step in self.steps
+                for step, motion in zip(self.steps, self.motion or [None] * len(self.steps), strict=True)
             ),
             verdict=self.verdict,
         )
@@ -109,11 +114,16 @@ class Improvement:
 
 @single_threaded
 def improve(
-    experiment: Experiment, model: str = "usual", add: Sequence[str] = (), progress: Progress | None = None
+    experiment: Experiment,
+    model: str = "usual",
+    add: Sequence[str] = (),
+    progress: Progress | None = None,
+    motion: bool = False,
 ) -> Improvement:
     """Diagnose a model and add what is missing, one effect after the other, as long as none raises the error of its own
     joint: in the fit, on motion that the fit did not see, or on the validation sessions.
 
+    motion : also say how well each step predicts motion that its fit did not see
     Raises InputError: the experiment, the model or an effect is wrong.
     """
     record = open_record(experiment)
@@ -143,8 +153,12 @@ def improve(
         refused |= {term.key for term in waiting}
         if not diagnosis.added or len(steps) > MOST_STEPS:
             break
+    judged = None
+    if motion:
+        report(0.9, "predicting motion that the fits did not see")
+        judged = tuple(motion_of_story([step.fitted for step in steps]))
     report(1.0, "done")
-    return Improvement(experiment, model, tuple(steps), diagnosis, frozenset(refused))
+    return Improvement(experiment, model, tuple(steps), diagnosis, frozenset(refused), judged)
 
 
 def _widened(fitted: FittedModel, term: Term) -> FittedModel:

@@ -6,6 +6,7 @@ from typing import Literal
 from pydantic import Field
 
 from identify.results.document import Document, Figure, Part
+from identify.results.unseen_motion import EffectOnMotion
 
 Verdict = Literal["missing", "adequate", "unexplained"]
 """missing: catalogue effects are justified; adequate: what is left is noise; unexplained: structure is left that no
@@ -176,6 +177,11 @@ class DiagnosisDocument(Document):
     )
     joints: tuple[JointDiagnosis, ...] = Field(description="what is missing on each joint")
     not_applicable: tuple[NotApplicable, ...] = Field(description="effects that these data cannot show")
+    motion: tuple[EffectOnMotion, ...] | None = Field(
+        default=None,
+        description="what each missing effect does to the prediction of motion that no fit saw, one added after the other; null"
+        " where it was not asked for",
+    )
 
     def joint(self, name: str) -> JointDiagnosis | None:
         """The diagnosis of that joint; None where there is none of that name."""

@@ -5,6 +5,7 @@ from pydantic import Field
 from identify.results.diagnosis import Verdict
 from identify.results.document import Document, Figure, Part
 from identify.results.effect import EffectOnJoint
+from identify.results.unseen_motion import UnseenMotionErrors
 
 
 class StepJoint(Part):
@@ -28,6 +29,11 @@ class Step(Part):
     )
     joints: tuple[StepJoint, ...] | None = Field(
         default=None, description="errors of each joint; null where not computed"
+    )
+    motion: UnseenMotionErrors | None = Field(
+        default=None,
+        description="how well motion is predicted that the fit did not see, compared with the step before; null where it was"
+        " not asked for, or no session is long enough",
     )
 
 

@@ -6,6 +6,7 @@ from pydantic import Field
 
 from identify.results.document import Document, Figure, Part
 from identify.results.effect import EffectOnJoint
+from identify.results.unseen_motion import UnseenMotionErrors
 
 
 class JointMotionError(Part):
@@ -82,5 +83,10 @@ class SimulationDocument(Document):
     horizons: tuple[HorizonErrors, ...] = Field(description="shortest first, the free run last")
     along_record: tuple[EffectOnJoint, ...] = Field(
         description="effects whose torque was taken along the measured motion, since it is made of derivatives over time"
+    )
+    unseen: UnseenMotionErrors | None = Field(
+        default=None,
+        description="windows of a second in motion that the fit did not see, driven by the recorded torque; null where no session"
+        " is long enough",
     )
     remarks: tuple[str, ...] = Field(description="what the reader must know")

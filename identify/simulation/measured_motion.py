@@ -45,6 +45,23 @@ class MeasuredMotion:
     def __len__(self) -> int:
         return len(self.time)
 
+    def rows(self, part: slice) -> MeasuredMotion:
+        """Some rows of it."""
+        return replace(
+            self,
+            time=self.time[part],
+            q=self.q[part],
+            dq=self.dq[part],
+            direction=self.direction[part],
+            torque=self.torque[part],
+            command=self.command[part],
+            external=None if self.external is None else self.external[part],
+            temperature=None if self.temperature is None else self.temperature[part],
+            along_record=self.along_record[part],
+            resting=self.resting[part],
+            extra={name: values[part] for name, values in self.extra.items()},
+        )
+
     def thinned(self) -> MeasuredMotion:
         """Every few rows of a record that is faster than a simulation needs; measured columns are means around them."""
         stride = max(1, int(LARGEST_STEP / self.period + 1e-9))

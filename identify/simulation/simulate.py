@@ -25,6 +25,7 @@ from identify.results.simulation import (
     SessionMotionError,
     SimulationDocument,
 )
+from identify.results.unseen_motion import UnseenMotionErrors
 from identify.simulation.controller import (
     ESTIMATED,
     Controllers,
@@ -35,6 +36,8 @@ from identify.simulation.controller import (
 from identify.simulation.measured_motion import MeasuredMotion, measured_motions
 from identify.simulation.rollout import energy_drift, roll_out
 from identify.simulation.torque_model import TorqueModel
+from identify.simulation.unseen_motion import unseen_motion
+from identify.simulation.windows import window_starts
 
 Array = NDArray[np.float64]
 Role = Literal["identification", "validation"]
@@ -174,8 +177,16 @@ def simulated(
         along_record=tuple(
             EffectOnJoint(effect=s.term.effect.name, joint=names[s.term.joint]) for s in along
         ),
+        unseen=_unseen(result, usual),
         remarks=tuple(remarks),
     )
+
+
+def _unseen(result: Identification, usual: Identification | None) -> UnseenMotionErrors | None:
+    """Errors where the fit did not see, beside those of the usual model."""
+    own = unseen_motion(result.fitted)
+    beside = None if usual is None else unseen_motion(usual.fitted)
+    return None if own is None else own.document(result.fitted.record, beside)
 
 
 def _session_errors(
@@ -192,7 +203,7 @@ def _session_errors(
         samples = len(motion) if horizon is None else max(2, round(horizon / motion.period) + 1)
         if samples > len(motion):
             continue
-        starts = window_starts(len(motion), samples)
+        starts = window_starts(len(motion), samples, MOST_WINDOWS)
         course = roll_out(model, motion, starts, samples, controllers, stop_when_lost=horizon is None)
         rows = course.starts[None, :] + np.arange(len(course.q))[:, None]
         off = course.q - motion.q[rows]
@@ -215,14 +226,6 @@ def _session_errors(
         )
         sums = part if sums is None else sums.joined(part)
     return sums
-
-
-def window_starts(available: int, samples: int) -> list[int]:
-    """First rows of windows, one behind the other all along the record, evenly thinned where there are many."""
-    starts = np.arange(0, available - samples + 1, max(1, samples - 1))
-    if len(starts) > MOST_WINDOWS:
-        starts = starts[np.linspace(0, len(starts) - 1, MOST_WINDOWS).round().astype(int)]
-    return [int(start) for start in starts]
 
 
 def _horizon_errors(
