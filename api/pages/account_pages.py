@@ -70,21 +70,19 @@ def account_page(request: Request, user: access.Viewer) -> HTMLResponse:
 @router.post("/account/tokens")
 def issue_token(
     request: Request,
-    user: access.Viewer,
+    user: access.Person,
     label: Annotated[str, Form(min_length=1, max_length=100)],
     scope: Annotated[Role, Form()],
     days: Annotated[float, Form(gt=0, le=366)],
 ) -> HTMLResponse:
     """Make a token and show it this once."""
-    if user.via == "local":
-        raise Problem(403, "The local operator has no account yet: create one with coulomb users add.")
     with input_errors_as_problems():
         token = access.service_of(request).accounts.issue_token(user.name, label, scope, days * 86400.0)
     return page(request, "new_token.html", token=token)
 
 
 @router.post("/account/tokens/{token}/revoke")
-def revoke_token(request: Request, user: access.Viewer, token: str) -> Response:
+def revoke_token(request: Request, user: access.Person, token: str) -> Response:
     """End a token."""
     if not access.service_of(request).accounts.revoke_token(user.name, token):
         raise Problem(404, "That token has ended already.")
@@ -92,11 +90,9 @@ def revoke_token(request: Request, user: access.Viewer, token: str) -> Response:
 
 
 @router.post("/account/password")
-def change_password(request: Request, user: access.Viewer, old: Password, new: Password) -> Response:
+def change_password(request: Request, user: access.Person, old: Password, new: Password) -> Response:
     """Change one's own password; every browser signs in again."""
     service = access.service_of(request)
-    if user.via == "local":
-        raise Problem(403, "The local operator has no account yet: create one with coulomb users add.")
     access.verify_password(request, user.name, old)
     with input_errors_as_problems():
         service.accounts.change_user(user.name, password=new)

@@ -65,6 +65,16 @@ needs_operator = _at_least(Role.OPERATOR)
 needs_administrator = _at_least(Role.ADMIN)
 
 
+async def _person(user: Annotated[User, Depends(needs_viewer)]) -> User:
+    if user.via == "token":
+        raise Problem(
+            403, "A bearer token makes and ends no tokens and changes no password: sign in with your name."
+        )
+    if user.via == "local":
+        raise Problem(403, "The local operator has no account: create one with `coulomb users add`.")
+    return user
+
+
 async def public() -> None:
     """Declared by the few routes that answer without a sign-in."""
 
@@ -74,6 +84,8 @@ public.minimum_role = None  # type: ignore[attr-defined]
 Public = Depends(public)
 Viewer = Annotated[User, Depends(needs_viewer)]
 SignedIn = Viewer
+Person = Annotated[User, Depends(_person)]
+"""Who signed in with name and password: a token that somebody else got hold of ends when it expires, and makes no other."""
 Operator = Annotated[User, Depends(needs_operator)]
 Administrator = Annotated[User, Depends(needs_administrator)]
 
@@ -89,16 +101,13 @@ def csrf_token(connection: HTTPConnection) -> str:
 def verify_password(connection: HTTPConnection, name: str, password: str) -> User:
     """The user whose name and password these are; attempts are throttled.
 
-    Raises the problem 401 (wrong name or password) or 429 (too many attempts, with Retry-After).
+    Raises the problem 401 (wrong name or password), 429 (too many attempts, with Retry-After) or 503 (too many sign-ins).
     """
     service = service_of(connection)
     address = client_address(connection)
-    wait = service.throttle.seconds_to_wait(name, address)
-    if wait:
-        raise Problem(429, f"Too many attempts. Try again in {wait} s.", {"Retry-After": str(wait)})
-    user = service.accounts.check_password(name, password)
+    with service.throttle.attempt(name, address):
+        user = service.accounts.check_password(name, password)
     if user is None:
-        service.throttle.failed(name, address)
         raise Problem(401, "The name or the password is wrong.", {"WWW-Authenticate": "Bearer"})
     service.throttle.succeeded(name, address)
     return user

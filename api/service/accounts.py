@@ -17,13 +17,10 @@ from argon2.exceptions import InvalidHashError, VerificationError
 from sqlalchemy import delete, func, select
 
 from api.service.database import Database, SignInRow, TokenRow, UserRow
+from api.service.new_password import LONGEST_PASSWORD, check_new_password
 from identify.recording.errors import InputError
 
 NAME_PATTERN = r"^[a-z][a-z0-9._-]{0,63}$"
-SHORTEST_PASSWORD = 10
-"""Characters; below, guessing is quick even when throttled."""
-LONGEST_PASSWORD = 1000
-"""Characters; bounds the work of one sign-in attempt."""
 TOKEN_PREFIX = "coulomb_"
 """Makes a leaked token recognisable to secret scanners."""
 LONGEST_TOKEN_LIFE = 366 * 86400.0
@@ -104,8 +101,8 @@ class Accounts:
             raise InputError(
                 f"user name {name!r}: use 1 to 64 lower-case letters, digits, '.', '_' or '-', a letter first"
             )
-        hashed = self._hash(password)
-        with self._database.transaction() as session:
+        hashed = self._hash(name, password)
+        with self._database.transaction(alone=True) as session:
             if session.get(UserRow, name):
                 raise InputError(f"user {name} exists already")
             session.add(UserRow(name=name, role=role, password_hash=hashed, created=self._clock()))
@@ -119,8 +116,8 @@ class Accounts:
     def change_user(self, name: str, *, role: Role | None = None, password: str | None = None) -> UserRow:
         """Change role or password; the user's browsers have to sign in again, and after a new password the
         tokens are void too."""
-        hashed = None if password is None else self._hash(password)
-        with self._database.transaction() as session:
+        hashed = None if password is None else self._hash(name, password)
+        with self._database.transaction(alone=True) as session:
             row = self._existing(session, name)
             if role is not None and role != Role.ADMIN:
                 self._refuse_losing_last_admin(session, row)
@@ -133,7 +130,7 @@ class Accounts:
 
     def remove_user(self, name: str) -> None:
         """Remove a user with sign-ins and tokens; the last admin stays."""
-        with self._database.transaction() as session:
+        with self._database.transaction(alone=True) as session:
             row = self._existing(session, name)
             self._refuse_losing_last_admin(session, row)
             session.execute(delete(SignInRow).where(SignInRow.user == name))
@@ -153,9 +150,8 @@ class Accounts:
         if admins == 1:
             raise InputError(f"{row.name} is the last admin; make another user admin first")
 
-    def _hash(self, password: str) -> str:
-        if not SHORTEST_PASSWORD <= len(password) <= LONGEST_PASSWORD:
-            raise InputError(f"password: use {SHORTEST_PASSWORD} to {LONGEST_PASSWORD} characters")
+    def _hash(self, name: str, password: str) -> str:
+        check_new_password(name, password)
         return self._hasher.hash(password)
 
     # --- browsers

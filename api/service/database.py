@@ -4,12 +4,13 @@ Experiment folders are the truth: the tables `experiments` and `sessions` can be
 (`coulomb reindex`). Times are seconds since 1970 as floats.
 """
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import DDL, JSON, Engine, ForeignKey, String, create_engine, event
+from sqlalchemy import DDL, JSON, Engine, ForeignKey, String, create_engine, event, text
 from sqlalchemy.engine import make_url
 from sqlalchemy.exc import DBAPIError
 from sqlalchemy.orm import DeclarativeBase, Mapped, Session, mapped_column, sessionmaker
@@ -79,6 +80,8 @@ class AuditRow(Table):
     target: Mapped[str] = mapped_column(String(300))
     outcome: Mapped[str] = mapped_column(String(300))
     details: Mapped[Json]
+    digest: Mapped[str] = mapped_column(String(64))
+    """SHA-256 over this row and the digest of the row before (audit.py)"""
 
 
 class JobRow(Table):
@@ -146,6 +149,8 @@ _APPEND_ONLY = {
 }
 
 
+_ALONE = {"sqlite": "BEGIN IMMEDIATE", "postgresql": "SELECT pg_advisory_xact_lock(4077002)"}
+"""What makes a transaction wait for others of its kind before it reads; the number is ours."""
 _ONE_AT_A_TIME = "SELECT pg_advisory_xact_lock(4077001)"
 """Two programs that begin together must not create the same tables: the second waits for the first. The number is ours."""
 
@@ -178,7 +183,10 @@ class Database:
             raise InputError(f"database address: its driver {error.name} is not installed{needed}") from error
         except Exception as error:
             raise InputError(f"database address is not usable: {error}") from error
+        self._alone = _ALONE[kind]
         if kind == "sqlite":
+            if address.database and address.database != ":memory:":
+                _keep_to_ourselves(Path(address.database))
             event.listen(self.engine, "connect", _prepare_sqlite)
         self._sessions = sessionmaker(self.engine, expire_on_commit=False)
         try:
@@ -194,9 +202,15 @@ class Database:
             raise InputError(f"database {address!r}: {reason}") from error
 
     @contextmanager
-    def transaction(self) -> Iterator[Session]:
-        """A session that commits at the end and rolls back on an exception."""
+    def transaction(self, *, alone: bool = False) -> Iterator[Session]:
+        """A session that commits at the end and rolls back on an exception.
+
+        alone : no other transaction that says so runs meanwhile, in whatever process: what is read here still holds when it
+                is written
+        """
         with self._sessions.begin() as session:
+            if alone:
+                session.execute(text(self._alone))
             yield session
 
     def close(self) -> None:
@@ -214,6 +228,20 @@ def open_database(data_folder: Path, url: str | None) -> Database:
     except OSError as error:
         raise InputError(f"data folder {data_folder}: {error.strerror}") from error
     return Database(url or f"sqlite:///{data_folder / 'service.sqlite'}")
+
+
+def _keep_to_ourselves(file: Path) -> None:
+    """Let nobody else read password hashes and the log; SQLite's companions of the file take its permissions on.
+
+    Raises InputError where that cannot be.
+    """
+    try:
+        os.close(os.open(file, os.O_RDWR | os.O_CREAT, 0o600))
+        for each in (file, file.with_name(f"{file.name}-wal"), file.with_name(f"{file.name}-shm")):
+            if each.exists() and each.stat().st_mode & 0o077:
+                each.chmod(0o600)
+    except OSError as error:
+        raise InputError(f"database {file}: {error.strerror}") from error
 
 
 def _prepare_sqlite(connection: Any, _record: Any) -> None:

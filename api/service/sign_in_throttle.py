@@ -1,9 +1,13 @@
-"""Slows down guessing of passwords."""
+"""Slows down guessing of passwords, and bounds the work that checking them is."""
 
+import ipaddress
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
-from threading import Lock
+from threading import BoundedSemaphore, Lock
+
+from api.service.problems import Problem
 
 FREE_ATTEMPTS = 5
 """Failures before the first wait: a person who mistypes is not held up."""
@@ -16,6 +20,10 @@ FORGOTTEN_AFTER = 60 * 60.0
 """s without a failure after which a count starts anew."""
 REMEMBERED = 10_000
 """Keys kept; the oldest go first, so that made-up names cannot fill the memory."""
+CHECKED_TOGETHER = 2
+"""Passwords checked at the same time: each takes 64 MiB and a core for a tenth of a second."""
+WAITING_TOGETHER = 8
+"""Further requests that wait for it; each has a thread of the service."""
 
 
 @dataclass
@@ -27,44 +35,83 @@ class _Failures:
 class SignInThrottle:
     """Counts failed attempts by user name with address, and by address alone.
 
-    Both, because one address may try many names, and because a name alone would let anybody lock its owner
-    out.
+    Both, because one address may try many names, and because a name alone would let anybody lock its owner out. An attempt
+    counts as failed before its password is looked at, so that attempts at the same time are no cheaper than one after the
+    other; the right password takes its count back.
+
+    Weighed and turned down: `limits`, whose windows count requests; here the wait doubles with every failure, and a right
+    password takes the count of its name back and leaves that of its address.
     """
 
     def __init__(self, clock: Callable[[], float]) -> None:
         self._clock = clock
         self._failures: dict[tuple[str, str], _Failures] = {}
         self._lock = Lock()
+        self._checked = BoundedSemaphore(CHECKED_TOGETHER)
+        self._admitted = BoundedSemaphore(CHECKED_TOGETHER + WAITING_TOGETHER)
 
-    def seconds_to_wait(self, name: str, address: str) -> int:
-        """0 if an attempt may be made now, else the whole seconds until then."""
-        with self._lock:
-            waits = [
-                self._wait((name, address), FREE_ATTEMPTS),
-                self._wait(("", address), 4 * FREE_ATTEMPTS),
-            ]
-        return math.ceil(max(waits))
+    @contextmanager
+    def attempt(self, name: str, address: str) -> Iterator[None]:
+        """The time in which a password is checked; `succeeded` says that it was right.
 
-    def failed(self, name: str, address: str) -> None:
-        """Count a wrong password."""
-        now = self._clock()
-        with self._lock:
-            for key in ((name, address), ("", address)):
-                failures = self._failures.pop(key, None)
-                if failures is None or now - failures.last > FORGOTTEN_AFTER:
-                    failures = _Failures(0, now)
-                self._failures[key] = _Failures(failures.count + 1, now)
-            while len(self._failures) > REMEMBERED:
-                self._failures.pop(next(iter(self._failures)))
+        Raises the problem 429 where the name or the address has to wait, and 503 where too many passwords are checked.
+        """
+        if not self._admitted.acquire(blocking=False):
+            raise Problem(503, "Too many sign-ins at the same time. Try again.", {"Retry-After": "2"})
+        try:
+            wait = self._begin(name, network(address))
+            if wait:
+                raise Problem(429, f"Too many attempts. Try again in {wait} s.", {"Retry-After": str(wait)})
+            with self._checked:
+                yield
+        finally:
+            self._admitted.release()
 
     def succeeded(self, name: str, address: str) -> None:
-        """Forget that name's failures; the address keeps its count, else one's own account would reset it."""
+        """Forget that name's failures, and the address's count of this attempt; not the others, else one's own account would
+        reset them."""
+        address = network(address)
         with self._lock:
             self._failures.pop((name, address), None)
+            found = self._failures.get(("", address))
+            if found is not None:
+                found.count -= 1
 
-    def _wait(self, key: tuple[str, str], free: int) -> float:
-        failures = self._failures.get(key)
-        if failures is None or failures.count < free:
+    def _begin(self, name: str, address: str) -> int:
+        """Count an attempt as failed; or, uncounted, the whole seconds that it has to wait."""
+        now = self._clock()
+        with self._lock:
+            wait = max(
+                self._wait((name, address), FREE_ATTEMPTS, now),
+                self._wait(("", address), 4 * FREE_ATTEMPTS, now),
+            )
+            if wait > 0:
+                return math.ceil(wait)
+            for key in ((name, address), ("", address)):
+                found = self._failures.pop(key, None)
+                if found is None or now - found.last > FORGOTTEN_AFTER:
+                    found = _Failures(0, now)
+                self._failures[key] = _Failures(found.count + 1, now)
+            while len(self._failures) > REMEMBERED:
+                self._failures.pop(next(iter(self._failures)))
+        return 0
+
+    def _wait(self, key: tuple[str, str], free: int, now: float) -> float:
+        found = self._failures.get(key)
+        if found is None or found.count < free or now - found.last > FORGOTTEN_AFTER:
             return 0.0
-        wait = min(FIRST_WAIT * 2.0 ** min(failures.count - free, 30), LONGEST_WAIT)
-        return max(0.0, failures.last + wait - self._clock())
+        wait = min(FIRST_WAIT * 2.0 ** min(found.count - free, 30), LONGEST_WAIT)
+        return max(0.0, found.last + wait - now)
+
+
+def network(address: str) -> str:
+    """By what an address is counted: IPv4 whole, of IPv6 the /64 within which one computer chooses as it likes."""
+    try:
+        known = ipaddress.ip_address(address)
+    except ValueError:
+        return address
+    if isinstance(known, ipaddress.IPv4Address):
+        return address
+    if known.ipv4_mapped is not None:
+        return str(known.ipv4_mapped)
+    return str(ipaddress.ip_network((known, 64), strict=False))

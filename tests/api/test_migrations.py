@@ -4,7 +4,11 @@ import json
 import sqlite3
 
 import pytest
+from sqlalchemy import text
+from sqlalchemy.exc import DBAPIError
 
+from api.service.accounts import LOCAL_OPERATOR
+from api.service.audit import AuditCheck, AuditLog
 from api.service.database import Database, SessionRow
 from api.service.migrations import NEWEST
 from identify.recording.errors import InputError
@@ -17,6 +21,13 @@ CREATE TABLE sessions (experiment VARCHAR(64) NOT NULL, id VARCHAR(255) NOT NULL
     payload JSON NOT NULL, role VARCHAR(20) NOT NULL, rig VARCHAR(64), "plan" VARCHAR(64),
     state VARCHAR(20) NOT NULL, reason VARCHAR(1000), created FLOAT NOT NULL, PRIMARY KEY (experiment, id),
     FOREIGN KEY(experiment) REFERENCES experiments (id) ON DELETE CASCADE);
+CREATE TABLE audit_log (id INTEGER NOT NULL, time FLOAT NOT NULL, user VARCHAR(64) NOT NULL, role VARCHAR(16) NOT NULL,
+    client VARCHAR(64) NOT NULL, action VARCHAR(200) NOT NULL, target VARCHAR(300) NOT NULL,
+    outcome VARCHAR(300) NOT NULL, details JSON NOT NULL, PRIMARY KEY (id));
+CREATE TRIGGER audit_log_no_update BEFORE UPDATE ON audit_log
+    BEGIN SELECT RAISE(ABORT, 'the audit log is append-only'); END;
+INSERT INTO audit_log VALUES (1, 1700000000.25, 'ada', 'operator', '', 'session start', 'rig', 'asked', '{"kg": 3.002}');
+INSERT INTO audit_log VALUES (2, 1700000001.5, 'Zoë', 'admin', '', 'users add', 'eve', 'done', '{}');
 INSERT INTO experiments VALUES ('arm', 'arm', 'arm', '["j3"]', '[]', 1.0, NULL);
 """
 """The tables as the version before the first migration made them."""
@@ -84,3 +95,15 @@ def test_a_new_database_has_the_newest_number_and_a_newer_one_is_refused(tmp_pat
         connection.execute("UPDATE schema SET version = 99")
     with pytest.raises(InputError, match="a newer version of coulomb wrote it"):
         Database(f"sqlite:///{file}")
+
+
+def test_the_rows_of_the_audit_log_are_put_into_a_chain_that_goes_on(old):
+    database = Database(f"sqlite:///{old}")
+    log = AuditLog(database, lambda: 1_800_000_000.0)
+    assert log.check() == AuditCheck(2, log.rows()[0].digest, None, None)
+    log.append(LOCAL_OPERATOR, "session stop", "rig", "asked")
+    assert (log.check().rows, log.check().broken_at) == (3, None)
+    assert [row.user for row in log.rows()] == ["local operator", "Zoë", "ada"]
+    with pytest.raises(DBAPIError, match="append-only"), database.transaction() as session:
+        session.execute(text("UPDATE audit_log SET user = 'nobody'"))
+    database.close()

@@ -1,0 +1,127 @@
+"""What guessing costs, which passwords and tokens there may be, and that somebody always manages people."""
+
+import threading
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+
+from api.service.accounts import Role
+from api.service.sign_in_throttle import CHECKED_TOGETHER, FREE_ATTEMPTS
+from identify.recording.errors import InputError
+
+
+@pytest.fixture
+def ada(service):
+    service.service.accounts.add_user("ada", "correct horse battery", Role.OPERATOR)
+    return service
+
+
+def test_attempts_at_the_same_time_are_no_cheaper_than_one_after_the_other(ada):
+    together = threading.Barrier(40)
+
+    def attempt(number):
+        together.wait()
+        answer = ada.client().post("/sign-in", json={"name": "ada", "password": f"wrong password {number}"})
+        return answer.status_code
+
+    with ThreadPoolExecutor(40) as attempting:
+        answers = list(attempting.map(attempt, range(40)))
+    assert answers.count(401) <= FREE_ATTEMPTS
+    assert set(answers) <= {401, 429, 503}
+
+
+def test_no_more_passwords_are_checked_at_the_same_time_than_may(ada, monkeypatch):
+    """Forty people sign in at once; a check takes as long as all of them need to arrive."""
+    at_once, most, counting, arrived = 0, 0, threading.Lock(), threading.Barrier(40)
+    accounts = ada.service.accounts
+    check = accounts.check_password
+
+    def counted(name, password):
+        nonlocal at_once, most
+        with counting:
+            at_once += 1
+            most = max(most, at_once)
+        try:
+            return check(name, password)
+        finally:
+            with counting:
+                at_once -= 1
+
+    monkeypatch.setattr(accounts, "check_password", counted)
+
+    def sign_in(number):
+        arrived.wait()
+        return ada.client().post("/sign-in", json={"name": f"user{number}", "password": "x"}).status_code
+
+    with ThreadPoolExecutor(40) as signing_in:
+        answers = set(signing_in.map(sign_in, range(40)))
+    assert most <= CHECKED_TOGETHER
+    assert answers <= {401, 429, 503}
+
+
+@pytest.mark.parametrize(
+    "password",
+    ["aaaaaaaaaa", "1111111111", "abcdefghij", "qwertyuiop", "password123", "coulomb2026", "robotrobot"],
+)
+def test_a_password_that_is_guessed_first_is_refused_with_advice(ada, password):
+    admin = ada.client(Role.ADMIN, "root")
+    answer = admin.post("/users", json={"name": "eve", "password": password})
+    assert answer.status_code == 422
+    assert "easily guessed" in answer.json()["detail"]
+    assert "words" in answer.json()["detail"]
+
+
+@pytest.mark.parametrize("change", ["demote", "remove"])
+def test_two_admins_cannot_take_each_others_place_away_to_none(ada, change):
+    accounts = ada.service.accounts
+    for round_ in range(10):
+        pair = [f"first{round_}", f"second{round_}"]
+        for name in pair:
+            accounts.add_user(name, "correct horse battery", Role.ADMIN)
+        others = [row.name for row in accounts.users() if row.role == Role.ADMIN and row.name not in pair]
+        for name in others:
+            accounts.remove_user(name)
+        together = threading.Barrier(2)
+
+        def lose(name, together=together):
+            together.wait()
+            try:
+                accounts.change_user(name, role=Role.VIEWER) if change == "demote" else accounts.remove_user(
+                    name
+                )
+            except InputError as error:
+                assert "last admin" in str(error)  # noqa: PT017 - either of the two may be refused
+
+        with ThreadPoolExecutor(2) as losing:
+            list(losing.map(lose, pair))
+        assert [row.role for row in accounts.users()].count(Role.ADMIN) == 1
+
+
+@pytest.mark.parametrize("role", list(Role))
+def test_a_token_makes_and_ends_no_tokens_and_changes_no_password(ada, role):
+    token = ada.client(role, f"with-{role}")
+    issued = ada.browser(f"with-{role}").post("/tokens", json={"label": "notebook"}).json()
+    assert token.post("/tokens", json={"label": "another"}).status_code == 403
+    assert token.delete(f"/tokens/{issued['id']}").status_code == 403
+    change = {"old": "correct horse battery", "new": "staple battery horse"}
+    assert token.put("/me/password", json=change).status_code == 403
+    assert (
+        token.post("/pages/account/tokens", data={"label": "x", "scope": "viewer", "days": "1"}).status_code
+        == 403
+    )
+    assert token.post(f"/pages/account/tokens/{issued['id']}/revoke").status_code == 403
+
+
+def test_nobody_else_reads_the_database(ada, data_folder):
+    ada.browser("ada")
+    files = list(data_folder.glob("service.sqlite*"))
+    assert len(files) >= 2
+    assert {file.stat().st_mode & 0o077 for file in files} == {0}
+
+
+def test_a_database_that_others_could_read_is_closed_to_them(start_service, data_folder):
+    data_folder.mkdir()
+    (data_folder / "service.sqlite").touch(0o644)
+    (data_folder / "service.sqlite").chmod(0o644)
+    start_service()
+    assert (data_folder / "service.sqlite").stat().st_mode & 0o777 == 0o600
