@@ -30,12 +30,18 @@ _FATAL = frozenset({StopCause.BUS, StopCause.LOST_SYNC, StopCause.SILENT_DRIVE})
 """causes that, while an axis should stop, leave nobody to see that it does"""
 
 
-_OF_A_DRIVE = frozenset({StopCause.EMERGENCY, StopCause.DRIVE_FAULT})
-"""causes that are one event, told in two ways"""
+_EXPLAINED_BY = {
+    StopCause.EMERGENCY: frozenset({StopCause.DRIVE_FAULT}),
+    StopCause.RESTARTED: frozenset(
+        {StopCause.DRIVE_FAULT, StopCause.SILENT_DRIVE, StopCause.LOST_HEARTBEAT, StopCause.EMERGENCY}
+    ),
+}
+"""by what a drive says of itself: the causes that it is behind"""
 
 
 def _same(one: StopCause, other: StopCause) -> bool:
-    return one is other or {one, other} <= _OF_A_DRIVE
+    """Whether two causes are one event, told in two ways."""
+    return one is other or one in _EXPLAINED_BY.get(other, ()) or other in _EXPLAINED_BY.get(one, ())
 
 
 class EndStory:
@@ -53,12 +59,13 @@ class EndStory:
             self._also.append(reason)
 
     def explain(self, emergency: StopReason) -> None:
-        """A drive's EMCY, which says why it left OPERATION ENABLED where the statusword only says that it did.
+        """A drive's EMCY, which says why it left OPERATION ENABLED where the statusword only says that it did; or its
+        boot-up, which says why it fell silent.
 
         The two come by different ways (EMCY by canopen, statuswords by the receive path), so either may be first.
         """
-        if self.reason is not None and self.reason.cause is StopCause.DRIVE_FAULT:
-            self.reason = StopReason(StopCause.EMERGENCY, f"{emergency.words}; {self.reason.words}")
+        if self.reason is not None and self.reason.cause in _EXPLAINED_BY[emergency.cause]:
+            self.reason = StopReason(emergency.cause, f"{emergency.words}; {self.reason.words}")
         else:
             self.first(emergency)
 
@@ -155,7 +162,7 @@ class Motion:
         if reason.cause is StopCause.HELD_UP and not sequence.moves:
             return
         stopping = sequence.step in (Step.STOPPING, Step.CUT, Step.POWERING_OFF)
-        if reason.cause is StopCause.EMERGENCY:
+        if reason.cause in _EXPLAINED_BY:
             self._story.explain(reason)
         elif not (stopping and reason.cause is StopCause.LIMIT):
             # What goes beyond a limit while an axis brakes is the stopping watch's business.
@@ -239,6 +246,9 @@ class Motion:
         emergency = self._drives.emergency(_EMERGENCY_WAIT if fault else 0.0)
         if emergency is not None:
             self._story.explain(emergency)
+        restart = self._drives.restart()
+        if restart is not None:
+            self._story.explain(restart)
 
     def _report_alarm(self, report: PowerReport) -> None:
         """Say what a person must do; or take it back, once every drive was read back as off."""

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from daq.bus_load import bit_rate, bus_load
 from daq.power_off import AxisPower, PowerCut, PowerReport, read_power
 from daq.rig import Axis, Rig
 from daq.safety import StopCause, StopReason
@@ -21,12 +22,16 @@ from drivers.canopen_network import CanopenNetwork
 from drivers.cia402 import HOMING_ATTAINED, HOMING_ERROR, Mode, State
 from drivers.drive import Drive
 from drivers.emergency import Emergency, code_in_words
-from drivers.errors import DriverError
+from drivers.errors import DriveError, DriverError
 from drivers.process_data import DriveStream
 from drivers.profile import DriveProfile
 from drivers.safety_output import SafetyOutput
+from drivers.standard_stream import standard_stream
 from drivers.sync_producer import SYNC_ID
 
+RESTARTED = (
+    "it restarted (its boot-up was heard): look at its supply, its earth and its watchdog, then begin anew"
+)
 MASTER_NODE = 127
 """Our own node id: the heartbeat under it is what the drives watch."""
 
@@ -125,7 +130,7 @@ class RigDrives:
 
         Nothing is written to a drive before it has said that it has no power and does not move.
         """
-        items = self._others()
+        items = self._others() + self._load()
         if all(item.ok for item in items):
             for axis, drive, profile in zip(self.rig.axes, self.drives, self.rig.profiles, strict=True):
                 what = f"joint {axis.joint} (node {axis.node})"
@@ -162,6 +167,18 @@ class RigDrives:
             "End it, or take it off the bus"
         )
         return [CheckItem("bus", False, sentence)]
+
+    def _load(self) -> list[CheckItem]:
+        """Whether what the drives are to send goes into the cycle; nothing where the bus has no bit rate."""
+        rate = bit_rate(self.rig.bus)
+        if rate is None:
+            return []
+        streams = [
+            standard_stream(axis.node, profile, MODES[axis.mode], self.rig.record_temperature)
+            for axis, profile in zip(self.rig.axes, self.rig.profiles, strict=True)
+        ]
+        load = bus_load(self.rig, streams, rate)
+        return [CheckItem("bus", load.ok, load.words)]
 
     def _look(self, axis: Axis, drive: Drive, profile: DriveProfile) -> list[tuple[bool, str]]:
         state = self.state_before_writing(drive)
@@ -267,14 +284,24 @@ class RigDrives:
         """
         streams: list[DriveStream] = []
         for axis, drive in zip(self.rig.axes, self.drives, strict=True):
-            drive.disable()
-            streams.append(drive.map_stream(MODES[axis.mode], temperature=self.rig.record_temperature))
-            drive.set_mode(MODES[axis.mode])
-            drive.set_cycle(self.rig.cycle)
-            if self.rig.bus.interface != "virtual":
-                # Our death must be noticed by the drives themselves: a killed process cannot stop anything.
-                drive.watch_master(MASTER_NODE, self._silence)
+            drive.expect_no_restart()
+            try:
+                streams.append(self._configured(axis, drive))
+            except DriveError as error:
+                if drive.restarted:
+                    raise error.with_cause(RESTARTED) from error
+                raise
         return streams
+
+    def _configured(self, axis: Axis, drive: Drive) -> DriveStream:
+        drive.disable()
+        stream = drive.map_stream(MODES[axis.mode], temperature=self.rig.record_temperature)
+        drive.set_mode(MODES[axis.mode])
+        drive.set_cycle(self.rig.cycle)
+        if self.rig.bus.interface != "virtual":
+            # Our death must be noticed by the drives themselves: a killed process cannot stop anything.
+            drive.watch_master(MASTER_NODE, self._silence)
+        return stream
 
     def stream(self) -> None:
         """Let the drives exchange process data (NMT OPERATIONAL). Raises DriveError when one does not."""
@@ -303,11 +330,22 @@ class RigDrives:
         emergency = self.emergency()
         if emergency is not None:
             return emergency
+        restart = self.restart()
+        if restart is not None:
+            return restart
         for drive in self.drives:
             silence = drive.watch.silence
             if silence is not None and silence > self._silence:
                 sentence = f"{self.joint(drive.node)}: no heartbeat for {silence:.2g} s"
                 return StopReason(StopCause.LOST_HEARTBEAT, sentence)
+        return None
+
+    def restart(self) -> StopReason | None:
+        """A drive that has booted since it was set up, without having been told to; each once."""
+        for drive in self.drives:
+            if drive.restarted:
+                drive.expect_no_restart()
+                return StopReason(StopCause.RESTARTED, f"{self.joint(drive.node)}: {RESTARTED}")
         return None
 
     def joint(self, node: int) -> str:

@@ -29,6 +29,7 @@ class StopCause(StrEnum):
     LIMIT = "limit"
     DRIVE_FAULT = "drive fault"
     EMERGENCY = "EMCY"
+    RESTARTED = "drive restarted"
     LOST_HEARTBEAT = "lost heartbeat"
     SILENT_DRIVE = "silent drive"
     LOST_SYNC = "lost SYNC"

@@ -4,7 +4,6 @@ Every interface that python-can knows can be named: `socketcan` on Linux, `slcan
 the serial-line protocol, `virtual` for nodes inside this process, and the vendors' own.
 """
 
-import errno
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,7 @@ import can
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from drivers import gateway
-from drivers.errors import BusError
+from drivers.errors import BusError, reason_in_words
 from drivers.virtual_bus import InProcessBus
 
 NETWORK_CLASSES = Path("/sys/class/net")
@@ -121,18 +120,6 @@ def check_network_interface(channel: str) -> None:
             f"CAN interface {channel!r} is down; bring it up: "
             f"ip link set {channel} type can bitrate 1000000 && ip link set {channel} up"
         )
-
-
-def reason_in_words(error: BaseException) -> str:
-    """The reason behind an error of python-can or the operating system."""
-    number = getattr(error, "errno", None) or getattr(error, "error_code", None)
-    if number in (errno.EACCES, errno.EPERM):
-        return f"no permission ({error}); is this user in the group that owns the device?"
-    if number in (errno.ENODEV, errno.ENXIO, errno.ENOENT):
-        return f"the channel is not there ({error})"
-    if number == errno.ENETDOWN:
-        return f"the channel is down ({error})"
-    return str(error) or type(error).__name__
 
 
 def _read(path: Path) -> str:

@@ -15,9 +15,9 @@ from typing import Any
 import can
 import canopen
 
-from drivers.bus import BusSettings, Filters, open_bus, reason_in_words
+from drivers.bus import BusSettings, Filters, open_bus
 from drivers.emergency import Emergency, parse_emergency
-from drivers.errors import BusError
+from drivers.errors import BusError, reason_in_words
 
 _NOTIFIER_CYCLE = 0.05  # s; closing the network waits for one of them
 _NMT_STATES = {

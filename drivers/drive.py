@@ -79,6 +79,7 @@ class Drive(StateMachine):
         self.profile = profile
         self.passed_over = tuple(read.passed_over)
         """What of the drive's EDS could not be read, in words."""
+        self._boot_ups_expected = 0
         self.set_up_remarks: list[str] = []
         """What was done otherwise than usual while it was set up, in words."""
 
@@ -210,6 +211,7 @@ class Drive(StateMachine):
         Raises DriveError when no boot-up comes in time.
         """
         before = self.watch.boot_ups
+        self._boot_ups_expected = before + 1
         self.network.send(0, bytes((_NMT_RESET_NODE, self.node)))
         if not self.watch.wait_for(lambda: self.watch.boot_ups > before, self.timeouts.boot):
             raise DriveError(
@@ -218,6 +220,15 @@ class Drive(StateMachine):
                 expected=f"boot-up within {self.timeouts.boot:g} s",
                 received="none came",
             )
+
+    def expect_no_restart(self) -> None:
+        """From now on a boot-up that nobody asked for is a restart."""
+        self._boot_ups_expected = self.watch.boot_ups
+
+    @property
+    def restarted(self) -> bool:
+        """Whether the drive has booted by itself since `expect_no_restart`: it lost its supply, or reset itself."""
+        return self.watch.boot_ups > self._boot_ups_expected
 
     def disable_at_once(self) -> None:
         """Ask by SDO for no voltage, without waiting for an answer. Raises BusError when the bus refuses."""
@@ -234,6 +245,7 @@ class Drive(StateMachine):
 
     def reset_at_once(self) -> None:
         """NMT stop and reset, without waiting: a drive boots without power. Raises BusError when the bus refuses."""
+        self._boot_ups_expected = self.watch.boot_ups + 1
         self.network.send(0, bytes((_NMT_COMMANDS["STOPPED"][0], self.node)))
         self.network.send(0, bytes((_NMT_RESET_NODE, self.node)))
 

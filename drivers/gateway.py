@@ -15,6 +15,7 @@ from typing import Any
 
 import can
 
+from drivers.errors import reason_in_words
 from drivers.virtual_bus import InProcessBus, frame_of
 
 _RECEIVE_CYCLE = 0.05  # s; closing waits for one of them
@@ -81,7 +82,7 @@ class _Gateway:
                 message = self._adapter.recv(_RECEIVE_CYCLE)
             except (can.CanError, OSError) as error:
                 if not self._closing.is_set():
-                    self._port.fail(f"{self.channel}: the adapter is gone: {error}")
+                    self._port.fail(f"{self.channel}: the adapter is gone: {reason_in_words(error)}")
                 return
             if message is None:
                 continue

@@ -11,8 +11,8 @@ import time
 import can
 import numpy as np
 
-from drivers.bus import BusSettings, Filters, open_bus, reason_in_words
-from drivers.errors import BusError
+from drivers.bus import BusSettings, Filters, open_bus
+from drivers.errors import BusError, reason_in_words
 from drivers.frames import FD_FRAME, FRAME, FrameBlock
 from drivers.virtual_bus import InProcessBus
 

@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers import frames
-from drivers.bus import Filters, check_network_interface, reason_in_words
-from drivers.errors import BusError
+from drivers.bus import Filters, check_network_interface
+from drivers.errors import BusError, reason_in_words
 from drivers.frames import FD_FRAME, FRAME, FrameBlock
 
 BLOCK = 512  # frames per recvmmsg; 57 ms of a full bus

@@ -13,8 +13,7 @@ import canopen
 from canopen.sdo.constants import ABORT_TIMED_OUT, RESPONSE_ABORTED
 from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 
-from drivers.bus import reason_in_words
-from drivers.errors import BusError, DriveError
+from drivers.errors import BusError, DriveError, reason_in_words
 
 _FORMATS = {
     "int8": "<b",

@@ -32,6 +32,7 @@ COMMAND_FOREIGN_SETPOINT = (
 )
 COMMAND_FOREIGN_NMT = 17  # NMT command that somebody else sends to this node
 COMMAND_DEAF_TO_NMT = 18  # 1: NMT commands are ignored
+COMMAND_RESTART = 19  # 1: the node loses its supply for a moment and boots
 
 _NAMES = {
     "emergency": COMMAND_EMERGENCY,
@@ -52,6 +53,7 @@ _NAMES = {
     "foreign-setpoint": COMMAND_FOREIGN_SETPOINT,
     "foreign-nmt": COMMAND_FOREIGN_NMT,
     "deaf-to-nmt": COMMAND_DEAF_TO_NMT,
+    "restart": COMMAND_RESTART,
 }
 
 
@@ -147,6 +149,7 @@ class Faults:
         self.foreign_setpoint: int | None = None  # counts beside the target
         self.foreign_nmt: int | None = None
         self.deaf_to_nmt = False
+        self.restarts = False
         self.waiting: list[_Waiting] = [_Waiting(planned) for planned in settings.planned]
         """faults that are planned for a phase, and have not begun"""
         self._planned = settings != FaultSettings(
@@ -248,3 +251,5 @@ class Faults:
             self.foreign_nmt = value
         elif subindex == COMMAND_DEAF_TO_NMT:
             self.deaf_to_nmt = bool(value)
+        elif subindex == COMMAND_RESTART:
+            self.restarts = bool(value)

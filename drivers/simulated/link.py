@@ -12,8 +12,8 @@ import threading
 from collections.abc import Callable
 from typing import Protocol
 
-from drivers.bus import BusSettings, check_network_interface, open_bus, reason_in_words
-from drivers.errors import BusError
+from drivers.bus import BusSettings, check_network_interface, open_bus
+from drivers.errors import BusError, reason_in_words
 from drivers.virtual_bus import InProcessBus
 
 Handler = Callable[[int, bytes], None]

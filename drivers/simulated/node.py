@@ -179,6 +179,9 @@ class SimulatedNode(canopen.LocalNode):
             faults.enter_phase(machine.enabled, machine.stopping, speed)
         if faults.nmt_state is not None:
             self.nmt_state, faults.nmt_state = faults.nmt_state, None
+        if faults.restarts:
+            faults.restarts = False
+            self.boot()
         if faults.frozen or self.nmt_state != _OPERATIONAL:
             return
         if faults.emergency is not None:
