@@ -5,6 +5,7 @@ import numpy as np
 from identify.estimation.block_errors import block_errors, ratio
 from identify.estimation.identified import Identified
 from identify.estimation.parameters import column_names
+from identify.estimation.small_algebra import single_threaded
 from identify.results.effect import EffectOnJoint
 from identify.results.identification import (
     EffectConstants,
@@ -19,6 +20,7 @@ from identify.validation.noise_floor import noise_floors
 from identify.validation.relative_error import by_payload, by_speed
 
 
+@single_threaded
 def identification_document(result: Identified) -> IdentificationDocument:
     """The result as a document; a figure that cannot be given is None."""
     fitted, record = result.fitted, result.fitted.record
