@@ -1,10 +1,7 @@
 """The FastAPI application: routes and pages on one running service."""
 
-import os
-import secrets
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from pathlib import Path
 
 from fastapi import FastAPI
 from fastapi.routing import APIRoute, APIWebSocketRoute, iter_route_contexts
@@ -14,6 +11,7 @@ from starlette.middleware.sessions import SessionMiddleware
 
 from api.pages import router as pages
 from api.service.access import declared_role
+from api.service.cookie import COOKIE, cookie_key
 from api.service.guard import Guard
 from api.service.openapi import install_openapi
 from api.service.problems import install_problem_handlers
@@ -30,6 +28,7 @@ from api.service.routes import rigs as rig_routes
 from api.service.routes import sessions as session_routes
 from api.service.service import create_service
 from api.service.settings import ServiceSettings
+from api.service.stop_desk import StopDesk
 from daq.recording_file import software_version
 from identify.recording.errors import InputError
 
@@ -54,6 +53,9 @@ def create_application(settings: ServiceSettings) -> FastAPI:
 
     @asynccontextmanager
     async def lifespan(_application: FastAPI) -> AsyncIterator[None]:
+        service.loop_pulse.start()
+        service.stop_readiness.depend_on("event loop", service.loop_pulse)
+        service.stop_passes.keep_up_to_date(service.accounts.let_in)
         await run_in_threadpool(service.experiments.reindex)
         service.jobs.start()
         service.live.start()
@@ -63,6 +65,10 @@ def create_application(settings: ServiceSettings) -> FastAPI:
         await run_in_threadpool(service.sessions.close)
         await service.live.close()
         await run_in_threadpool(service.jobs.close)
+        service.stop_readiness.no_longer("event loop")
+        service.loop_pulse.end()
+        service.stop_passes.end()
+        await run_in_threadpool(service.stop_log.close)
         service.database.close()
 
     application = FastAPI(
@@ -75,8 +81,8 @@ def create_application(settings: ServiceSettings) -> FastAPI:
         middleware=[
             Middleware(
                 SessionMiddleware,
-                secret_key=_cookie_key(settings.data_folder),
-                session_cookie="coulomb",
+                secret_key=cookie_key(settings.data_folder),
+                session_cookie=COOKIE,
                 max_age=int(settings.sign_in_lasts),
                 same_site="lax",
                 https_only=settings.secure_cookies,
@@ -85,6 +91,8 @@ def create_application(settings: ServiceSettings) -> FastAPI:
         ],
     )
     application.state.service = service
+    application.state.stop_port = None  # of the stop's own door, where there is one
+    application.state.stop_desk = StopDesk(service.rig_stop, service.stop_passes, service.stop_log, settings)
     install_problem_handlers(application)
     for routes in (
         account_routes,
@@ -105,19 +113,6 @@ def create_application(settings: ServiceSettings) -> FastAPI:
     application.state.problem_page = pages.problem_page
     _refuse_undeclared_routes(application)
     return application
-
-
-def _cookie_key(data_folder: Path) -> str:
-    """The key that signs cookies: made once, readable by the service's own user alone."""
-    file = data_folder / "cookie.key"
-    try:
-        descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-    except FileExistsError:
-        return file.read_text()
-    key = secrets.token_hex(32)
-    with os.fdopen(descriptor, "w") as stream:
-        stream.write(key)
-    return key
 
 
 def _refuse_undeclared_routes(application: FastAPI) -> None:

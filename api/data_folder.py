@@ -10,3 +10,7 @@ def default_data_folder() -> Path:
         return Path(chosen).expanduser()
     base = os.environ.get("XDG_DATA_HOME") or "~/.local/share"
     return Path(base).expanduser() / "coulomb"
+
+
+STOP_SOCKET = "stop.socket"
+"""Name in the data folder of the socket where `coulomb stop` comes in; nobody but the service's own user can open it."""

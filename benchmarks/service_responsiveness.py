@@ -12,12 +12,11 @@ from pathlib import Path
 
 import httpx
 import numpy as np
-import uvicorn
 
 import identify
 from api.application import create_application
 from api.client import Client
-from api.server import listen, server_settings
+from api.server import ServiceServer, listen
 from api.service.settings import ServiceSettings
 
 SAMPLES = 120_000
@@ -61,8 +60,9 @@ def main() -> None:
         experiment = data / "experiments" / "busy"
         write_experiment(experiment)
         application = create_application(ServiceSettings(data_folder=data))
-        server, listening = uvicorn.Server(server_settings(application)), listen("127.0.0.1", 0)
-        thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]})
+        listening = listen("127.0.0.1", 0)
+        server = ServiceServer(application, listening)
+        thread = threading.Thread(target=server.run)
         thread.start()
         address = f"http://127.0.0.1:{listening.getsockname()[1]}"
         running = threading.Event()

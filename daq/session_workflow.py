@@ -4,8 +4,10 @@ This is the side that holds the stop button. The bus belongs to the acquisition 
 recorder; both go on to a safe end without us.
 """
 
+import contextlib
 import json
 import secrets
+import select
 import subprocess
 import threading
 from collections.abc import Callable, Generator
@@ -48,6 +50,8 @@ from identify.recording.experiment_file import Payload
 
 _BEAT = 0.2
 """s between two signs of life to the acquisition process"""
+_SAY_TIMEOUT = 0.1
+"""s that a word to the acquisition process may take; it empties its pipe in every cycle"""
 _CHECK_TIMEOUT = 60.0
 """s for the acquisition process to start and to look at every drive"""
 _CLOSE_TIMEOUT = 30.0
@@ -87,6 +91,8 @@ class PayloadSession:
     plan : checked against the rig's limits at once
     on_event : called with every SessionEvent from the session's own thread
     after_session : called likewise with a Recorded, before the state becomes `done`
+    sign_of_life : asked before every sign of life to the acquisition: whether a stop would be heard now; while it is not, the
+        motion ends as if this process had died
 
     Raises InputError when plan, payload or folder do not fit the rig.
     """
@@ -103,6 +109,7 @@ class PayloadSession:
         role: Role = "identification",
         after_session: Callable[[Recorded], None] | None = None,
         seed: int | None = None,
+        sign_of_life: Callable[[], bool] = lambda: True,
     ) -> None:
         require_within_limits(plan, rig)
         self.rig = rig
@@ -119,6 +126,7 @@ class PayloadSession:
         self._on_event = on_event or _unheard
         self._after_session = after_session
         self._seed = seed
+        self._could_stop_now = sign_of_life
         self._counts = plan_counts(rig, plan)
         self._progress = Progress(0, len(self._counts), 0.0)
         self._ring = f"{rig.name[:24]}-{secrets.token_hex(6)}"
@@ -254,7 +262,7 @@ class PayloadSession:
                     "the recorder process died before the session was armed; look at memory and disk of this computer, then "
                     "begin a new session"
                 ) from None
-            self._say("arm", str(self.file))
+            self._order("arm", str(self.file))
             self._await(lambda: self.state is SessionState.ARMED, _CHECK_TIMEOUT, "arming took too long")
             if self.state is not SessionState.ARMED:
                 raise StepOutOfTurn(f"not armed: {self.reason}")
@@ -263,7 +271,7 @@ class PayloadSession:
         """The robot moves. Returns at once. Raises StepOutOfTurn unless armed."""
         with self._step(SessionState.ARMED, "start"):
             self._enter(SessionState.RUNNING, "started by the operator")
-            self._say("start")
+            self._order("start")
 
     def stop(self, reason: str = "operator's stop") -> None:
         """Bring the axes to rest and end the session; at any time, from any thread, harmless when repeated."""
@@ -271,8 +279,10 @@ class PayloadSession:
             return
         if self._connection is None:
             self._end(SessionState.ABORTED, reason)
-        else:
-            self._say("stop", reason)
+        elif not self._say("stop", reason) and self._acquisition is not None:
+            # It does not take words any more: a signal needs neither room in a pipe nor a lock of ours.
+            with contextlib.suppress(ProcessLookupError):
+                self._acquisition.terminate()
 
     def wait(self, timeout: float | None = None) -> SessionState:
         """Wait until the session has ended, at most `timeout` s; its state then."""
@@ -362,17 +372,30 @@ class PayloadSession:
             self.stop(words)
             self.wait(_CLOSE_TIMEOUT)
 
-    def _say(self, word: str, argument: str = "") -> None:
+    def _say(self, word: str, argument: str = "") -> bool:
+        """Send a word to the acquisition; False if it could not take it within a moment. Never waits longer."""
         assert self._connection is not None
-        with self._sending:
-            try:
-                self._connection.send((word, argument))
-            except OSError:
-                return  # it has died; the listener says so
+        if not self._sending.acquire(timeout=_SAY_TIMEOUT):
+            return False
+        try:
+            if not _has_room(self._connection):
+                return False
+            self._connection.send((word, argument))
+        except OSError:
+            pass  # it has died; the listener says so
+        finally:
+            self._sending.release()
+        return True
+
+    def _order(self, word: str, argument: str = "") -> None:
+        """Send a word that must arrive."""
+        if not self._say(word, argument):
+            raise _ProcessDied("the acquisition process takes no orders; begin a new session")
 
     def _beat(self) -> None:
         while not self._closing.wait(_BEAT) and self._ended is None:
-            self._say("beat")
+            if self._could_stop_now():
+                self._say("beat")
 
     def _listen(self) -> None:
         """The session's own thread: takes the acquisition process's words until its end."""
@@ -524,6 +547,13 @@ def _said(error: BaseException) -> str:
         where = f"{error.filename}: " if error.filename else ""
         return f"{where}{error.strerror or 'the system refused without a reason'}"
     return f"an error of the software ({type(error).__name__}: {error or 'without words'}); please report it"
+
+
+def _has_room(connection: Connection) -> bool:
+    """Whether a short word can be sent without waiting, now or within a moment."""
+    writable = select.poll()
+    writable.register(connection.fileno(), select.POLLOUT)
+    return any(event & (select.POLLOUT | select.POLLERR | select.POLLHUP) for _, event in writable.poll(1000 * _SAY_TIMEOUT))
 
 
 def _unheard(event: SessionEvent) -> None:

@@ -36,6 +36,14 @@ def serve(
     jobs: Annotated[int, typer.Option(min=1, max=64, help="Computations at the same time.")] = 1,
     workers: Workers = 1,
     cluster: Cluster = None,
+    stop_port: Annotated[
+        int | None,
+        typer.Option(
+            min=0,
+            max=65535,
+            help="Port for stops alone, which answers whatever the service is doing; by https the port after --port.",
+        ),
+    ] = None,
     tls_certificate: Annotated[
         Path | None, typer.Option(help="Certificate (PEM), to answer by https.", exists=True, dir_okay=False)
     ] = None,
@@ -71,4 +79,5 @@ def serve(
         ),
         certificate=tls_certificate,
         key=tls_key,
+        stop_port=stop_port,
     )

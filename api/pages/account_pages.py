@@ -146,6 +146,7 @@ def audit_page(
     request: Request, user: access.Administrator, before: Annotated[int | None, Query(ge=1, le=2**53)] = None
 ) -> HTMLResponse:
     """The audit log, the newest first."""
+    access.service_of(request).stop_log.settle()
     rows = access.service_of(request).audit.rows(before=before, limit=AUDIT_ROWS)
     entries = [
         {

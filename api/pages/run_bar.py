@@ -4,12 +4,13 @@ from typing import Any
 
 from fastapi import APIRouter, Request
 
-from api.pages.number_format import duration, listing
+from api.pages.number_format import duration
 from api.pages.rendering import PREFIX, Context
 from api.pages.rig_users import onlooker_words
 from api.service import access
 from api.service.homings import HomingRun
 from api.service.service import Service
+from api.service.stop_desk import everything_stopped
 from daq.session_events import SessionState
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
@@ -60,13 +61,7 @@ def _homing_state(service: Service, homing: HomingRun, own_name: str) -> Context
 @router.post("/stop")
 async def stop(request: Request, user: access.SignedIn) -> Context:
     """Bring everything to rest, now. Open to everybody who is signed in."""
-    service = access.service_of(request)
-    stopped = []
-    for rig in service.rigs.files():
-        if await service.rig_stop.stop(rig, user):
-            stopped.append(rig)
-    words = f"{listing(stopped)} stops." if stopped else "Nothing was moving."
-    return {"stopped": stopped, "words": words}
+    return everything_stopped(access.service_of(request).rig_stop, user.name)
 
 
 def seconds_left(progress: Any) -> float | None:

@@ -67,7 +67,8 @@ class IssuedToken:
     secret: str
 
 
-def _sha256(secret: str) -> str:
+def digest(secret: str) -> str:
+    """SHA-256 of a sign-in's or a token's secret: all that is stored of it."""
     return hashlib.sha256(secret.encode()).hexdigest()
 
 
@@ -176,13 +177,13 @@ class Accounts:
         now = self._clock()
         with self._database.transaction() as session:
             session.execute(delete(SignInRow).where(SignInRow.expires < now))
-            session.add(SignInRow(id_hash=_sha256(secret), user=user.name, expires=now + lasts))
+            session.add(SignInRow(id_hash=digest(secret), user=user.name, expires=now + lasts))
         return secret
 
     def user_of_sign_in(self, secret: str) -> User | None:
         """Whose sign-in it is, or None if it is unknown, ended or expired."""
         with self._database.transaction() as session:
-            row = session.get(SignInRow, _sha256(secret))
+            row = session.get(SignInRow, digest(secret))
             if row is None or row.expires < self._clock():
                 return None
             user = session.get(UserRow, row.user)
@@ -191,7 +192,7 @@ class Accounts:
     def close_sign_in(self, secret: str) -> None:
         """End a sign-in; nothing happens if it has ended already."""
         with self._database.transaction() as session:
-            session.execute(delete(SignInRow).where(SignInRow.id_hash == _sha256(secret)))
+            session.execute(delete(SignInRow).where(SignInRow.id_hash == digest(secret)))
 
     # --- tokens
 
@@ -211,7 +212,7 @@ class Accounts:
                 id=secrets.token_hex(8),
                 user=user_name,
                 label=label[:100],
-                token_hash=_sha256(secret),
+                token_hash=digest(secret),
                 scope=scope,
                 created=now,
                 expires=now + lasts,
@@ -240,7 +241,7 @@ class Accounts:
         """Whose token it is, with the smaller of scope and role, or None if unknown or expired."""
         now = self._clock()
         with self._database.transaction() as session:
-            row = session.scalar(select(TokenRow).where(TokenRow.token_hash == _sha256(secret)))
+            row = session.scalar(select(TokenRow).where(TokenRow.token_hash == digest(secret)))
             if row is None or row.expires < now:
                 return None
             user = session.get(UserRow, row.user)
@@ -249,5 +250,27 @@ class Accounts:
             # One write a minute at most: a notebook polls often.
             if row.last_used is None or now - row.last_used > 60:
                 row.last_used = now
-        scope, role = Role(row.scope), Role(user.role)
-        return User(user.name, scope if role.covers(scope) else role, "token")
+        return _by_token(row, user)
+
+    def let_in(self) -> dict[str, User]:
+        """Whom every sign-in and token that has not expired lets in, by the secret's digest."""
+        now = self._clock()
+        with self._database.transaction() as session:
+            users = {row.name: row for row in session.scalars(select(UserRow))}
+            sign_ins = session.scalars(select(SignInRow).where(SignInRow.expires >= now)).all()
+            tokens = session.scalars(select(TokenRow).where(TokenRow.expires >= now)).all()
+        found = {
+            row.id_hash: User(row.user, Role(users[row.user].role), "cookie")
+            for row in sign_ins
+            if row.user in users
+        }
+        for row in tokens:
+            if row.user in users:
+                found[row.token_hash] = _by_token(row, users[row.user])
+        return found
+
+
+def _by_token(token: TokenRow, user: UserRow) -> User:
+    """The user of a token, with the smaller of scope and role."""
+    scope, role = Role(token.scope), Role(user.role)
+    return User(user.name, scope if role.covers(scope) else role, "token")

@@ -65,6 +65,7 @@ class AuditLog:
         *,
         client: str = "",
         details: Json | None = None,
+        at: float | None = None,
     ) -> None:
         """Write one row and commit it.
 
@@ -72,9 +73,10 @@ class AuditLog:
         target  : on what, such as `rig bench, experiment rx130l`
         outcome : what came of it, such as `asked`, `200` or `refused: rig is in use`
         client  : network address it came from
+        at      : s since 1970, when it was; None is now
         """
         row = AuditRow(
-            time=self._clock(),
+            time=self._clock() if at is None else at,
             user=user.name,
             role=user.role,
             client=client[:64],

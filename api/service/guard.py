@@ -9,19 +9,20 @@ import logging
 from collections.abc import Callable
 from functools import partial
 from typing import Any
-from urllib.parse import urlsplit
 
 import anyio
 import anyio.to_thread
 from starlette.datastructures import MutableHeaders
 from starlette.exceptions import HTTPException
 from starlette.requests import HTTPConnection
+from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from api.service.access import CSRF_HEADER, CSRF_KEY, SIGN_IN_KEY, STILL_WELCOME_KEY, client_address
 from api.service.accounts import LOCAL_OPERATOR, Role, User
 from api.service.problems import Problem, problem_response
-from api.service.settings import ServiceSettings, is_loopback
+from api.service.request_origin import check_host, check_origin
+from api.service.settings import ServiceSettings
 
 SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 GUARD_THREADS = 8
@@ -60,13 +61,16 @@ class Guard:
         receive = _bounded(connection, receive, service.settings)
         try:
             _check_address(connection)
-            self._check_host(connection, service.settings)
+            if scope["type"] == "http" and (stopped := connection.app.state.stop_desk.answer(scope)):
+                await JSONResponse(stopped.content, stopped.status)(scope, receive, send)
+                return
+            check_host(connection, service.settings)
             _check_length(connection, service.settings)
             user = await self._who(connection, service)
             scope["user"] = user
             changes = scope["type"] == "http" and scope["method"] not in SAFE_METHODS
             if changes or scope["type"] == "websocket":
-                self._check_origin(connection)
+                check_origin(connection)
             if changes and user is not None and user.via != "token":
                 self._check_csrf(connection)
             if scope["type"] == "websocket" and user is None:
@@ -86,26 +90,6 @@ class Guard:
         button passes here."""
         return await anyio.to_thread.run_sync(function, *arguments, limiter=self._threads)
 
-    def _check_host(self, connection: HTTPConnection, settings) -> None:
-        """A name that is not ours means that a foreign page had its own name resolve to this machine
-        (DNS rebinding): refused."""
-        host = (urlsplit("//" + connection.headers.get("host", "")).hostname or "").lower()
-        if not settings.bound_to_loopback and not settings.allowed_hosts:
-            return
-        if is_loopback(host) or host == settings.host.strip("[]").lower() or host in settings.allowed_hosts:
-            return
-        raise Problem(
-            400, f"This service is not called {host!r}; start it with --allow-host {host} if it is."
-        )
-
-    def _check_origin(self, connection: HTTPConnection) -> None:
-        """Browsers say which site a request comes from; only this one may change something or listen."""
-        if connection.headers.get("sec-fetch-site", "same-origin") not in ("same-origin", "none"):
-            raise Problem(403, "The request comes from another site.")
-        origin = connection.headers.get("origin")
-        if origin is not None and urlsplit(origin).netloc != connection.headers.get("host"):
-            raise Problem(403, "The request comes from another site.")
-
     def _check_csrf(self, connection: HTTPConnection) -> None:
         expected = connection.session.get(CSRF_KEY)
         # Without our cookie there is nothing that a browser attached by itself; the origin was checked.
@@ -115,17 +99,21 @@ class Guard:
     async def _who(self, connection: HTTPConnection, service) -> User | None:
         scheme, _, secret = connection.headers.get("authorization", "").partition(" ")
         if scheme.lower() == "bearer":
-            user = await self._in_thread(service.accounts.user_of_token, secret.strip())
+            secret = secret.strip()
+            user = await self._in_thread(service.accounts.user_of_token, secret)
             if user is None:
                 raise Problem(
                     401, "The bearer token is unknown, expired or revoked.", {"WWW-Authenticate": "Bearer"}
                 )
+            service.stop_passes.remember(secret, user)
             return user
         if secret := connection.session.get(SIGN_IN_KEY):
             user = await self._in_thread(service.accounts.user_of_sign_in, secret)
             if user is not None:
+                service.stop_passes.remember(secret, user)
                 return user
         if service.settings.bound_to_loopback and not await self._in_thread(service.accounts.exist):
+            service.stop_passes.local_operator = True
             return LOCAL_OPERATOR
         return None
 

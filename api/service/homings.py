@@ -6,6 +6,8 @@ dies leaves no axis moving.
 
 import logging
 import threading
+import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,6 +21,8 @@ from drivers.errors import DriverError
 
 HOMING, DONE, STOPPED, FAILED = "homing", "done", "stopped", "failed"
 """States of a homing."""
+DEAF = 2.0
+"""s without a stop that could be answered, after which a homing ends by itself, as a session does"""
 PATIENCE = 30.0
 """s that the service, at its end, waits for an axis to be at rest and without power."""
 _log = logging.getLogger(__name__)
@@ -52,16 +56,48 @@ class HomingRun:
         return f"Joint {self.joint} is being homed; wait for it, or stop it."
 
 
+class HomingStop(threading.Event):
+    """Set by whoever stops a homing, and by itself once no stop could have been heard for `DEAF` s.
+
+    words : why it set itself; empty where a person did
+    """
+
+    def __init__(self, could_stop_now: Callable[[], bool]) -> None:
+        super().__init__()
+        self._could_stop_now = could_stop_now
+        self._heard = time.monotonic()
+        self.words = ""
+
+    def is_set(self) -> bool:
+        """Whether the axis is to come to rest; asked in every turn of the homing."""
+        if not super().is_set():
+            now = time.monotonic()
+            if self._could_stop_now():
+                self._heard = now
+            elif now - self._heard > DEAF:
+                self.words = f"the service could not have answered the stop button for {DEAF:g} s; it stopped the homing itself"
+                self.set()
+        return super().is_set()
+
+
 class Homings:
     """Starts homings, follows them, stops them."""
 
-    def __init__(self, rigs: RigStore, operators: RigOperators, claims: BusClaims, audit: AuditLog) -> None:
+    def __init__(
+        self,
+        rigs: RigStore,
+        operators: RigOperators,
+        claims: BusClaims,
+        audit: AuditLog,
+        could_stop_now: Callable[[], bool] = lambda: True,
+    ) -> None:
+        self._could_stop_now = could_stop_now
         self._rigs = rigs
         self._operators = operators
         self._claims = claims
         self._audit = audit
         self._runs: dict[str, HomingRun] = {}
-        self._stops: dict[str, threading.Event] = {}
+        self._stops: dict[str, HomingStop] = {}
         self._threads: dict[str, threading.Thread] = {}
 
     def run(self, rig: str) -> HomingRun | None:
@@ -98,7 +134,7 @@ class Homings:
         try:
             # Written before anything moves: without a log there is no motion.
             self._audit.append(user, "homing start", f"rig {rig}, joint {joint}", "asked", client=client)
-            stop = threading.Event()
+            stop = HomingStop(self._could_stop_now)
             thread = threading.Thread(
                 target=self._home,
                 args=(run, claim, settings, index, reset_faults, stop),
@@ -111,10 +147,16 @@ class Homings:
             raise
         return run
 
-    def stop(self, rig: str, reason: str) -> bool:
-        """Bring the joint that is being homed to rest; whether there was one. Harmless when repeated."""
+    def rigs(self) -> list[str]:
+        """Rigs on which something was homed since the service began."""
+        return list(self._runs)
+
+    def stop(self, rig: str, reason: str) -> bool | None:
+        """Bring the joint that is being homed to rest; whether there was one, None if there never was. Harmless when repeated."""
         run = self._runs.get(rig)
-        if run is None or not run.moves:
+        if run is None:
+            return None
+        if not run.moves:
             return False
         run.words = run.words or reason
         self._stops[rig].set()
@@ -138,7 +180,7 @@ class Homings:
         settings: Rig,
         index: int,
         reset_faults: bool,
-        stop: threading.Event,
+        stop: "HomingStop",
     ) -> None:
         """In a thread of its own, from the bus taken to the bus given back."""
         state, found = FAILED, None
@@ -147,7 +189,7 @@ class Homings:
             state = DONE
         except DriverError as error:
             state = STOPPED if stop.is_set() else FAILED
-            run.words = run.words or str(error)
+            run.words = run.words or stop.words or str(error)
         except Exception as error:
             _log.exception("homing %s of %s", run.joint, run.rig)
             run.words = run.words or f"{type(error).__name__}: {error}"

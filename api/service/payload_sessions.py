@@ -5,8 +5,10 @@ wait for it.
 """
 
 import logging
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
@@ -145,6 +147,7 @@ class PayloadSessions:
         models: ModelWorkflow,
         audit: AuditLog,
         clock: Callable[[], float],
+        could_stop_now: Callable[[], bool] = lambda: True,
     ) -> None:
         self._experiments = experiments
         self._rigs = rigs
@@ -154,6 +157,7 @@ class PayloadSessions:
         self._models = models
         self._audit = audit
         self._clock = clock
+        self._could_stop_now = could_stop_now
         self._active: dict[str, ActiveSession] = {}
         self._lock = Lock()
         self._listeners: set[Listener] = set()
@@ -253,6 +257,7 @@ class PayloadSessions:
                 on_event=lambda event: self._event(active, event),
                 role=row.role,
                 after_session=lambda _recorded: self._recorded(active),
+                sign_of_life=self._could_stop_now,
             )
             active = ActiveSession(rig, experiment, identifier, payload_session, user.name)
             active.claim = self._claims.claim(rig, settings.bus, active)
@@ -342,15 +347,31 @@ class PayloadSessions:
 
     # --- stopping
 
-    def stop(self, rig: str, user: User) -> bool:
-        """Bring the rig to rest, now. Open to everybody who is signed in; harmless when repeated.
+    def rigs(self) -> list[str]:
+        """Rigs that had a session since the service began."""
+        return list(self._active)
 
-        Returns whether there was a session to stop.
+    def rig_of(self, experiment: str, identifier: str) -> str | None:
+        """The rig that has this session, or had it last; None where none did since the service began."""
+        sessions = list(self._active.values())
+        return next((each.rig for each in sessions if (each.experiment, each.id) == (experiment, identifier)), None)
+
+    def stop(self, rig: str, name: str) -> bool | None:
+        """Bring the rig to rest, now, for the person of that name; harmless when repeated.
+
+        Returns whether there was a session to stop, None if the rig had none since the service began.
         """
         active = self._active.get(rig)
-        if active is None or active.state.ended:
+        if active is None:
+            return None
+        if active.state.ended:
             return False
-        active.payload_session.stop(f"stopped by {user.name}")
+        stop = partial(active.payload_session.stop, f"stopped by {name}")
+        if active.state is SessionState.NEW:
+            # Nothing moves yet, and a session without processes ends in our own index: that may wait.
+            threading.Thread(target=stop).start()
+        else:
+            stop()
         return True
 
     def stop_all(self, reason: str) -> None:

@@ -1,36 +1,40 @@
-"""The stop of a rig: whatever moves it, a session or a homing, comes to rest."""
+"""The stop of a rig: whatever moves it, a session or a homing, comes to rest.
+
+Nothing here needs a database, a file, a lock or a new thread, and nothing waits: a stop is an order to a process or a
+thread that is there already.
+"""
 
 import threading
 
-import anyio
-import anyio.to_thread
-
-from api.service.accounts import User
 from api.service.homings import Homings
 from api.service.payload_sessions import PayloadSessions
 
-STOP_THREADS = 4
-"""Threads that only ever stop a rig."""
-
 
 class RigStop:
-    """Stops rigs in threads of its own, so that no slow request is ahead of it."""
+    """Stops rigs; from any thread, harmless when repeated."""
 
     def __init__(self, sessions: PayloadSessions, homings: Homings) -> None:
         self._sessions = sessions
         self._homings = homings
-        self._threads: anyio.CapacityLimiter | None = None
 
-    async def stop(self, rig: str, user: User) -> bool:
-        """Bring the rig to rest, now; returns whether anything was under way. Harmless when repeated."""
-        if self._threads is None:  # made in the event loop that it belongs to
-            self._threads = anyio.CapacityLimiter(STOP_THREADS)
+    def stop(self, rig: str, name: str) -> bool | None:
+        """Bring the rig to rest, now, for the person of that name.
 
-        def stop_both() -> bool:
-            homing = self._homings.stop(rig, f"stopped by {user.name}")
-            return self._sessions.stop(rig, user) or homing
+        Returns whether anything was under way, None for a rig that nothing has used since the service began.
+        """
+        found = [self._homings.stop(rig, f"stopped by {name}"), self._sessions.stop(rig, name)]
+        known = [each for each in found if each is not None]
+        return any(known) if known else None
 
-        return await anyio.to_thread.run_sync(stop_both, limiter=self._threads)
+    def stop_session(self, experiment: str, session: str, name: str) -> bool | None:
+        """Bring the rig of this session to rest; None where no rig has it."""
+        rig = self._sessions.rig_of(experiment, session)
+        return None if rig is None else self.stop(rig, name)
+
+    def stop_everything(self, name: str) -> list[str]:
+        """Bring every rig to rest, for the person of that name; ids of those that moved."""
+        rigs = sorted({*self._sessions.rigs(), *self._homings.rigs()})
+        return [rig for rig in rigs if self.stop(rig, name)]
 
     def stop_all(self, reason: str) -> None:
         """Bring every rig to rest, from a signal's handler too; returns at once."""

@@ -17,6 +17,7 @@ from api.service.model_workflow import ModelWorkflow
 from api.service.payload_sessions import PayloadSessions
 from api.service.plan_store import PlanStore
 from api.service.planner import Planner
+from api.service.pulse import LoopPulse, StopReadiness
 from api.service.rig_operators import RigOperators
 from api.service.rig_stop import RigStop
 from api.service.rig_store import RigStore
@@ -24,6 +25,8 @@ from api.service.separating_plans import SeparatingPlanner
 from api.service.session_samples import SessionSamples
 from api.service.settings import ServiceSettings
 from api.service.sign_in_throttle import SignInThrottle
+from api.service.stop_log import StopLog
+from api.service.stop_passes import StopPasses
 from api.service.weighing import WeighingScale
 
 
@@ -50,6 +53,10 @@ class Service:
     homings: Homings
     drive_resets: DriveResets
     rig_stop: RigStop
+    stop_passes: StopPasses
+    stop_log: StopLog
+    stop_readiness: StopReadiness
+    loop_pulse: LoopPulse
     samples: SessionSamples
     live: LiveFeed
     scale: WeighingScale
@@ -70,8 +77,11 @@ def create_service(settings: ServiceSettings) -> Service:
     claims = BusClaims()
     operators = RigOperators(claims, clock)
     plans = PlanStore(settings.data_folder / "plans")
-    sessions = PayloadSessions(experiments, rigs, operators, claims, plans, models, audit, clock)
-    homings = Homings(rigs, operators, claims, audit)
+    readiness = StopReadiness()
+    sessions = PayloadSessions(
+        experiments, rigs, operators, claims, plans, models, audit, clock, readiness.could_stop_now
+    )
+    homings = Homings(rigs, operators, claims, audit, readiness.could_stop_now)
     return Service(
         settings=settings,
         database=database,
@@ -93,6 +103,10 @@ def create_service(settings: ServiceSettings) -> Service:
         drive_resets=DriveResets(rigs, operators, claims, audit),
         rig_stop=RigStop(sessions, homings),
         samples=SessionSamples(settings.data_folder / "looked-at", ConfinedReader(settings.upload_limits)),
+        stop_passes=StopPasses(),
+        stop_log=StopLog(audit, clock),
+        stop_readiness=readiness,
+        loop_pulse=LoopPulse(),
         live=LiveFeed(operators, sessions, settings.live_rate),
         scale=WeighingScale(settings.scale_port),
     )

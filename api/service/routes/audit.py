@@ -33,5 +33,6 @@ def audit(
     limit: Annotated[int, Query(ge=1, le=1000)] = 100,
 ) -> list[AuditEntry]:
     """The newest entries first. Nothing in the log can be changed or deleted."""
+    access.service_of(request).stop_log.settle()
     rows = access.service_of(request).audit.rows(before=before, limit=limit)
     return [AuditEntry.model_validate(row, from_attributes=True) for row in rows]

@@ -164,11 +164,10 @@ async def stop(
     request: Request, user: access.SignedIn, experiment: ExperimentId, session: SessionId
 ) -> Stopped:
     """Bring the session's rig to rest, now. Open to everybody who is signed in, always."""
-    for rig in service_of(request).rigs.files():
-        active = service_of(request).sessions.active(rig)
-        if active is not None and (active.experiment, active.id) == (experiment, session):
-            return Stopped(stopped=await service_of(request).rig_stop.stop(rig, user))
-    raise Problem(409, f"The session {session} of {experiment} has no rig's bus: nothing moves.")
+    stopped = service_of(request).rig_stop.stop_session(experiment, session, user.name)
+    if stopped is None:
+        raise Problem(409, f"The session {session} of {experiment} has no rig's bus: nothing moves.")
+    return Stopped(stopped=stopped)
 
 
 @router.post("/experiments/{experiment}/sessions/{session}/recover", responses=problems(409))

@@ -1,0 +1,218 @@
+"""The connections that the event loop serves: how many, from where, and how long each may keep it waiting.
+
+A connection is admitted while there is room, overall and for its address; where there is none, the one that has been idle
+longest makes room. Who begins a request and does not go on with it is shown out. The acceptor's thread admits, the event
+loop serves and sweeps; what both use are sets and flags that change in one step.
+"""
+
+import asyncio
+import logging
+import select
+import socket
+import ssl
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from uvicorn import Config
+from uvicorn.protocols.http.h11_impl import H11Protocol
+from uvicorn.server import ServerState
+
+HEAD_TIMEOUT = 10.0
+"""s that a connection may take for the head of a request, from its begin or from the answer before"""
+BODY_TIMEOUT = 30.0
+"""s without a byte of a body that was announced"""
+SWEEP_EVERY = 1.0
+"""s between looks for those who keep us waiting"""
+MOST_CONNECTIONS = 512
+"""at the same time; a laboratory with 60 viewers uses some 200. Below 1024, beyond which select() fails in libraries."""
+_log = logging.getLogger(__name__)
+
+
+@dataclass(eq=False)
+class Link:
+    """One admitted connection.
+
+    prefix : what was read of it before it was admitted
+    shown_out : it has to go, and no longer counts
+    """
+
+    socket: socket.socket
+    address: str
+    prefix: bytes = b""
+    protocol: "LinkedProtocol | None" = None
+    shown_out: bool = False
+    idle_since: float = field(default_factory=time.monotonic)
+    heard: float = field(default_factory=time.monotonic)
+
+    @property
+    def gone(self) -> bool:
+        """Whether it is closed, or on its way out."""
+        return self.shown_out or self.socket.fileno() == -1
+
+    @property
+    def idle(self) -> bool:
+        """Whether it waits for a request; not while one is answered, and never as a WebSocket."""
+        return self.protocol is not None and self.protocol.waits
+
+    def peek(self) -> bytes:
+        """What has come and was not read yet, at most a request's head; without reading it. Needs no descriptor."""
+        descriptor = self.socket.fileno()
+        poller = select.poll()
+        try:
+            poller.register(descriptor, select.POLLIN)
+            if not poller.poll(0):
+                return b""
+            seen = socket.socket(fileno=descriptor)
+        except (OSError, ValueError):
+            return b""
+        try:
+            return seen.recv(8192, socket.MSG_PEEK | socket.MSG_DONTWAIT)
+        except OSError:
+            return b""
+        finally:
+            seen.detach()
+
+
+class LinkedProtocol(H11Protocol):
+    """uvicorn's HTTP protocol that says when it waits, and begins with what was read before."""
+
+    def __init__(self, link: Link, config: Config, state: ServerState, lifespan_state: dict) -> None:
+        super().__init__(config=config, server_state=state, app_state=lifespan_state)
+        self.link = link
+        self.upgraded = False
+
+    @property
+    def waits(self) -> bool:
+        """Whether the next thing is a request."""
+        return not self.upgraded and (self.cycle is None or self.cycle.response_complete)
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Read first what the acceptor had read."""
+        super().connection_made(transport)
+        prefix, self.link.prefix = self.link.prefix, b""
+        self.link.heard = time.monotonic()
+        if prefix:
+            self.data_received(prefix)
+
+    def data_received(self, data: bytes) -> None:
+        """Note that something came."""
+        self.link.heard = time.monotonic()
+        super().data_received(data)
+
+    def handle_websocket_upgrade(self, event) -> None:  # noqa: ANN001 - h11's
+        """From here on another protocol has the connection."""
+        self.upgraded = True
+        super().handle_websocket_upgrade(event)
+
+    def on_response_complete(self) -> None:
+        """The connection waits for its next request."""
+        self.link.idle_since = time.monotonic()
+        super().on_response_complete()
+
+
+class Connections:
+    """All admitted connections of one server.
+
+    most : at the same time; from one address at most half of them
+    """
+
+    def __init__(self, config: Config, state: ServerState, most: int) -> None:
+        self._config = config
+        self._state = state
+        self._most = most
+        self._links: set[Link] = set()
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._lifespan_state: dict = {}
+        self._sweeper: asyncio.TimerHandle | None = None
+        self._adopting: set[asyncio.Task[None]] = set()
+
+    def start(self, lifespan_state: dict) -> None:
+        """Serve from now on, in the running event loop."""
+        self._loop = asyncio.get_running_loop()
+        self._lifespan_state = lifespan_state
+        self._sweep()
+
+    def end(self) -> None:
+        """Sweep no more."""
+        if self._sweeper is not None:
+            self._sweeper.cancel()
+
+    # --- in the acceptor's thread
+
+    def admit(self, link: Link, tls: ssl.SSLContext | None = None) -> bool:
+        """Give a connection to the event loop if there is room; a TLS handshake is made there."""
+        if self._loop is None or self._loop.is_closed() or not self._make_room(link.address):
+            return False
+        self._links.add(link)
+        self._loop.call_soon_threadsafe(self._begin, link, tls)
+        return True
+
+    def served(self) -> Iterator[Link]:
+        """Those that are there."""
+        return (link for link in list(self._links) if not link.gone)
+
+    def show_out_longest_idle(self) -> bool:
+        """Close the connection that has waited longest; False if none waits."""
+        return self._show_out([link for link in self.served() if link.idle])
+
+    def _make_room(self, address: str) -> bool:
+        served = list(self.served())
+        same = [link for link in served if link.address == address]
+        crowd = same if len(same) >= self._most // 2 else served if len(served) >= self._most else None
+        return crowd is None or self._show_out([link for link in crowd if link.idle])
+
+    def _show_out(self, idle: list[Link]) -> bool:
+        if not idle or self._loop is None:
+            return False
+        link = min(idle, key=lambda link: link.idle_since)
+        link.shown_out = True
+        self._loop.call_soon_threadsafe(self._close, link)
+        return True
+
+    # --- in the event loop
+
+    def _begin(self, link: Link, tls: ssl.SSLContext | None) -> None:
+        task = asyncio.ensure_future(self._adopt(link, tls))
+        self._adopting.add(task)
+        task.add_done_callback(self._adopting.discard)
+
+    async def _adopt(self, link: Link, tls: ssl.SSLContext | None) -> None:
+        assert self._loop is not None
+
+        def protocol() -> LinkedProtocol:
+            link.protocol = LinkedProtocol(link, self._config, self._state, self._lifespan_state)
+            return link.protocol
+
+        try:
+            await self._loop.connect_accepted_socket(
+                protocol, link.socket, ssl=tls, ssl_handshake_timeout=HEAD_TIMEOUT if tls else None
+            )
+        except (OSError, ssl.SSLError):
+            link.socket.close()  # it went before it was there, or speaks no TLS
+
+    def _sweep(self) -> None:
+        assert self._loop is not None
+        now = time.monotonic()
+        for link in list(self._links):
+            if link.socket.fileno() == -1:
+                self._links.discard(link)
+            elif link.protocol is not None and self._keeps_us_waiting(link, link.protocol, now):
+                self._close(link)
+        self._sweeper = self._loop.call_later(SWEEP_EVERY, self._sweep)
+
+    @staticmethod
+    def _keeps_us_waiting(link: Link, protocol: LinkedProtocol, now: float) -> bool:
+        if protocol.upgraded:
+            return False
+        if protocol.waits:
+            return now - link.idle_since > HEAD_TIMEOUT
+        # Where it is we who do not read, nothing can come.
+        slow = protocol.cycle.more_body and not protocol.flow.read_paused
+        return slow and now - link.heard > BODY_TIMEOUT
+
+    def _close(self, link: Link) -> None:
+        link.shown_out = True
+        if link.protocol is None or link.protocol.transport is None:
+            return  # its handshake has a time-out of its own
+        link.protocol.transport.abort()

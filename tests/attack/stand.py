@@ -1,0 +1,213 @@
+"""A service in a process of its own that moves a simulated rig in real time, and the axis in view from outside.
+
+What the axis does is read from the acquisition's ring in shared memory, by this process and its own clock: no word of the
+service is believed about when it came to rest.
+"""
+
+import contextlib
+import os
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import httpx
+import numpy as np
+import yaml
+
+from api.service.accounts import Accounts, Role
+from api.service.database import open_database
+from api.service.plan_store import PlanStore
+from daq.excitation.excitation_plan import ExcitationPlan
+from daq.excitation.trapezoid import Move
+from daq.rig import RIGS
+from daq.ring_buffer import RingReader
+
+ROOT = Path(__file__).parents[2]
+PASSWORD = "correct horse battery"
+PEOPLE = {"ada": Role.OPERATOR, "vera": Role.VIEWER, "mallory": Role.VIEWER, "root": Role.ADMIN}
+PATIENCE = 60.0
+"""s for a step of the service on a busy machine"""
+TURN = 0.002
+"""s between looks at the ring"""
+AT_REST = 2e-4
+"""rad that a joint may still move in `STILL` s to count as at rest: 4 mrad/s"""
+STILL = 0.05
+
+
+RIG = f"attack-{os.getpid()}"
+"""Name in the rig file, of which the ring's name is made; its id in the service is `bench`."""
+
+
+def _ring_of_the_motion() -> RingReader:
+    rings = sorted(Path("/dev/shm").glob(f"*{RIG}-*-rows"), key=lambda file: file.stat().st_mtime)
+    return RingReader(rings[-1].name.removeprefix("coulomb-ring-"))
+
+
+def free_port() -> int:
+    """A port of this machine that nothing listens on now."""
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        return found.getsockname()[1]
+
+
+def long_plan() -> ExcitationPlan:
+    """Back and forth at 0.5 rad/s for two minutes: it hardly ever stands still."""
+    there, back = Move(to=(1.3,), duration=2.2, ramp=0.4), Move(to=(0.3,), duration=2.2, ramp=0.4)
+    return ExcitationPlan(joints=("j3",), start=(0.3,), phases=(there, back) * 27, name="long")
+
+
+@dataclass
+class Axis:
+    """The joint's position over this process's time, watched until `end` is set."""
+
+    rows: list[tuple[float, float]] = field(default_factory=list)
+    end: threading.Event = field(default_factory=threading.Event)
+
+    def watch(self, ring: RingReader, to_joint: Callable[[float], float]) -> None:
+        """Note every new row."""
+        last = -1
+        while not self.end.wait(TURN):
+            newest = ring.latest(1)
+            if len(newest) and newest["cycle"][0] != last:
+                last = int(newest["cycle"][0])
+                self.rows.append((time.monotonic(), to_joint(float(newest["position"][0, 0]))))
+
+    def speed_at(self, moment: float) -> float:
+        """rad/s around a moment."""
+        seen = np.array(self.rows)
+        near = seen[np.abs(seen[:, 0] - moment) < 0.1]
+        return float(np.abs(np.ptp(near[:, 1]) / np.ptp(near[:, 0]))) if len(near) > 2 else 0.0
+
+    def rest_after(self, moment: float) -> float:
+        """s from that moment until the joint did not move any more."""
+        seen = np.array(self.rows)
+        final = seen[-1, 1]
+        moved = seen[np.abs(seen[:, 1] - final) > AT_REST]
+        return float(moved[-1, 0] - moment) if len(moved) else 0.0
+
+
+@dataclass
+class Stand:
+    """The running service."""
+
+    address: str
+    data: Path
+    process: "subprocess.Popen[bytes]"
+    tokens: dict[str, str]
+    verify: str | bool = True
+
+    def client(self, name: str | None = None, timeout: float = PATIENCE) -> httpx.Client:
+        """A client with that person's token, or without any."""
+        headers = {} if name is None else {"Authorization": f"Bearer {self.tokens[name]}"}
+        return httpx.Client(base_url=self.address, headers=headers, timeout=timeout, verify=self.verify)
+
+    def browser(self, name: str) -> httpx.Client:
+        """A browser that is signed in: cookie, origin, and the page's token."""
+        client = self.client()
+        answer = client.post("/sign-in", json={"name": name, "password": PASSWORD})
+        assert answer.status_code == 200, answer.text
+        client.headers.update({
+            "X-CSRF-Token": answer.json()["csrf_token"],
+            "Origin": self.address,
+            "Sec-Fetch-Site": "same-origin",
+        })
+        return client
+
+    @contextlib.contextmanager
+    def motion(self) -> Iterator[Axis]:
+        """The rig moves fast; the axis is watched until the block ends."""
+        with self.client("ada") as ada:
+            answer = ada.post("/experiments", json={"name": "arm", "rig": "bench"})
+            assert answer.status_code == 201, answer.text
+            new = {"rig": "bench", "plan": "long", "payload": {"name": "none"}}
+            answer = ada.post("/experiments/arm/sessions", json=new)
+            assert answer.status_code == 201, answer.text
+            steps = "/experiments/arm/sessions/session-00"
+            for step, body in (
+                ("check", None),
+                ("weigh", {"mass": 0.0}),
+                ("confirm", None),
+                ("arm", None),
+                ("start", None),
+            ):
+                answer = ada.post(f"{steps}/{step}", json=body)
+                assert answer.status_code == 200, answer.text
+        ring = _ring_of_the_motion()
+        scale = 2 * np.pi / 131072 / 95.0
+        axis = Axis()
+        thread = threading.Thread(target=axis.watch, args=(ring, lambda counts: counts * scale))
+        thread.start()
+        try:
+            wait_until(lambda: len(axis.rows) > 100 and axis.speed_at(axis.rows[-1][0]) > 0.3)
+            yield axis
+        finally:
+            axis.end.set()
+            thread.join()
+            ring.close()
+
+
+def wait_until(condition: Callable[[], bool], timeout: float = PATIENCE) -> None:
+    """Return once the condition holds."""
+    latest, pause = time.monotonic() + timeout, threading.Event()
+    while not condition():
+        assert time.monotonic() < latest, "it did not happen in time"
+        pause.wait(0.01)
+
+
+def comes_to_rest(axis: Axis, after: float = 0.3, timeout: float = PATIENCE) -> None:
+    """Return once the joint has not moved for `after` s."""
+
+    def still() -> bool:
+        # The ring may have ended with the session: no row is no motion either.
+        now = time.monotonic()
+        recent = [position for moment, position in axis.rows if now - moment < after]
+        return not recent or max(recent) - min(recent) < AT_REST
+
+    wait_until(still, timeout)
+
+
+@contextlib.contextmanager
+def running_service(folder: Path, *, descriptors: int = 1024, tls: tuple[Path, Path] | None = None) -> Iterator[Stand]:
+    """Start the service on a data folder of its own, with accounts and a plan; ended at the end, whatever happened."""
+    data = folder / "data"
+    (data / "rigs").mkdir(parents=True)
+    rig = yaml.safe_load((RIGS / "rx130l-joint3-simulated.yaml").read_text())
+    rig |= {"name": RIG, "pacing": "real-time", "cycle": 0.005}
+    rig["bus"]["channel"] = RIG
+    (data / "rigs" / "bench.yaml").write_text(yaml.safe_dump(rig))
+    PlanStore(data / "plans").add(long_plan())
+    database = open_database(data, None)
+    accounts = Accounts(database, time.time)
+    tokens = {}
+    for name, role in PEOPLE.items():
+        accounts.add_user(name, PASSWORD, role)
+        tokens[name] = accounts.issue_token(name, "attack", role, 86400.0).secret
+    database.close()
+    port, extra = free_port(), []
+    if tls is not None:
+        extra = [str(tls[0]), str(tls[1]), str(free_port())]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "tests.attack.serve", str(data), str(port), str(descriptors), *extra], cwd=ROOT
+    )
+    scheme, verify = ("http", True) if tls is None else ("https", str(tls[0]))
+    stand = Stand(f"{scheme}://localhost:{port}", data, process, tokens, verify)
+    try:
+        wait_until(lambda: _answers(stand))
+        yield stand
+    finally:
+        process.kill()
+        process.wait()
+
+
+def _answers(stand: Stand) -> bool:
+    assert stand.process.poll() is None, "the service ended"
+    try:
+        with stand.client("vera", timeout=2.0) as client:
+            return client.get("/me").status_code == 200
+    except httpx.HTTPError:
+        return False
