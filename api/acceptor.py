@@ -264,7 +264,9 @@ class Acceptor:
             self._refuse(visitor, _not_here(request), request)
         elif visitor.listener.tls is not None:
             # Its TLS is here, where nobody but the stop is served, and will not be the loop's any more.
-            self._refuse(visitor, Problem(503, "The service does not answer just now; only a stop does."), request)
+            self._refuse(
+                visitor, Problem(503, "The service does not answer just now; only a stop does."), request
+            )
         else:
             self._hand_over(visitor, head)
 

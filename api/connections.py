@@ -100,7 +100,7 @@ class LinkedProtocol(H11Protocol):
         self.link.heard = time.monotonic()
         super().data_received(data)
 
-    def handle_websocket_upgrade(self, event) -> None:  # noqa: ANN001 - h11's
+    def handle_websocket_upgrade(self, event) -> None:
         """From here on another protocol has the connection."""
         self.upgraded = True
         super().handle_websocket_upgrade(event)

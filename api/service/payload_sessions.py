@@ -354,7 +354,9 @@ class PayloadSessions:
     def rig_of(self, experiment: str, identifier: str) -> str | None:
         """The rig that has this session, or had it last; None where none did since the service began."""
         sessions = list(self._active.values())
-        return next((each.rig for each in sessions if (each.experiment, each.id) == (experiment, identifier)), None)
+        return next(
+            (each.rig for each in sessions if (each.experiment, each.id) == (experiment, identifier)), None
+        )
 
     def stop(self, rig: str, name: str) -> bool | None:
         """Bring the rig to rest, now, for the person of that name; harmless when repeated.

@@ -22,7 +22,11 @@ from api.service.stop_log import StopLog
 from api.service.stop_passes import StopPasses
 from identify.results.document import Json
 
-EVERYTHING, RIG, SESSION = "/pages/stop", "/rigs/{rig}/stop", "/experiments/{experiment}/sessions/{session}/stop"
+EVERYTHING, RIG, SESSION = (
+    "/pages/stop",
+    "/rigs/{rig}/stop",
+    "/experiments/{experiment}/sessions/{session}/stop",
+)
 _STOPS = tuple(
     (re.compile(re.sub(r"\{(\w+)\}", r"(?P<\1>[^/]+)", pattern)), pattern)
     for pattern in (EVERYTHING, RIG, SESSION)
@@ -113,9 +117,11 @@ class StopDesk:
             return self._passes.owner(secret.strip())
         session = connection.session
         # A page that is older than its sign-in still stops: that its own site asks is enough.
-        if CSRF_KEY in session and not says_its_site(connection):
-            if connection.headers.get(CSRF_HEADER) != session[CSRF_KEY]:
-                return None
+        by_its_own_page = says_its_site(connection) or (
+            connection.headers.get(CSRF_HEADER) == session.get(CSRF_KEY)
+        )
+        if not by_its_own_page:
+            return None
         if (secret := session.get(SIGN_IN_KEY)) and (user := self._passes.owner(str(secret))):
             return user
         only_from_here = self._settings.bound_to_loopback and not self._settings.secure_cookies

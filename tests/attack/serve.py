@@ -1,6 +1,6 @@
 """Run as a process of its own: the service as `coulomb serve` runs it, with few descriptors and a way to freeze its loop.
 
-    python -m tests.attack.serve DATA PORT DESCRIPTORS [CERTIFICATE KEY STOP_PORT]
+python -m tests.attack.serve DATA PORT DESCRIPTORS [CERTIFICATE KEY STOP_PORT]
 """
 
 import resource
@@ -15,7 +15,7 @@ from api.service.settings import ServiceSettings
 
 
 def main() -> None:
-    """Serve until told to end."""
+    """Serve until interrupted."""
     data, port, descriptors = Path(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3])
     resource.setrlimit(resource.RLIMIT_NOFILE, (descriptors, descriptors))
     certificate, key = (Path(part) for part in sys.argv[4:6]) if len(sys.argv) > 4 else (None, None)

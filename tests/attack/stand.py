@@ -111,11 +111,13 @@ class Stand:
         client = self.client()
         answer = client.post("/sign-in", json={"name": name, "password": PASSWORD})
         assert answer.status_code == 200, answer.text
-        client.headers.update({
-            "X-CSRF-Token": answer.json()["csrf_token"],
-            "Origin": self.address,
-            "Sec-Fetch-Site": "same-origin",
-        })
+        client.headers.update(
+            {
+                "X-CSRF-Token": answer.json()["csrf_token"],
+                "Origin": self.address,
+                "Sec-Fetch-Site": "same-origin",
+            }
+        )
         return client
 
     @contextlib.contextmanager
@@ -172,7 +174,9 @@ def comes_to_rest(axis: Axis, after: float = 0.3, timeout: float = PATIENCE) -> 
 
 
 @contextlib.contextmanager
-def running_service(folder: Path, *, descriptors: int = 1024, tls: tuple[Path, Path] | None = None) -> Iterator[Stand]:
+def running_service(
+    folder: Path, *, descriptors: int = 1024, tls: tuple[Path, Path] | None = None
+) -> Iterator[Stand]:
     """Start the service on a data folder of its own, with accounts and a plan; ended at the end, whatever happened."""
     data = folder / "data"
     (data / "rigs").mkdir(parents=True)
