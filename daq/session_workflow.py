@@ -553,7 +553,10 @@ def _has_room(connection: Connection) -> bool:
     """Whether a short word can be sent without waiting, now or within a moment."""
     writable = select.poll()
     writable.register(connection.fileno(), select.POLLOUT)
-    return any(event & (select.POLLOUT | select.POLLERR | select.POLLHUP) for _, event in writable.poll(1000 * _SAY_TIMEOUT))
+    return any(
+        event & (select.POLLOUT | select.POLLERR | select.POLLHUP)
+        for _, event in writable.poll(1000 * _SAY_TIMEOUT)
+    )
 
 
 def _unheard(event: SessionEvent) -> None:

@@ -4,17 +4,17 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-import uvicorn
 from fastapi import FastAPI
 
-from api.server import listen, server_settings
+from api.server import ServiceServer, listen
 
 
 @contextmanager
 def served(application: FastAPI, port: int = 0) -> Iterator[str]:
     """Serve on a port of this machine, or a free one; gives the address."""
-    server = uvicorn.Server(server_settings(application))
     listener = listen("127.0.0.1", port)
+    address = f"http://127.0.0.1:{listener.getsockname()[1]}"
+    server = ServiceServer(application, listener)
     started = threading.Event()
     begin = server.startup
 
@@ -23,13 +23,12 @@ def served(application: FastAPI, port: int = 0) -> Iterator[str]:
         started.set()
 
     server.startup = startup  # type: ignore[method-assign]
-    thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
+    thread = threading.Thread(target=server.run, daemon=True)
     thread.start()
     assert started.wait(30.0), "the service did not start"
     try:
-        yield f"http://127.0.0.1:{listener.getsockname()[1]}"
+        yield address
     finally:
         server.should_exit = True
         thread.join(30.0)
-        listener.close()
         assert not thread.is_alive()
