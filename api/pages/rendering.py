@@ -115,7 +115,17 @@ def render(template: str, **context: Any) -> str:
 
 
 def page(request: Request, template: str, *, status: int = 200, **context: Any) -> HTMLResponse:
-    """A page or a fragment as a response; the theme that the operator chose comes from its cookie."""
+    """A page or a fragment as a response; the theme that the operator chose comes from its cookie.
+
+    Where the stop has a port of its own, the page is told, and may ask there.
+    """
     theme = request.cookies.get("theme", "auto")
     context.setdefault("theme", theme if theme in ("light", "dark") else "auto")
-    return HTMLResponse(render(template, **context), status_code=status, headers=PAGE_HEADERS)
+    port = getattr(request.app.state, "stop_port", None)
+    context["stop_port"] = port
+    headers = PAGE_HEADERS
+    if port is not None:
+        allowed = f"connect-src 'self' https://{request.url.hostname}:{port}"
+        policy = CONTENT_SECURITY_POLICY.replace("connect-src 'self'", allowed)
+        headers = {**PAGE_HEADERS, "Content-Security-Policy": policy}
+    return HTMLResponse(render(template, **context), status_code=status, headers=headers)

@@ -8,6 +8,7 @@ from api.pages.number_format import duration
 from api.pages.rendering import PREFIX, Context
 from api.pages.rig_users import onlooker_words
 from api.service import access
+from api.service.accounts import User
 from api.service.homings import HomingRun
 from api.service.service import Service
 from api.service.stop_desk import everything_stopped
@@ -18,8 +19,18 @@ router = APIRouter(prefix=PREFIX, include_in_schema=False)
 
 @router.get("/run-state")
 def run_state(request: Request, user: access.Viewer) -> Context:
-    """Whether a rig moves, how long still, who operates it and who watches; asked for by every page once a second."""
+    """Whether a rig moves, how long still, who operates it and who watches, and what a person must do at once; asked for by
+    every page once a second."""
     service = access.service_of(request)
+    return _run_state(service, user) | {"alarms": alarm_lines(service)}
+
+
+def alarm_lines(service: Service) -> list[str]:
+    """What a person must do at once, a line for each rig."""
+    return [f"{rig}: {words}" for rig, words in sorted(service.sessions.alarms().items())]
+
+
+def _run_state(service: Service, user: User) -> Context:
     for rig in service.rigs.files():
         service.operators.watch(rig, user)
     active = service.sessions.under_way()

@@ -134,6 +134,7 @@ def _steps(request: Request, user: User, experiment: str, session: str) -> Conte
         "reason": (live.reason if live is not None else row.reason) or "",
         "check_items": list(rig_check.items) if rig_check is not None else [],
         "weighed": row.weighed,
+        "confirmed": ours and active is not None and service.sessions.is_confirmed(active),
         "scale": service.settings.scale_port is not None,
         "step_link": session_link(experiment, session),
         "model_link": experiment_link(experiment, "model"),

@@ -77,6 +77,7 @@ class LiveFeed:
             "id": active.id,
             "state": active.state.value,
             "reason": active.payload_session.reason,
+            "alarm": active.payload_session.alarm,
             "fraction": progress.fraction,
             "elapsed": progress.elapsed,
             "events": [event.to_json() for event in active.events[-20:]],

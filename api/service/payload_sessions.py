@@ -48,6 +48,7 @@ class SessionSteps(Protocol):
     state: SessionState
     reason: str
     file: Path | None
+    alarm: str
     rig_check: "RigCheck | None"
 
     @property
@@ -95,6 +96,7 @@ class ActiveSession:
     rig, experiment, id : whose session it is
     payload_session     : its steps
     user                : who checked the rig for it
+    confirmed_in        : the operator's tenure in which the payload was confirmed (`RigOperators.tenure`)
     claim               : its claim on the bus, given back when the session has ended
     events              : what happened so far, in an operator's words
     """
@@ -104,6 +106,7 @@ class ActiveSession:
     id: str
     payload_session: SessionSteps
     user: str
+    confirmed_in: int | None = None
     claim: BusClaim | None = None
     events: list[SessionEvent] = field(default_factory=list)
     storing: Lock = field(default_factory=Lock)
@@ -277,25 +280,44 @@ class PayloadSessions:
         return row
 
     def confirm(self, experiment: str, identifier: str, user: User) -> SessionRow:
-        """The operator confirms that this payload is mounted; the weighed mass must be the payload's."""
+        """The operator confirms that this payload is mounted; the weighed mass must be the payload's.
+
+        A confirmation belongs to who starts: who has taken the rig over since confirms anew, when it is armed too.
+        """
         active = self._step(experiment, identifier, user)
         row = self._experiments.session(experiment, identifier)
         weighed = row.weighed
         if weighed is None:
             raise Problem(409, "Weigh the payload first.")
-        self._take(active, lambda: active.payload_session.confirm_payload(weighed))
+        if active.state not in (SessionState.CONFIRMED, SessionState.ARMED) or self.is_confirmed(active):
+            self._take(active, lambda: active.payload_session.confirm_payload(weighed))
+        active.confirmed_in = self._operators.tenure(active.rig)
         return self._row(active)
+
+    def is_confirmed(self, active: ActiveSession) -> bool:
+        """Whether who operates the rig now has confirmed the payload."""
+        return active.confirmed_in == self._operators.tenure(active.rig)
+
+    def _confirmed_step(self, experiment: str, identifier: str, user: User) -> ActiveSession:
+        active = self._step(experiment, identifier, user)
+        if active.state in (SessionState.CONFIRMED, SessionState.ARMED) and not self.is_confirmed(active):
+            raise Problem(
+                409,
+                f"The payload was confirmed before {user.name} operated the rig; look at it, and confirm that it is mounted "
+                "and that nobody is within reach.",
+            )
+        return active
 
     def arm(self, experiment: str, identifier: str, user: User, client: str = "") -> SessionRow:
         """Start recorder and monitors; the next step moves the robot."""
-        active = self._step(experiment, identifier, user)
+        active = self._confirmed_step(experiment, identifier, user)
         self._asked(active, user, "session arm", client)
         self._take(active, active.payload_session.arm)
         return self._row(active)
 
     def start(self, experiment: str, identifier: str, user: User, client: str = "") -> SessionRow:
         """Move the robot."""
-        active = self._step(experiment, identifier, user)
+        active = self._confirmed_step(experiment, identifier, user)
         # Written before anything moves: without a log there is no motion.
         self._asked(active, user, "session start", client)
         self._take(active, active.payload_session.start)
@@ -350,6 +372,11 @@ class PayloadSessions:
     def rigs(self) -> list[str]:
         """Rigs that had a session since the service began."""
         return list(self._active)
+
+    def alarms(self) -> dict[str, str]:
+        """What a person must do now, by rig: an axis may have power or move. Until the rig's next session has checked it."""
+        found = {rig: active.payload_session.alarm for rig, active in list(self._active.items())}
+        return {rig: words for rig, words in found.items() if words}
 
     def rig_of(self, experiment: str, identifier: str) -> str | None:
         """The rig that has this session, or had it last; None where none did since the service began."""

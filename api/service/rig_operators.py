@@ -22,12 +22,14 @@ class _People:
     """Who is at one rig.
 
     operator     : name, or None
+    tenure       : counts who operated it one after another
     last_request : s since 1970, of the operator
     asked        : name -> s since 1970, when they asked for the rig's state last
     live         : name -> number of live views that are open
     """
 
     operator: str | None = None
+    tenure: int = 0
     last_request: float = 0.0
     asked: dict[str, float] = field(default_factory=dict)
     live: dict[str, int] = field(default_factory=dict)
@@ -64,7 +66,13 @@ class RigOperators:
                     409, f"{current} operates the rig {rig}; ask for it to be released or handed over."
                 )
             people = self._people(rig)
+            people.tenure += current is None
             people.operator, people.last_request = user.name, self._clock()
+
+    def tenure(self, rig: str) -> int:
+        """Which turn of operating this is: another number after every hand-over, release or take."""
+        with self._lock:
+            return self._people(rig).tenure
 
     def release(self, rig: str, user: User) -> None:
         """Give the rig back. Raises the problem 409 if the user is not its operator or if it moves."""
@@ -78,6 +86,7 @@ class RigOperators:
         """Give the rig to another operator, also during motion. Raises the problem 409 if the user is not its operator."""
         with self._lock:
             people = self._operated_by(rig, user)
+            people.tenure += to != people.operator
             people.operator, people.last_request = to, self._clock()
 
     def _operated_by(self, rig: str, user: User) -> _People:

@@ -6,6 +6,7 @@ service is believed about when it came to rest.
 
 import contextlib
 import os
+import signal
 import socket
 import subprocess
 import sys
@@ -100,6 +101,7 @@ class Stand:
     process: "subprocess.Popen[bytes]"
     tokens: dict[str, str]
     verify: str | bool = True
+    browsers: list[httpx.Client] = field(default_factory=list)
 
     def client(self, name: str | None = None, timeout: float = PATIENCE) -> httpx.Client:
         """A client with that person's token, or without any."""
@@ -109,6 +111,7 @@ class Stand:
     def browser(self, name: str) -> httpx.Client:
         """A browser that is signed in: cookie, origin, and the page's token."""
         client = self.client()
+        self.browsers.append(client)
         answer = client.post("/sign-in", json={"name": name, "password": PASSWORD})
         assert answer.status_code == 200, answer.text
         client.headers.update(
@@ -204,6 +207,12 @@ def running_service(
         wait_until(lambda: _answers(stand))
         yield stand
     finally:
+        for browser in stand.browsers:
+            browser.close()
+        process.send_signal(signal.SIGCONT)
+        process.terminate()
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(20)
         process.kill()
         process.wait()
 

@@ -4,6 +4,24 @@
 const POLL_EVERY = 1000; // ms
 const csrf = () => document.querySelector('meta[name="csrf-token"]').content;
 
+const meta = (name) => document.querySelector(`meta[name="${name}"]`)?.content;
+const POST = { method: "POST", credentials: "include", keepalive: true };
+
+// Both ways at once, for a stop is harmless when repeated: to the service, and to the stop's own port, where there is one,
+// which answers whatever the service is doing. The first that stopped counts.
+function askToStop() {
+  const ways = [fetch("/pages/stop", { ...POST, headers: { "X-CSRF-Token": csrf() }, signal: AbortSignal.timeout(3000) })];
+  const port = meta("stop-port");
+  if (port)
+    ways.push(fetch(`https://${location.hostname}:${port}/pages/stop`, { ...POST, signal: AbortSignal.timeout(3000) }));
+  const answered = ways.map(async (way) => {
+    const response = await way;
+    if (!response.ok) throw new Error(`status ${response.status}`);
+    return (await response.json()).words;
+  });
+  return Promise.any(answered);
+}
+
 async function pressStop(bar) {
   const button = bar.querySelector("[data-stop]");
   const note = bar.querySelector("[data-run-note]");
@@ -11,19 +29,13 @@ async function pressStop(bar) {
   note.textContent = "Stop sent. Waiting for the drives to answer.";
   for (let attempt = 1; ; attempt += 1) {
     try {
-      const response = await fetch("/pages/stop", {
-        method: "POST",
-        headers: { "X-CSRF-Token": csrf() },
-        keepalive: true,
-        signal: AbortSignal.timeout(3000),
-      });
-      if (response.ok) {
-        note.textContent = (await response.json()).words;
-        return;
-      }
-      note.textContent = `The service did not stop the motion (status ${response.status}). Use the emergency stop of the machine.`;
-    } catch {
-      note.textContent = `No answer (attempt ${attempt}). Use the emergency stop of the machine. Trying again.`;
+      note.textContent = await askToStop();
+      return;
+    } catch (refusals) {
+      const refused = refusals.errors.find((each) => each.message.startsWith("status"));
+      note.textContent = refused
+        ? `The service did not stop the motion (${refused.message}). Use the emergency stop of the machine.`
+        : `No answer (attempt ${attempt}). Use the emergency stop of the machine. Trying again.`;
       await new Promise((resume) => setTimeout(resume, 300));
       if (attempt < 20) continue;
     }
@@ -45,6 +57,15 @@ function show(bar, run) {
   bar.querySelector("[data-run-left]").textContent = run.left;
   bar.querySelector("[data-run-progress]").value = run.fraction ?? 0;
   if (button.dataset.state !== "sent") bar.querySelector("[data-run-note]").textContent = run.note;
+}
+
+// What a person must do at once stands on top of every page, in red, until the rig was checked again.
+function sayAlarms(alarms) {
+  const place = document.querySelector("[data-alarm]");
+  if (!place) return;
+  const words = alarms.join("\n");
+  if (place.textContent !== words) place.textContent = words;
+  place.hidden = !words;
 }
 
 function sayConnection(state, words) {
@@ -78,11 +99,19 @@ export function watchTheRun() {
     try {
       const response = await fetch("/pages/run-state", { signal: AbortSignal.timeout(4000) });
       if (response.status === 401) {
-        location.assign("/pages/sign-in");
+        if (bar.hidden) {
+          location.assign("/pages/sign-in");
+          return;
+        }
+        // Who was let in may still stop: the button stays as long as something may move.
+        bar.querySelector("[data-run-note]").textContent =
+          "Your sign-in has ended. STOP still works; sign in again in another window to see how the motion goes.";
+        setTimeout(poll, POLL_EVERY);
         return;
       }
       const run = await response.json();
       show(bar, run);
+      sayAlarms(run.alarms);
       bar.classList.remove("lost");
       sayConnection(run.rig_state, run.rig_words);
       const others = document.querySelector("[data-onlookers]");
