@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 from hypothesis import settings
 
@@ -13,20 +11,12 @@ settings.register_profile("fixed", derandomize=True)
 settings.register_profile("random", derandomize=False, print_blob=True)
 
 
-AGAINST_THE_CLOCK = ("api", "browser", "daq", "drivers", "faults", "vcan")
-"""Rooms whose tests run real processes against real time: on a shared machine another's load makes them late, and since a
-computer that is held up stops the motion, some fail by right. They keep a second chance until they are marked one by one."""
-
-
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Let a test that is marked `second_chance(reason)` run once more where it fails, and those against the clock twice.
+    """Let a test that is marked `second_chance(reason)` run once more where it fails.
 
     :raises pytest.UsageError: such a mark has no reason.
     """
     for item in items:
-        if Path(item.path).relative_to(Path(__file__).parent).parts[0] in AGAINST_THE_CLOCK:
-            item.add_marker(pytest.mark.flaky(reruns=2))
-            continue
         mark = item.get_closest_marker("second_chance")
         if mark is not None:
             if not mark.args or not str(mark.args[0]).strip():

@@ -42,6 +42,14 @@ HIDDEN = {
     "load_backdriving_stribeck": 0.0,
 }
 """Friction of the simulated joint: 8 to 15 % of the load."""
+BESIDE_A_BROWSER = {
+    "pacing": "real-time",
+    "cycle": 0.01,
+    "supervision": {"silence": 3.0, "heartbeat_timeout": 5.0, "parent_timeout": 30.0},
+}
+"""Of a rig file: motion that lasts as long as it would, watched as the owner of a slow computer watches it. A browser that
+draws on the same two cores holds the acquisition up for longer than the 0.1 s after which a motion otherwise stops, by right;
+that it stops is tested in tests/faults/test_held_up.py."""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -56,7 +64,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def write_rig(folder: Path, name: str = RIG, **changes: object) -> None:
     """The RX130L's joint 3 with friction that grows with the load, which the usual model does not know.
 
-    faults, pacing, cycle : as in a rig file
+    faults, pacing, cycle, supervision : as in a rig file
     """
     text = (RIGS / "rx130l-joint3-simulated.yaml").read_text()
     rig = yaml.safe_load(text)
@@ -67,7 +75,7 @@ def write_rig(folder: Path, name: str = RIG, **changes: object) -> None:
     friction |= HIDDEN
     if "faults" in changes:
         rig["simulated"]["drives"][0]["faults"] = changes["faults"]
-    rig |= {key: changes[key] for key in ("pacing", "cycle") if key in changes}
+    rig |= {key: changes[key] for key in ("pacing", "cycle", "supervision") if key in changes}
     folder.mkdir(parents=True, exist_ok=True)
     (folder / f"{name}.yaml").write_text(yaml.safe_dump(rig))
 

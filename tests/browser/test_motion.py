@@ -8,6 +8,7 @@ from playwright.sync_api import Page, expect
 
 from daq.excitation.standard_plan import standard_plan
 from daq.session_events import SessionState
+from tests.browser.conftest import BESIDE_A_BROWSER
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 
@@ -38,7 +39,7 @@ def start(page: Page) -> None:
 
 
 def test_the_stop_key_ends_the_motion_from_any_page(laboratory_with, visitor) -> None:
-    laboratory = laboratory_with(pacing="real-time", cycle=0.01)
+    laboratory = laboratory_with(**BESIDE_A_BROWSER)
     ada = visitor(laboratory, "ada")
     page = ada.page
     prepare(page, laboratory, 60)
@@ -61,7 +62,7 @@ def test_the_stop_key_ends_the_motion_from_any_page(laboratory_with, visitor) ->
 
 
 def test_a_viewer_may_stop_by_one_press_of_the_button(laboratory_with, visitor) -> None:
-    laboratory = laboratory_with(pacing="real-time", cycle=0.01)
+    laboratory = laboratory_with(**BESIDE_A_BROWSER)
     ada, vera = visitor(laboratory, "ada"), visitor(laboratory, "vera")
     prepare(ada.page, laboratory, 60)
     start(ada.page)
@@ -109,7 +110,7 @@ def test_a_second_operator_sees_who_operates_the_rig_and_cannot_take_it(laborato
 
 
 def test_a_lost_connection_is_said_and_the_page_comes_back_by_itself(laboratory_with, visitor) -> None:
-    laboratory = laboratory_with(pacing="real-time", cycle=0.01)
+    laboratory = laboratory_with(**BESIDE_A_BROWSER)
     ada = visitor(laboratory, "ada")
     page = ada.page
     prepare(page, laboratory, 60)

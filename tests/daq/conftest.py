@@ -24,6 +24,11 @@ def short_plan(rig: Rig) -> ExcitationPlan:
 
 
 @pytest.fixture(scope="session")
+def long_plan(rig: Rig) -> ExcitationPlan:
+    return standard_plan(rig, 300.0)
+
+
+@pytest.fixture(scope="session")
 def recorded() -> Callable[..., Experiment]:
     """Drives a whole session with each payload, and gives the experiment that they make."""
 

@@ -14,3 +14,8 @@ def with_limits(rig: Rig, **limits: object) -> Rig:
     axis = rig.axes[0]
     changed = axis.model_copy(update={"limits": axis.limits.model_copy(update=limits)})
     return rig.model_copy(update={"axes": (changed,)})
+
+
+def with_storage(rig: Rig, **storage: object) -> Rig:
+    """The rig with other settings of how samples come to disk."""
+    return rig.model_copy(update={"storage": rig.storage.model_copy(update=storage)})

@@ -16,8 +16,8 @@ the column names. Of every cell is asked: at the end the axis has no power and r
 the emergency stop; a fault that must stop the motion does, within {LONGEST:g} s and {FARTHEST:g} rad. A cell says what ended the
 motion, whether power was cut, the way of the joint since the fault and for how long it still had power.
 
-Killed processes, full disks, deleted files and clocks are in `tests/daq/test_kills.py`, `test_stop_reasons.py`,
-`test_recovery.py` and `test_one_folder.py`; a real SocketCAN in `tests/vcan`.
+Killed processes, full disks, deleted files and clocks are in `tests/daq/test_kills.py`, `test_motion.py`,
+`test_recovery.py` and `test_experiment_folder.py`; a real SocketCAN in `tests/vcan`.
 
 """
 

@@ -1,4 +1,4 @@
-"""Which tests mirror a module: those named after it, and those that import it."""
+"""Which tests mirror a module: those named after it, those that import it, those named after modules that import it."""
 
 from __future__ import annotations
 
@@ -6,43 +6,62 @@ import ast
 from functools import lru_cache
 from pathlib import Path
 
+ROOMS = ("api", "daq", "drivers", "identify")
+
 
 def mirrors(module: Path, tests: Path) -> list[Path]:
-    """Test files that a change of a module concerns, the nearest first; paths relative to the checkout's root.
+    """Test files that a change of a module concerns, the nearest first.
 
-    module : such as identify/estimation/fitting.py
+    module : relative to the checkout's root, such as identify/estimation/fitting.py
     tests  : folder of all tests
 
     First the file of its name (`test_fitting.py`, with or without an `s`, or with its package's name before it:
-    `test_simulated_node.py`), then the files in the room's tests that import it; where there are none, all files of
-    the package's tests; where that has none, the files that mention its name.
+    `test_node.py`), then the files in the room's tests that import it, then the files named after the modules
+    that import it. Where there are none, all files of the package's tests; where that has none, the files that mention
+    its name.
     """
     room = tests / module.parts[0]
     package = tests.joinpath(*module.parent.parts)
-    stems = (
-        module.stem,
-        f"{module.stem}s",
-        module.stem.removesuffix("s"),
-        f"{module.parent.name}_{module.stem}",
-    )
-    named = {f"test_{stem}.py" for stem in stems}
     files = sorted({*room.rglob("test_*.py"), *(tests / "api").rglob("test_*.py")})
-    dotted = ".".join(module.with_suffix("").parts)
-    own = [file for file in files if file.name in named and file.is_relative_to(room)]
-    importing = [file for file in files if file not in own and dotted in _imports(file)]
+    dotted = ".".join(module.with_suffix("").parts).removesuffix(".__init__")
+    importing = [file for file in files if dotted in _imports(file)]
     near = [file for file in importing if file.is_relative_to(package)]
-    found = [*own, *near, *(file for file in importing if file not in near)]
+    of_users = [
+        test
+        for user in _sources(tests.parent)
+        if dotted in _imports(user)
+        for test in named_after(user.relative_to(tests.parent), tests)
+    ]
+    found = list(dict.fromkeys([*named_after(module, tests), *near, *importing, *of_users]))
     of_package = {*package.rglob("test_*.py"), *room.glob(f"test_{module.parent.name}_*.py")}
-    found = list(dict.fromkeys(found)) or sorted(of_package)
-    return found or [file for file in files if module.stem in file.read_text(encoding="utf-8")]
+    return (
+        found
+        or sorted(of_package)
+        or [file for file in files if module.stem in file.read_text(encoding="utf-8")]
+    )
 
 
 @lru_cache(maxsize=1024)
+def named_after(module: Path, tests: Path) -> tuple[Path, ...]:
+    """Test files of the module's room that have its name."""
+    stem = module.stem.rstrip("_")
+    stems = (stem, f"{stem}s", stem.removesuffix("s"), f"{module.parent.name}_{stem}")
+    named = {f"test_{each}.py" for each in stems}
+    return tuple(file for file in sorted((tests / module.parts[0]).rglob("test_*.py")) if file.name in named)
+
+
+@lru_cache(maxsize=1)
+def _sources(root: Path) -> tuple[Path, ...]:
+    """All modules of the four rooms."""
+    return tuple(file for room in ROOMS for file in sorted((root / room).rglob("*.py")))
+
+
+@lru_cache(maxsize=2048)
 def _imports(file: Path) -> frozenset[str]:
-    """Names of the modules that a file imports, also those named in a string (monkeypatch)."""
+    """Names of the modules that a file imports; of a relative import its name from the root."""
     found: set[str] = set()
     for node in ast.walk(ast.parse(file.read_bytes())):
-        if isinstance(node, ast.ImportFrom) and node.module:
+        if isinstance(node, ast.ImportFrom) and node.module and not node.level:
             found.add(node.module)
             found.update(f"{node.module}.{name.name}" for name in node.names)
         elif isinstance(node, ast.Import):

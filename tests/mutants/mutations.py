@@ -30,6 +30,26 @@ COMPARISONS = {
     ast.NotIn: ("not in", "in"),
 }
 CONNECTIVES = {ast.And: ("and", "or"), ast.Or: ("or", "and")}
+IDLE_KEYWORDS = {
+    # what only pyright, a reader or the documentation of REST looks at
+    "dataclass": {"frozen", "slots", "kw_only"},
+    "ConfigDict": {"frozen"},
+    "Field": {"examples"},
+    # how much is remembered or copied, not what
+    "lru_cache": {"maxsize"},
+    "astype": {"copy"},
+    # what ends with the process or is laid out for a reader
+    "Thread": {"daemon"},
+    "Process": {"daemon"},
+    "dumps": {"indent"},
+    "warn": {"stacklevel"},
+    # an assertion on two lengths that are equal by construction
+    "zip": {"strict"},
+}
+"""Keyword arguments, by the function that takes them, that change nothing which a test of behaviour could see"""
+IDLE_CALLS = {"problems"}
+"""calls that only describe a route in the OpenAPI document"""
+LOGGERS = {"_log", "logging"}
 
 
 @dataclass(frozen=True, order=True)
@@ -52,13 +72,14 @@ class Mutation:
 def mutations(source: bytes) -> list[Mutation]:
     """Every mutation of a module, in the order of its text.
 
-    Left alone are annotations, which nothing computes with, and the items of `__all__`.
+    Left alone is what nothing computes with: annotations, the items of `__all__`, words for the log, what only a type checker
+    or a reader of the REST documentation looks at (`IDLE_KEYWORDS`).
     """
     starts = [0]
     for line in source.split(b"\n"):
         starts.append(starts[-1] + len(line) + 1)
     tree = ast.parse(source)
-    idle = _annotations(tree)
+    idle = _idle(tree)
     found = {
         mutation
         for node in ast.walk(tree)
@@ -68,15 +89,29 @@ def mutations(source: bytes) -> list[Mutation]:
     return sorted(found)
 
 
-def _annotations(tree: ast.AST) -> set[int]:
-    """Ids of all nodes inside annotations."""
+def _idle(tree: ast.AST) -> set[int]:
+    """Ids of all nodes that nothing computes with."""
     roots: list[ast.AST | None] = []
     for node in ast.walk(tree):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             roots.append(node.returns)
-        if isinstance(node, ast.arg | ast.AnnAssign):
+        elif isinstance(node, ast.arg | ast.AnnAssign):
             roots.append(node.annotation)
+        elif isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+            roots += node.body
+        elif isinstance(node, ast.Call):
+            roots += _idle_arguments(node)
+        elif isinstance(node, ast.ClassDef):
+            roots += [keyword.value for keyword in node.keywords if keyword.arg == "frozen"]
     return {id(node) for root in roots if root is not None for node in ast.walk(root)}
+
+
+def _idle_arguments(call: ast.Call) -> list[ast.AST]:
+    owner, _, name = ast.unparse(call.func).rpartition(".")
+    if name in IDLE_CALLS or owner in LOGGERS:
+        return [call]
+    idle = IDLE_KEYWORDS.get(name, set())
+    return [keyword.value for keyword in call.keywords if keyword.arg in idle]
 
 
 def _of_node(node: ast.AST, source: bytes, starts: list[int]) -> Iterator[Mutation]:

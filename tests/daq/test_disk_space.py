@@ -1,8 +1,4 @@
-"""Every reason to end a motion (design, section 4): the axis comes to rest, the data are there, the reason is said.
-
-Those that need a bus of the kernel are in tests/vcan; a killed parent, recorder or acquisition in test_kills.py; the
-operator's stop in test_payload_session.py.
-"""
+"""Disks that are small, fill up, or take no more of a file: nothing starts, or the motion stops and what was measured is kept."""
 
 import os
 import re
@@ -11,73 +7,16 @@ import subprocess
 import threading
 import time
 
-import h5py
-import numpy as np
 import pytest
 
 from daq.disk_space import needed_megabytes
-from daq.excitation.standard_plan import standard_plan
 from daq.recovery import recording_state
 from daq.session_events import SessionState
 from daq.session_workflow import PayloadSession
 from drivers.simulated.faults import PlannedFault
 from identify.recording import InputError
-from tests.daq.rig_variants import with_faults, with_limits
-
-
-def with_storage(rig, **storage):
-    return rig.model_copy(update={"storage": rig.storage.model_copy(update=storage)})
-
-
-@pytest.fixture(scope="module")
-def long_plan(rig):
-    return standard_plan(rig, 300.0)
-
-
-def ended(session, timeout: float = 120.0) -> str:
-    """Start, wait for the end; the reason."""
-    session.start()
-    assert session.wait(timeout) is SessionState.FAULTED, session.reason
-    return session.reason
-
-
-def assert_at_rest_and_kept(session, cause: str) -> None:
-    """The last samples stand still, and the recording says what ended it."""
-    with h5py.File(session.file) as file:
-        assert file.attrs["status"] == "faulted"
-        assert file.attrs["stop_cause"] == cause
-        position = file["position"][:, 0][file["valid"][:, 0] & 1 == 1]
-        assert len(position) > 500
-        assert np.ptp(position[-20:]) * abs(session.rig.position_matrix[0, 0]) < 1e-4
-
-
-def test_a_current_beyond_its_limit(rig, armed_session):
-    session = armed_session(with_limits(rig, current=9.0))
-    assert re.search(r"joint j3: current [\d.]+ A above 9 A in cycle \d+", ended(session))
-    assert_at_rest_and_kept(session, "limit")
-
-
-def test_a_following_error_beyond_its_limit(rig, armed_session):
-    """The drive has too little current left and falls behind; our limit is narrower than its own."""
-    narrow = with_limits(rig, following_error=0.01, current=40.0)
-    session = armed_session(with_faults(narrow, saturate_from=2000, saturate_factor=0.1))
-    assert "joint j3: following error" in ended(session)
-    assert_at_rest_and_kept(session, "limit")
-
-
-def test_a_temperature_beyond_its_limit(rig, armed_session, long_plan):
-    warm = with_limits(rig, temperature=20.0).model_copy(update={"record_temperature": True})
-    axis = warm.axes[0].model_copy(update={"drive": "simulated"})
-    session = armed_session(warm.model_copy(update={"axes": (axis,)}), plan=long_plan)
-    assert re.search(r"joint j3: temperature [\d.]+ °C above 20 °C", ended(session))
-
-
-def test_a_lost_heartbeat(rig, armed_session, long_plan):
-    quick = rig.supervision.model_copy(update={"heartbeat_timeout": 0.2, "heartbeat_period": 0.05})
-    silent = with_faults(rig, heartbeat_stops_at=2000).model_copy(update={"supervision": quick})
-    session = armed_session(silent, plan=long_plan)
-    assert re.search(r"joint j3 \(node 3\): no heartbeat for", ended(session))
-    assert_at_rest_and_kept(session, "lost heartbeat")
+from tests.daq.ended_session import assert_at_rest_and_kept
+from tests.daq.rig_variants import with_storage
 
 
 def test_a_drive_that_restarts_in_motion_is_said_to_have_restarted(rig, armed_session, long_plan):

@@ -1,4 +1,4 @@
-"""`coulomb scan` and `coulomb fake-drive`: what they print and how they refuse. On a bus: tests/vcan."""
+"""`coulomb scan`: what it prints and how it refuses. On a bus: tests/vcan."""
 
 import json
 import subprocess
@@ -6,7 +6,6 @@ import sys
 
 import pytest
 
-from api.commands.fake_drive import fake_drive
 from api.commands.scan import scan
 from identify.recording.errors import InputError
 
@@ -40,21 +39,3 @@ def test_a_wrong_channel_is_exit_status_2_and_one_line():
 def test_scan_refuses_wrong_arguments_by_name(arguments, words):
     with pytest.raises(InputError, match=words):
         scan(**({"interface": "virtual", "channel": "x"} | arguments))
-
-
-SIMULATED = "rx130l-joint3-simulated"
-
-
-@pytest.mark.parametrize(
-    ("rig", "arguments", "words"),
-    [
-        ("no-such-rig", {}, "rig 'no-such-rig' is not known"),
-        (SIMULATED, {}, "--interface: a virtual bus ends with this process"),
-        (SIMULATED, {"interface": "socketcan", "channel": "can99"}, "--channel can99: .* is not there"),
-        (SIMULATED, {"interface": "socketcan", "payload": "anvil"}, "payload 'anvil' is not known"),
-        (SIMULATED, {"interface": "socketcan", "seconds": -1.0}, "--seconds: must be above 0"),
-    ],
-)
-def test_fake_drive_refuses_wrong_arguments_by_name(rig, arguments, words):
-    with pytest.raises(InputError, match=words):
-        fake_drive(rig, **arguments)

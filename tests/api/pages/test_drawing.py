@@ -1,0 +1,31 @@
+"""Scales, ticks and paths: what is drawn is where it should be."""
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from api.pages.figures.drawing import Scale, path_data, round_ticks
+
+
+@given(
+    low=st.floats(-1e6, 1e6),
+    span=st.floats(1e-3, 1e6),
+    about=st.integers(2, 10),
+)
+def test_ticks_lie_inside_are_evenly_spaced_and_about_as_many(low: float, span: float, about: int) -> None:
+    ticks = round_ticks(low, low + span, about)
+    assert all(low - 1e-6 * span <= tick <= low + span * (1 + 1e-6) for tick in ticks)
+    assert len(ticks) <= about + 2
+    if len(ticks) > 2:
+        steps = np.diff(ticks)
+        np.testing.assert_allclose(steps, steps[0], rtol=1e-6, atol=1e-9 * abs(low))
+
+
+def test_a_path_is_broken_where_a_point_is_not_finite() -> None:
+    assert path_data([0, 1, 2, 3], [1, np.nan, 3, 4]) == "M0.0 1.0M2.0 3.0L3.0 4.0"
+
+
+def test_a_scale_may_run_downwards() -> None:
+    scale = Scale(0.0, 10.0, 100.0, 0.0)
+    assert scale(0.0) == 100.0
+    assert scale(2.5) == 75.0

@@ -1,0 +1,68 @@
+"""Requests that the guard refuses, and what it writes on every response."""
+
+import pytest
+
+from api.service.accounts import Role
+
+PASSWORD = "correct horse battery"
+
+
+@pytest.fixture
+def ada(service):
+    service.service.accounts.add_user("ada", PASSWORD, Role.OPERATOR)
+    return service
+
+
+# --- CSRF and other sites
+
+
+@pytest.mark.parametrize("header", [None, "wrong"])
+def test_a_change_without_the_pages_token_is_refused(ada, header):
+    browser = ada.browser("ada")
+    del browser.headers["X-CSRF-Token"]
+    headers = {} if header is None else {"X-CSRF-Token": header}
+    answer = browser.post("/rigs/rx130l-joint3-simulated/take", headers=headers)
+    assert answer.status_code == 403
+    assert "load the page again" in answer.json()["detail"]
+
+
+def test_a_page_of_another_site_changes_nothing_even_for_the_local_operator(service):
+    client = service.client()
+    for headers in (
+        {"Origin": "http://evil.example"},
+        {"Origin": "null"},
+        {"Sec-Fetch-Site": "cross-site"},
+        {"Sec-Fetch-Site": "same-site"},
+    ):
+        assert client.post("/rigs/rx130l-joint3-simulated/take", headers=headers).status_code == 403
+    ours = {"Origin": "http://localhost:8000", "Sec-Fetch-Site": "same-origin"}
+    assert client.post("/rigs/rx130l-joint3-simulated/take", headers=ours).status_code == 200
+
+
+def test_a_page_of_another_site_cannot_look_on_over_a_websocket(service):
+    from starlette.websockets import WebSocketDisconnect
+
+    address = "ws://localhost:8000/rigs/rx130l-joint3-simulated/live"
+    with (
+        pytest.raises(WebSocketDisconnect) as refused,
+        service.client().websocket_connect(address, headers={"Origin": "http://evil.example"}),
+    ):
+        pass
+    assert refused.value.code == 1008
+
+
+def test_a_foreign_name_that_resolves_to_this_machine_is_refused(service, start_service):
+    answer = service.client().get("/me", headers={"Host": "evil.example"})
+    assert answer.status_code == 400
+    assert "--allow-host evil.example" in answer.json()["detail"]
+    for host in ("localhost:9", "127.0.0.1", "[::1]:8000"):
+        assert service.client().get("/me", headers={"Host": host}).status_code == 200
+    allowed = start_service(allowed_hosts=("lab.example",))
+    assert allowed.client().get("/me", headers={"Host": "lab.example:8000"}).status_code == 200
+
+
+def test_every_response_forbids_framing_sniffing_and_foreign_scripts(service):
+    headers = service.client().get("/me").headers
+    assert headers["X-Content-Type-Options"] == "nosniff"
+    assert "frame-ancestors 'none'" in headers["Content-Security-Policy"]
+    assert "default-src 'self'" in headers["Content-Security-Policy"]
