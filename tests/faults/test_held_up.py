@@ -9,7 +9,9 @@ import pytest
 from daq.session_events import SessionState
 
 
-@pytest.mark.second_chance("real time: a machine that is busy may hold the acquisition up before the test does")
+@pytest.mark.second_chance(
+    "real time: a machine that is busy may hold the acquisition up before the test does"
+)
 def test_an_acquisition_that_was_held_up_stops_the_motion_and_says_so(rig, armed_session, short_plan):
     in_time = rig.model_copy(
         update={
