@@ -21,16 +21,16 @@ ROOT = Path(__file__).resolve().parents[2]
 MODULES = ("identify", "daq", "drivers", "api/service")
 
 
-def drawn(modules: list[str], sample: int, seed: int) -> list[tuple[Path, Mutation]]:
+def drawn(root: Path, modules: list[str], sample: int, seed: int) -> list[tuple[Path, Mutation]]:
     """The sample: module and mutation, in the order in which they are tried."""
     files = sorted(
         {
-            file.relative_to(ROOT)
+            file.relative_to(root)
             for name in modules
-            for file in ([ROOT / name] if (ROOT / name).is_file() else (ROOT / name).rglob("*.py"))
+            for file in ([root / name] if (root / name).is_file() else (root / name).rglob("*.py"))
         }
     )
-    every = [(file, mutation) for file in files for mutation in mutations((ROOT / file).read_bytes())]
+    every = [(file, mutation) for file in files for mutation in mutations((root / file).read_bytes())]
     return random.Random(seed).sample(every, min(sample, len(every)))
 
 
@@ -48,10 +48,12 @@ def main() -> None:
     counts: Counter[tuple[str, str]] = Counter()
     with tempfile.TemporaryDirectory() as scratch, Checkout(ROOT, Path(scratch)) as checkout:
         court = Court(checkout, options.slowest, options.budget)
-        for file, mutation in drawn(options.module or list(MODULES), options.sample, options.seed):
-            source = (ROOT / file).read_bytes()
+        # Everything is read in the copy: the checkout may be worked on meanwhile.
+        copy = checkout.folder
+        for file, mutation in drawn(copy, options.module or list(MODULES), options.sample, options.seed):
+            source = (copy / file).read_bytes()
             mutated = mutation.apply(source)
-            tests = [str(test.relative_to(ROOT)) for test in mirrors(file, ROOT / "tests")]
+            tests = [str(test.relative_to(copy)) for test in mirrors(file, copy / "tests")]
             verdict = court.verdict(file, mutated, tests)
             counts[file.parts[0], verdict.word] += 1
             line = mutation.line(source)
