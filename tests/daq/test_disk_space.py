@@ -13,23 +13,9 @@ from daq.disk_space import needed_megabytes
 from daq.recovery import recording_state
 from daq.session_events import SessionState
 from daq.session_workflow import PayloadSession
-from drivers.simulated.faults import PlannedFault
 from identify.recording import InputError
 from tests.daq.ended_session import assert_at_rest_and_kept
 from tests.daq.rig_variants import with_storage
-
-
-def test_a_drive_that_restarts_in_motion_is_said_to_have_restarted(rig, armed_session, long_plan):
-    restart = PlannedFault(fault="restart", phase="enabled", after=2500)
-    session = armed_session(with_faults(rig, planned=(restart,)), plan=long_plan)
-    reason = ended(session)
-    assert reason.startswith("joint j3 (node 3): it restarted (its boot-up was heard): look at its supply")
-    assert reason.count("no position from the drive") <= 2  # what it was noticed by, and why power was cut
-    (kept,) = session.experiment.glob("**/session-*.h5")
-    with h5py.File(kept) as file:
-        assert file.attrs["status"] == "faulted"
-        assert file.attrs["stop_cause"] == "drive restarted"
-        assert (file["valid"][:, 0] & 1).sum() > 500
 
 
 def test_a_disk_that_has_less_room_than_the_session_needs_starts_nothing(rig, short_plan, tmp_path):

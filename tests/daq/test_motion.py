@@ -6,6 +6,9 @@ operator's stop in test_session_workflow.py.
 
 import re
 
+import h5py
+
+from drivers.simulated.faults import PlannedFault
 from tests.daq.ended_session import assert_at_rest_and_kept, ended
 from tests.daq.rig_variants import with_faults, with_limits
 
@@ -37,3 +40,16 @@ def test_a_lost_heartbeat(rig, armed_session, long_plan):
     session = armed_session(silent, plan=long_plan)
     assert re.search(r"joint j3 \(node 3\): no heartbeat for", ended(session))
     assert_at_rest_and_kept(session, "lost heartbeat")
+
+
+def test_a_drive_that_restarts_in_motion_is_said_to_have_restarted(rig, armed_session, long_plan):
+    restart = PlannedFault(fault="restart", phase="enabled", after=2500)
+    session = armed_session(with_faults(rig, planned=(restart,)), plan=long_plan)
+    reason = ended(session)
+    assert reason.startswith("joint j3 (node 3): it restarted (its boot-up was heard): look at its supply")
+    assert reason.count("no position from the drive") <= 2  # what it was noticed by, and why power was cut
+    (kept,) = session.experiment.glob("**/session-*.h5")
+    with h5py.File(kept) as file:
+        assert file.attrs["status"] == "faulted"
+        assert file.attrs["stop_cause"] == "drive restarted"
+        assert (file["valid"][:, 0] & 1).sum() > 500
