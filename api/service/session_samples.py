@@ -4,7 +4,6 @@ files that it leaves."""
 import tempfile
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -50,10 +49,8 @@ class SessionSamples:
                 )
             except LimitExceeded as error:
                 raise Problem(413, f"The recording cannot be shown here: {error}.") from error
-            found: dict[str, Any] = {}
-            for file in Path(output).glob("*.npy"):
-                found[file.stem] = np.load(file, mmap_mode="r")
-        return replace(session, **found)
+            samples = {file.stem: np.load(file, mmap_mode="r") for file in Path(output).glob("*.npy")}
+        return replace(session, **samples)
 
 
 def read_session(progress: Progress, experiment: str, place: int, output: str) -> Session:

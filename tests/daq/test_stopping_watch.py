@@ -1,4 +1,4 @@
-"""Axes that were told to stop: motions of known speed, each beyond one of the watch's bounds, or just inside it."""
+"""Axes that were commanded to stop: motions of known speed, each beyond one of the watch's bounds, or just inside it."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from daq.stopping_watch import REACTION, StoppingWatch
 QUICK_STOP_ACTIVE = 0x0007
 ENABLED = 0x0027
 BEFORE = 100
-"""rows at constant speed before the axis is told to stop"""
+"""rows at constant speed before the axis is commanded to stop"""
 
 
 def rows_of(rig: Rig, position: np.ndarray, status: int = QUICK_STOP_ACTIVE) -> np.ndarray:
@@ -71,7 +71,7 @@ def test_the_ramp_is_that_of_the_drive_where_one_is_stated(rig, stating):
     slow = rows_of(rig, braking(rig, 1.2, 0.8, seconds=2.0))
     assert judged(stating(0.8), slow)[0] == ""
     words, after = judged(stating(8.0), slow)
-    assert "after it was told to stop" in words
+    assert "after it was commanded to stop" in words
     assert after < 0.3
 
 
@@ -165,4 +165,4 @@ def test_beginning_twice_keeps_the_first_moment(rig):
         watch.begin()
         if watch.judge(rows[first : first + 1]):
             return
-    raise AssertionError("a stop that is told again and again would be begun again and again")
+    raise AssertionError("a stop that is commanded again and again would be begun again and again")
