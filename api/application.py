@@ -15,6 +15,8 @@ from api.service.cookie import COOKIE, cookie_key
 from api.service.guard import Guard
 from api.service.openapi import install_openapi
 from api.service.problems import install_problem_handlers
+from api.service.request_body import LARGEST_FIELD, MOST_FIELDS, MOST_FILES
+from api.service.route_table import RouteTable
 from api.service.routes import accounts as account_routes
 from api.service.routes import audit as audit_routes
 from api.service.routes import diagnoses as diagnosis_routes
@@ -45,6 +47,11 @@ def create_application(settings: ServiceSettings) -> FastAPI:
     database cannot be used.
     """
     service = create_service(settings)
+    if settings.trusted_proxies and not service.accounts.exist():
+        raise InputError(
+            "--trusted-proxy: others reach the service through it and nobody has an account yet; "
+            "create one first: coulomb users add NAME --role admin"
+        )
     if not settings.bound_to_loopback and not service.accounts.exist():
         raise InputError(
             f"--host {settings.host}: others would reach the service and nobody has an account yet; "
@@ -76,6 +83,12 @@ def create_application(settings: ServiceSettings) -> FastAPI:
         description=DESCRIPTION,
         version=software_version(),
         lifespan=lifespan,
+        openapi_url=None,  # openapi.py answers there, to who may ask
+        form_limits={
+            "max_files": MOST_FILES,
+            "max_fields": MOST_FIELDS,
+            "max_part_size": LARGEST_FIELD,
+        },
         docs_url=None,  # its scripts come from outside the host
         redoc_url=None,
         middleware=[
@@ -112,6 +125,7 @@ def create_application(settings: ServiceSettings) -> FastAPI:
     application.include_router(pages.router)
     application.state.problem_page = pages.problem_page
     _refuse_undeclared_routes(application)
+    application.state.route_table = RouteTable(application.routes)
     return application
 
 

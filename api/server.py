@@ -48,6 +48,7 @@ class ServiceServer(uvicorn.Server):
         key: Path | None = None,
         stop: socket.socket | None = None,
     ) -> None:
+        trusted = application.state.service.settings.trusted_proxies
         super().__init__(
             uvicorn.Config(
                 application,
@@ -60,6 +61,9 @@ class ServiceServer(uvicorn.Server):
                 ws_per_message_deflate=False,
                 timeout_graceful_shutdown=SHUTDOWN,
                 server_header=False,
+                # What says where a request comes from is believed of the proxies that were named, and of nobody else.
+                proxy_headers=bool(trusted),
+                forwarded_allow_ips=list(trusted),
                 ssl_certfile=certificate,
                 ssl_keyfile=key,
             )

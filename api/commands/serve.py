@@ -53,14 +53,30 @@ def serve(
     behind_tls: Annotated[
         bool, typer.Option(help="A proxy in front answers by https: cookies are then sent by https only.")
     ] = False,
+    trusted_proxy: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Address or network of a proxy in front, which is believed from where requests come; repeatable."
+        ),
+    ] = None,
+    job_memory: Annotated[
+        float | None,
+        typer.Option(min=0.1, help="GB that one job may take; half of the memory, at most 8, if not said."),
+    ] = None,
+    job_hours: Annotated[
+        float, typer.Option(min=0.01, max=1000.0, help="Hours that one job may take.")
+    ] = 2.0,
 ) -> None:
     """Serve experiments, rigs and models over REST and as pages, until interrupted."""
     from api.computing import Computing
     from api.data_folder import default_data_folder
     from api.server import run_service
-    from api.service.settings import ServiceSettings
+    from api.service.process_limits import GIBIBYTE, half_of_memory
+    from api.service.settings import MOST_JOB_MEMORY, ServiceSettings, network_of
     from identify.recording.errors import InputError
 
+    for proxy in trusted_proxy or ():
+        network_of(proxy)
     if (tls_certificate is None) != (tls_key is None):
         raise InputError("--tls-certificate and --tls-key go together: give both, or neither")
     Computing(workers, cluster).check()
@@ -76,6 +92,9 @@ def serve(
             simultaneous_jobs=jobs,
             workers=workers,
             cluster=cluster,
+            trusted_proxies=tuple(trusted_proxy or ()),
+            job_seconds=job_hours * 3600.0,
+            job_memory=half_of_memory(MOST_JOB_MEMORY) if job_memory is None else int(job_memory * GIBIBYTE),
         ),
         certificate=tls_certificate,
         key=tls_key,

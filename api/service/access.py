@@ -42,19 +42,18 @@ async def still_welcome(connection: HTTPConnection) -> bool:
     return await connection.scope[STILL_WELCOME_KEY]()
 
 
-async def current_user(connection: HTTPConnection) -> User:
-    """Who asks. Raises the 401 problem if nobody is signed in."""
-    user = user_or_none(connection)
+def check_role(user: User | None, role: Role) -> User:
+    """Who asks, if that may be answered. Raises the problem 401 if nobody is signed in, 403 if the role does not suffice."""
     if user is None:
         raise Problem(401, "Sign in, or send a bearer token.", {"WWW-Authenticate": "Bearer"})
+    if not user.role.covers(role):
+        raise Problem(403, f"This needs the role {role}; {user.name} asks as {user.role}.")
     return user
 
 
 def _at_least(role: Role) -> Callable[..., Awaitable[User]]:
-    async def needs(user: Annotated[User, Depends(current_user)]) -> User:
-        if not user.role.covers(role):
-            raise Problem(403, f"This needs the role {role}; {user.name} asks as {user.role}.")
-        return user
+    async def needs(connection: HTTPConnection) -> User:
+        return check_role(user_or_none(connection), role)
 
     needs.minimum_role = role  # type: ignore[attr-defined]
     return needs

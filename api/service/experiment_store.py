@@ -57,6 +57,10 @@ class ExperimentStore:
         self._declared: dict[str, tuple[tuple[int, int], ExperimentFile | str]] = {}
         self._lock = threading.Lock()
 
+    def shown(self, words: str) -> str:
+        """The same words with files called by their place among the experiments, and not on this computer."""
+        return words.replace(f"{self.root}/", "").replace(f"{self.root.resolve()}/", "")
+
     # --- the index
 
     def reindex(self) -> int:

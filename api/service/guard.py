@@ -7,28 +7,36 @@ routes (access.py).
 
 import logging
 from collections.abc import Callable
+from contextlib import ExitStack
 from functools import partial
 from typing import Any
 
 import anyio
 import anyio.to_thread
 from starlette.datastructures import MutableHeaders
-from starlette.exceptions import HTTPException
-from starlette.requests import HTTPConnection
+from starlette.requests import HTTPConnection, Request
 from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from api.service.access import CSRF_HEADER, CSRF_KEY, SIGN_IN_KEY, STILL_WELCOME_KEY, client_address
+from api.service.access import (
+    CSRF_HEADER,
+    CSRF_KEY,
+    SIGN_IN_KEY,
+    STILL_WELCOME_KEY,
+    check_role,
+    client_address,
+)
 from api.service.accounts import LOCAL_OPERATOR, Role, User
-from api.service.problems import Problem, problem_response
+from api.service.problems import Problem, problem_answer
+from api.service.request_body import body_limit, bounded, check_length, read_over
 from api.service.request_origin import check_host, check_origin
+from api.service.route_table import DeclaredRoute
 from api.service.settings import ServiceSettings
+from api.service.upload_slots import UploadSlots
 
 SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 GUARD_THREADS = 8
 """Threads for looking up who asks and writing the audit log."""
-READ_OVER_BYTES, READ_OVER_SECONDS = 64 * 1024 * 1024, 5.0
-"""How much of a body that is too large is read over, and for how long, before it is answered."""
 POLICY_VIOLATION = 1008
 """WebSocket close code for a refused connection (RFC 6455, 7.4.1)."""
 RESPONSE_HEADERS = {
@@ -39,6 +47,10 @@ RESPONSE_HEADERS = {
     "frame-ancestors 'none'; form-action 'self'; base-uri 'self'",
 }
 """Sent with every response that does not say otherwise; nothing is loaded from another host."""
+OVER_TLS = {"Strict-Transport-Security": "max-age=31536000"}
+"""Browsers then ask by https alone, for a year (RFC 6797)."""
+PROXY_HEADERS = ("forwarded", "x-forwarded-for", "x-forwarded-host", "x-real-ip", "via")
+"""Which of them a proxy adds differs; with one of them a request from this machine is somebody else's."""
 NOBODY = User("nobody", Role.VIEWER, "none")
 _log = logging.getLogger(__name__)
 
@@ -48,6 +60,7 @@ class Guard:
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
+        self._uploads = UploadSlots()
         self._threads = anyio.CapacityLimiter(GUARD_THREADS)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -56,16 +69,13 @@ class Guard:
             return
         connection = HTTPConnection(scope)
         service = connection.app.state.service
-        send = _with_headers(send)
-        unbounded = receive
-        receive = _bounded(connection, receive, service.settings)
+        send = _with_headers(send, service.settings)
         try:
             _check_address(connection)
             if scope["type"] == "http" and (stopped := connection.app.state.stop_desk.answer(scope)):
                 await JSONResponse(stopped.content, stopped.status)(scope, receive, send)
                 return
             check_host(connection, service.settings)
-            _check_length(connection, service.settings)
             user = await self._who(connection, service)
             scope["user"] = user
             changes = scope["type"] == "http" and scope["method"] not in SAFE_METHODS
@@ -76,14 +86,14 @@ class Guard:
             if scope["type"] == "websocket" and user is None:
                 raise Problem(401, "Sign in, or send a bearer token.", {"WWW-Authenticate": "Bearer"})
         except Problem as problem:
-            await _refuse(problem, scope, unbounded, send)
+            await _refuse(problem, connection, receive, send)
             return
         if scope["type"] == "websocket" and user is not None:
             scope[STILL_WELCOME_KEY] = partial(self._still_welcome, connection, service, user)
         if not changes:
             await self.app(scope, receive, send)
             return
-        await self._audited(connection, service, receive, send)
+        await self._changed(connection, service, receive, send)
 
     async def _in_thread(self, function: Callable[..., Any], *arguments: Any) -> Any:
         """Run in a thread that slow requests, which use the default ones, can never have taken: the stop
@@ -112,7 +122,8 @@ class Guard:
             if user is not None:
                 service.stop_passes.remember(secret, user)
                 return user
-        if service.settings.bound_to_loopback and not await self._in_thread(service.accounts.exist):
+        at_this_machine = service.settings.bound_to_loopback and not _came_through_a_proxy(connection)
+        if at_this_machine and not await self._in_thread(service.accounts.exist):
             service.stop_passes.local_operator = True
             return LOCAL_OPERATOR
         return None
@@ -125,9 +136,11 @@ class Guard:
             return False
         return now is not None and now.name == user.name
 
-    async def _audited(self, connection: HTTPConnection, service, receive: Receive, send: Send) -> None:
+    async def _changed(self, connection: HTTPConnection, service, receive: Receive, send: Send) -> None:
+        """Let something be changed by who may, and write it into the audit log; who may not is not listened to."""
         scope = connection.scope
-        status = 500
+        route: DeclaredRoute | None = connection.app.state.route_table.find(scope["method"], scope["path"])
+        limit, status = body_limit(route, service.settings), 500
 
         async def watching_send(message: Message) -> None:
             nonlocal status
@@ -136,22 +149,38 @@ class Guard:
             await send(message)
 
         try:
-            await self.app(scope, receive, watching_send)
+            with ExitStack() as slots:
+                try:
+                    user = scope["user"]
+                    if route is not None and route.role is not None:
+                        check_role(user, route.role)
+                    check_length(connection, limit)
+                    if route is not None and route.takes_file:
+                        slots.enter_context(self._uploads.taken(user.name))
+                except Problem as problem:
+                    await _refuse(problem, connection, receive, watching_send)
+                    return
+                await self.app(scope, bounded(receive, limit), watching_send)
         finally:
-            route = scope.get("route")
-            action = f"{scope['method']} {getattr(route, 'path', scope['path'])}"
-            # Not even a full disk may keep the stop button from answering.
-            try:
-                details = scope.get("audit_details")
-                append = partial(service.audit.append, client=client_address(connection), details=details)
-                await self._in_thread(append, scope.get("user") or NOBODY, action, scope["path"], str(status))
-            except Exception:
-                _log.exception("the audit log could not be written: %s %s", action, scope["path"])
+            if not _of_no_account(scope, route, status):
+                await self._audit(connection, service, route.path if route else scope["path"], status)
+
+    async def _audit(self, connection: HTTPConnection, service, path: str, status: int) -> None:
+        scope = connection.scope
+        action = f"{scope['method']} {path}"
+        # Not even a full disk may keep the stop button from answering.
+        try:
+            details = scope.get("audit_details")
+            append = partial(service.audit.append, client=client_address(connection), details=details)
+            await self._in_thread(append, scope.get("user") or NOBODY, action, scope["path"], str(status))
+        except Exception:
+            _log.exception("the audit log could not be written: %s %s", action, scope["path"])
 
 
-def _limit(connection: HTTPConnection, settings: ServiceSettings) -> int:
-    uploads = connection.headers.get("content-type", "").startswith("multipart/form-data")
-    return settings.upload_limit if uploads else settings.body_limit
+def _of_no_account(scope: Scope, route: DeclaredRoute | None, status: int) -> bool:
+    """Whether a stranger was turned away unheard: strangers must not be able to fill the log, and with it the disk."""
+    tried_to_sign_in = route is not None and route.role is None
+    return scope.get("user") is None and (not tried_to_sign_in or status in (429, 503))
 
 
 def _check_address(connection: HTTPConnection) -> None:
@@ -160,56 +189,29 @@ def _check_address(connection: HTTPConnection) -> None:
         raise Problem(400, "The address holds a NUL character.")
 
 
-def _check_length(connection: HTTPConnection, settings: ServiceSettings) -> None:
-    length, limit = connection.headers.get("content-length", "0"), _limit(connection, settings)
-    if length.isdecimal() and int(length) > limit:
-        raise Problem(413, f"The body is larger than {limit} bytes.", {"Connection": "close"})
+def _with_headers(send: Send, settings: ServiceSettings) -> Send:
+    sent = RESPONSE_HEADERS | (OVER_TLS if settings.secure_cookies else {})
 
-
-def _bounded(connection: HTTPConnection, receive: Receive, settings: ServiceSettings) -> Receive:
-    """Count the body while it comes, whatever its length was said to be."""
-    limit = _limit(connection, settings)
-    received = 0
-
-    async def receiving() -> Message:
-        nonlocal received
-        message = await receive()
-        if message["type"] == "http.request":
-            received += len(message.get("body", b""))
-            if received > limit:
-                raise HTTPException(413, f"The body is larger than {limit} bytes.")
-        return message
-
-    return receiving
-
-
-def _with_headers(send: Send) -> Send:
     async def sending(message: Message) -> None:
         if message["type"] == "http.response.start":
             headers = MutableHeaders(scope=message)
-            for name, value in RESPONSE_HEADERS.items():
+            for name, value in sent.items():
                 headers.setdefault(name, value)
         await send(message)
 
     return sending
 
 
-async def _refuse(problem: Problem, scope: Scope, receive: Receive, send: Send) -> None:
+async def _refuse(problem: Problem, connection: HTTPConnection, receive: Receive, send: Send) -> None:
+    scope = connection.scope
     if scope["type"] == "websocket":
         await send({"type": "websocket.close", "code": POLICY_VIOLATION, "reason": problem.detail[:120]})
         return
-    if problem.status == 413:
-        await _read_over(receive)
-    response = problem_response(problem.status, problem.detail, scope["path"], problem.headers)
+    if scope["method"] not in SAFE_METHODS:
+        await read_over(receive)
+    response = await problem_answer(Request(scope), problem)
     await response(scope, receive, send)
 
 
-async def _read_over(receive: Receive) -> None:
-    """Let a body that is refused arrive, within reason: who still sends when the connection is closed never reads why."""
-    read = 0
-    with anyio.move_on_after(READ_OVER_SECONDS):
-        while read < READ_OVER_BYTES:
-            message = await receive()
-            read += len(message.get("body", b""))
-            if message["type"] != "http.request" or not message.get("more_body", False):
-                return
+def _came_through_a_proxy(connection: HTTPConnection) -> bool:
+    return any(name in connection.headers for name in PROXY_HEADERS)

@@ -86,6 +86,7 @@ class JobRunner:
 
     computing : where each of them reduces its sessions
     limits    : what each of them may take of this computer
+    shown     : words as people may see them
 
     Jobs of one experiment never overlap: each begins with what the one before has stored.
     """
@@ -97,9 +98,11 @@ class JobRunner:
         simultaneous: int = 1,
         computing: Computing | None = None,
         limits: ProcessLimits | None = None,
+        shown: Callable[[str], str] = str,
     ) -> None:
         self._computing = computing or Computing()
         self._limits = limits or ServiceSettings().job_limits
+        self._shown = shown
         self._database = database
         self._clock = clock
         self._tasks: dict[str, _Task] = {}
@@ -292,7 +295,7 @@ class JobRunner:
 
     def _change(self, task: _Task, **changes: Any) -> None:
         job = replace(task.job, **changes)
-        job = replace(job, words=job.words[:LONGEST_WORDS])
+        job = replace(job, words=self._shown(job.words)[:LONGEST_WORDS])
         if job.state.final:
             job = replace(job, ended=self._clock())
         stored = job.state != task.job.state

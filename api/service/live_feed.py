@@ -76,7 +76,7 @@ class LiveFeed:
             "experiment": active.experiment,
             "id": active.id,
             "state": active.state.value,
-            "reason": active.payload_session.reason,
+            "reason": self._sessions.reason(active),
             "alarm": active.payload_session.alarm,
             "fraction": progress.fraction,
             "elapsed": progress.elapsed,

@@ -7,7 +7,7 @@ wait for it.
 import logging
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from threading import Lock
@@ -413,6 +413,10 @@ class PayloadSessions:
         for active in list(self._active.values()):
             active.close()
 
+    def reason(self, active: ActiveSession) -> str:
+        """Why a session ended, in words; empty while it has not."""
+        return self._experiments.shown(active.payload_session.reason)
+
     # --- inside
 
     def _prepared(self, experiment: str, identifier: str, user: User) -> SessionRow:
@@ -469,7 +473,7 @@ class PayloadSessions:
 
     def _event(self, active: ActiveSession, event: SessionEvent) -> None:
         if event.kind != "progress":
-            active.events.append(event)
+            active.events.append(replace(event, words=self._experiments.shown(event.words)))
         if event.state.ended and active.claim is not None:
             active.claim.release()  # its processes have ended before it says so
         try:
@@ -500,7 +504,7 @@ class PayloadSessions:
         with active.storing:
             row = self._experiments.session(active.experiment, active.id)
             row.state = active.state.value
-            row.reason = active.payload_session.reason[:LONGEST_WORDS] or None
+            row.reason = self.reason(active)[:LONGEST_WORDS] or None
             file = active.payload_session.file
             if file is not None and file.is_file():
                 row.file = str(file.relative_to(self._experiments.folder(active.experiment)))

@@ -76,7 +76,10 @@ def not_found(kind: str, identifier: str) -> Problem:
     return Problem(404, f"No {kind} has the id `{identifier}`.")
 
 
-async def _problem(request: Request, error: Problem) -> Response:
+async def problem_answer(request: Request, error: Problem) -> Response:
+    """The response to a problem: a page for a browser, else the problem document. No path of this computer is in it."""
+    hidden = request.app.state.service.settings.without_folders(error.detail)
+    error = Problem(error.status, hidden, error.headers, **error.extra)
     page = getattr(request.app.state, "problem_page", None)
     if page is not None and "text/html" in request.headers.get("accept", ""):
         return page(request, error)
@@ -89,7 +92,7 @@ async def _http_error(request: Request, error: HTTPException) -> Response:
         detail = "Nothing is at this address."
     elif error.status_code == 405:
         detail = f"{request.method} is not possible here."
-    return await _problem(request, Problem(error.status_code, detail, error.headers))
+    return await problem_answer(request, Problem(error.status_code, detail, error.headers))
 
 
 async def _validation_error(request: Request, error: RequestValidationError) -> Response:
@@ -102,27 +105,27 @@ async def _validation_error(request: Request, error: RequestValidationError) -> 
     detail = (
         "; ".join(f"{fault['where']}: {fault['what']}" for fault in errors) or "The request is not valid."
     )
-    return await _problem(request, Problem(422, detail, errors=errors))
+    return await problem_answer(request, Problem(422, detail, errors=errors))
 
 
 async def _input_error(request: Request, error: InputError) -> Response:
-    return await _problem(request, Problem(422, str(error)))
+    return await problem_answer(request, Problem(422, str(error)))
 
 
 async def _driver_error(request: Request, error: DriverError) -> Response:
-    return await _problem(request, Problem(503, str(error)))
+    return await problem_answer(request, Problem(503, str(error)))
 
 
 async def _unexpected(request: Request, error: Exception) -> Response:
     _log.error("%s %s failed", request.method, request.url.path, exc_info=error)
     detail = "The service failed to answer; its log says why. Nothing was moved by this request."
-    return await _problem(request, Problem(500, detail))
+    return await problem_answer(request, Problem(500, detail))
 
 
 def install_problem_handlers(application: FastAPI) -> None:
     """Let every error of `application` leave as a problem document."""
     handlers: dict[Any, Any] = {
-        Problem: _problem,
+        Problem: problem_answer,
         HTTPException: _http_error,
         RequestValidationError: _validation_error,
         InputError: _input_error,

@@ -71,7 +71,14 @@ def create_service(settings: ServiceSettings) -> Service:
     clock = settings.clock
     audit = AuditLog(database, clock)
     experiments = ExperimentStore(database, settings.experiments_folder, clock)
-    jobs = JobRunner(database, clock, settings.simultaneous_jobs, settings.computing, settings.job_limits)
+    jobs = JobRunner(
+        database,
+        clock,
+        settings.simultaneous_jobs,
+        settings.computing,
+        settings.job_limits,
+        settings.without_folders,
+    )
     models = ModelWorkflow(experiments, jobs)
     rigs = RigStore(settings.data_folder / "rigs")
     claims = BusClaims()

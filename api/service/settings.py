@@ -1,6 +1,7 @@
 """What the service is started with."""
 
 import ipaddress
+import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -10,6 +11,8 @@ from pydantic import BaseModel, ConfigDict, Field
 from api.computing import Computing
 from api.data_folder import default_data_folder
 from api.service.process_limits import GIBIBYTE, MEBIBYTE, ProcessLimits, half_of_memory
+from daq.rig import RIGS
+from identify.recording.errors import InputError
 
 LONGEST_JOB = 2 * 3600.0
 """s that a job may take; the longest diagnosis measured, of six joints, takes some minutes."""
@@ -32,6 +35,8 @@ class ServiceSettings(BaseModel):
     """Further names under which browsers reach this service (Host header), without port."""
     secure_cookies: bool = False
     """True where browsers come by https: the sign-in cookie then never travels in clear."""
+    trusted_proxies: tuple[str, ...] = ()
+    """Addresses or networks of proxies that are believed from where a request comes; nobody else is."""
     sign_in_lasts: float = 12 * 3600.0
     body_limit: int = 1 * MEBIBYTE
     """Largest request body but for uploads."""
@@ -77,6 +82,12 @@ class ServiceSettings(BaseModel):
         """What the process of a job may take."""
         return ProcessLimits(self.job_memory, self.job_seconds)
 
+    def without_folders(self, words: str) -> str:
+        """The same words without the folders of this computer, which are nobody else's business."""
+        for folder in (self.data_folder, self.data_folder.resolve(), RIGS, Path(tempfile.gettempdir())):
+            words = words.replace(f"{folder}/", "").replace(str(folder), folder.name)
+        return words
+
     @property
     def experiments_folder(self) -> Path:
         """Folder whose sub-folders are the stored experiments."""
@@ -96,3 +107,11 @@ def is_loopback(host: str) -> bool:
         return ipaddress.ip_address(host.strip("[]")).is_loopback
     except ValueError:
         return False
+
+
+def network_of(proxy: str) -> ipaddress.IPv4Network | ipaddress.IPv6Network:
+    """The network that `--trusted-proxy` names. Raises InputError where it is none."""
+    try:
+        return ipaddress.ip_network(proxy)
+    except ValueError as error:
+        raise InputError(f"--trusted-proxy {proxy}: not an address or a network ({error})") from error

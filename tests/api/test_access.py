@@ -84,6 +84,7 @@ TABLE: dict[tuple[str, str], Role | None] = {
     ("GET", "/plans/{plan}"): VIEWER,
     ("GET", "/plans/{plan}/preview"): VIEWER,
 }
+TABLE[("GET", "/openapi.json")] = VIEWER
 BY_PERSONS = {("PUT", "/me/password"), ("POST", "/tokens"), ("DELETE", "/tokens/{token}")}
 """What is refused to whoever asks with a bearer token, as the clients here do."""
 PATH_EXAMPLES = {

@@ -1,5 +1,6 @@
 """Rigs: what they are, who has them, and the stop."""
 
+import json
 from typing import Annotated, Literal
 
 from fastapi import APIRouter, Path, Request
@@ -135,7 +136,7 @@ def get_rig(request: Request, user: access.Viewer, rig: RigId) -> RigView:
     return RigView.model_validate(
         {
             **_summary(request, rig),
-            "settings": settings.model_dump(mode="json"),
+            "settings": json.loads(service.settings.without_folders(settings.model_dump_json())),
             "drive_gain": settings.drive_gain.tolist(),
             "status": service.live.status(rig),
         }
