@@ -3,15 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from identify.diagnosis.diagnosis import Diagnosis, diagnose_record
-from identify.diagnosis.held_out import folds_of_motion, held_out_errors
 from identify.diagnosis.motion_judgement import motion_of_story
-from identify.diagnosis.selection import FOLDS
-from identify.effects.model import Term
-from identify.estimation.block_errors import block_errors
-from identify.estimation.fitted_model import FittedModel
+from identify.diagnosis.story import Step, exchanged, step_of, widened
 from identify.estimation.fitting import Progress, fit_model
 from identify.estimation.requested_model import open_record, requested_model
 from identify.estimation.small_algebra import single_threaded
@@ -22,36 +16,9 @@ from identify.results.document import Json
 from identify.results.effect import EffectOnJoint
 from identify.results.improvement import ImprovementDocument
 from identify.results.unseen_motion import UnseenMotionErrors
-from identify.validation.relative_error import ratio
 
 MOST_STEPS = 24
 """Additions after which the story ends even if more would be justified."""
-
-
-@dataclass(frozen=True)
-class JointErrors:
-    """Relative errors of one joint: on the sessions of the fit, on the validation sessions, on motion that the fit did
-    not see."""
-
-    fit: float
-    validation: float | None
-    held_out: float
-
-    def no_worse_than(self, other: "JointErrors") -> bool:
-        """Whether none of the errors is higher than another's."""
-        checked = self.validation is None or other.validation is None or self.validation <= other.validation
-        return self.fit <= other.fit and self.held_out <= other.held_out and checked
-
-
-@dataclass(frozen=True)
-class Step:
-    """A model of the story: what was added, and its errors, of all joints and of each."""
-
-    added: Term | None
-    fitted: FittedModel
-    relative_error: float
-    relative_error_validation: float | None
-    joints: tuple[JointErrors, ...]
 
 
 @dataclass(frozen=True)
@@ -129,7 +96,7 @@ def improve(
     record = open_record(experiment)
     present = requested_model(record, model, add)
     report = progress or (lambda fraction, words: None)
-    steps = [_step(None, fit_model(record, present))]
+    steps = [step_of(None, fit_model(record, present))]
     refused: set[tuple[str, int]] = set()
     while True:
         report(min(0.9, (len(steps) - 1) / MOST_STEPS), f"diagnosis after {len(steps) - 1} additions")
@@ -141,9 +108,8 @@ def improve(
         while waiting:
             later = []
             for term in waiting:
-                grown = _widened(steps[-1].fitted, term)
-                step = _step(term, grown)
-                if _holds(steps[-1], step):
+                step = step_of(term, widened(steps[-1].fitted, term))
+                if step.holds_after(steps[-1]):
                     steps.append(step)
                 else:
                     later.append(term)  # it may only help beside another one
@@ -152,53 +118,15 @@ def improve(
             waiting = later
         refused |= {term.key for term in waiting}
         if not diagnosis.added or len(steps) > MOST_STEPS:
-            break
+            better = exchanged(steps, frozenset(refused)) if len(steps) <= MOST_STEPS else None
+            if better is None:
+                break
+            gone = {step.added for step in steps} - {step.added for step in better}
+            refused |= {term.key for term in gone if term is not None}
+            steps = better
     judged = None
     if motion:
         report(0.9, "predicting motion that the fits did not see")
         judged = tuple(motion_of_story([step.fitted for step in steps]))
     report(1.0, "done")
     return Improvement(experiment, model, tuple(steps), diagnosis, frozenset(refused), judged)
-
-
-def _widened(fitted: FittedModel, term: Term) -> FittedModel:
-    """The model with one term more: its constants searched from where the model stands, or anew, whichever fits better.
-
-    From where it stands it never fits worse; anew it may leave a choice of constants that suited the narrower model.
-    """
-    wider = fitted.model.with_terms([term])
-    near = fit_model(fitted.record, wider, refine=True, start=fitted)
-    anew = fit_model(fitted.record, wider, refine=True)
-    return min(near, anew, key=lambda found: found.fit.relative_error)
-
-
-def _holds(before: Step, after: Step) -> bool:
-    """Whether an addition lowers the error, also on the validation sessions, and raises none of its own joint's."""
-    assert after.added is not None  # every step but the first adds
-    joint = after.added.joint
-    if not after.joints[joint].no_worse_than(before.joints[joint]):
-        return False
-    if before.relative_error_validation is None or after.relative_error_validation is None:
-        return after.relative_error < before.relative_error
-    return (
-        after.relative_error < before.relative_error
-        and after.relative_error_validation < before.relative_error_validation
-    )
-
-
-def _step(added: Term | None, fitted: FittedModel) -> Step:
-    entries = fitted.record.entries("validation")
-    checked: float | None = None
-    unseen: list[float | None] = [None] * fitted.record.joints
-    if entries:
-        errors = block_errors(fitted.observe(entries), fitted.fit.chi).sum(axis=0)
-        checked = ratio(*errors.sum(axis=0))
-        unseen = [ratio(*error) for error in errors]
-    observation, fit = fitted.observation, fitted.fit
-    held_out = held_out_errors(observation, fit.weights, folds_of_motion(observation, FOLDS))
-    known = fit.residual / np.where(fit.norm > 0, fit.norm, 1.0)
-    joints = tuple(
-        JointErrors(float(error), other, held)
-        for error, other, held in zip(known, unseen, held_out, strict=True)
-    )
-    return Step(added, fitted, fit.relative_error, checked, joints)

@@ -215,10 +215,24 @@ def choose_constants(
         for index in several:
             others = columns_of([i for i in range(len(variants)) if i != index])
             options = [observation.slot_columns[starts[index] + o] for o in range(len(variants[index]))]
-            picked[index] = int(np.argmax(_explained(products, others, options)))
+            explained, left = _explained(products, others, options)
+            price = column_price(left / len(observation.joint_columns), len(observation.blocks))
+            picked[index] = int(np.argmax(explained - price * np.array([len(option) for option in options])))
         if picked == before:
             break
     return picked
+
+
+def column_price(residual: float, blocks: int) -> float:
+    """Squared residual that a further column must take away to be worth having, among choices of different width.
+
+    Mallows' C_p, each block of time counting as one independent observation, whatever the colour of the residual, so that
+    choices with more columns are not preferred for fitting noise (C. L. Mallows, "Some comments on C_p", Technometrics
+    15(4), 1973).
+
+    residual : squared norm of what a joint's model leaves without the columns
+    """
+    return 2.0 * residual / max(blocks, 1)
 
 
 def _place(choices: Sequence[dict[str, float]], present: dict[str, float] | None) -> int:
@@ -238,8 +252,10 @@ def _weighted_products(observation: Observation, weights: Array) -> Array:
     return products / np.outer(np.where(norm > 0, norm, 1.0), np.where(norm > 0, norm, 1.0))
 
 
-def _explained(products: Array, others: NDArray[np.intp], options: Sequence[NDArray[np.intp]]) -> list[float]:
-    """How much of the squared residual of `others` each group of further columns explains."""
+def _explained(
+    products: Array, others: NDArray[np.intp], options: Sequence[NDArray[np.intp]]
+) -> tuple[Array, float]:
+    """How much of the squared residual of `others` each group of further columns explains, and that residual."""
     wanted = np.concatenate([*options, [len(products) - 1]]).astype(np.intp)
     inner = np.linalg.pinv(products[np.ix_(others, others)], rcond=RANK, hermitian=True)
     cross = products[np.ix_(others, wanted)]
@@ -250,7 +266,7 @@ def _explained(products: Array, others: NDArray[np.intp], options: Sequence[NDAr
         done += len(option)
         gram, target = left[place, place], left[place, -1]
         explained.append(float(target @ np.linalg.pinv(gram, rcond=RANK, hermitian=True) @ target))
-    return explained
+    return np.array(explained), float(left[-1, -1])
 
 
 def only_slots(observation: Observation, slots: Sequence[int]) -> Observation:
