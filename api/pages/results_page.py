@@ -16,6 +16,7 @@ from api.pages.stored_models import ShownModel, StoredExperiment
 from api.service import access
 from api.service.identified_urdf import can_be_made, urdf_of
 from api.service.problems import Problem
+from identify.recording.plain_text import text_cell
 from identify.results.identification import Parameter
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
@@ -89,10 +90,14 @@ def _as_csv(shown: ShownModel) -> str:
     writer.writerow(Parameter.model_fields)
     for parameter in shown.document.parameters:
         values = parameter.to_json()
-        writer.writerow(
-            ["" if values[column] is None else values[column] for column in Parameter.model_fields]
-        )
+        writer.writerow([_cell(values[column]) for column in Parameter.model_fields])
     return text.getvalue()
+
+
+def _cell(value: object) -> object:
+    if isinstance(value, str):
+        return text_cell(value)
+    return "" if value is None else value
 
 
 def _as_yaml(shown: ShownModel) -> str:

@@ -21,6 +21,7 @@ from api.service.problems import Problem
 from api.service.service import Service
 from daq.session_events import SessionState
 from identify.recording import Payload
+from identify.recording.plain_text import check_printable
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
 
@@ -83,7 +84,10 @@ def add_session(
         payload = payload_name.strip()
         if not payload:
             raise Problem(422, "Give the new payload a name.")
-        new = Payload(name=payload, mass=typed_mass(mass))
+        try:
+            new = Payload(name=check_printable(payload), mass=typed_mass(mass))
+        except ValueError as error:
+            raise Problem(422, f"The name of the payload {error}.") from error
     with input_errors_as_problems():
         service.jobs.refuse_more(user.name)
         service.uploads.add_session(experiment, file.file, file.filename or "", payload, role, new)

@@ -14,6 +14,7 @@ import h5py
 from api.service.job_process import Progress
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import EXPERIMENT_FILE, ExperimentFile, read_experiment_file
+from identify.recording.plain_text import printable
 from identify.results.document import Json
 
 INCOMPLETE = "incomplete"
@@ -122,5 +123,5 @@ def _attributes(file: Path) -> dict[str, str]:
     with h5py.File(file, "r", swmr=True, locking=False) as recording:
         for name in LOOKED_AT:
             with suppress(TypeError, ValueError, OSError, RuntimeError, KeyError):
-                found[name] = str(recording.attrs[name])[:LONGEST_ATTRIBUTE]
+                found[name] = printable(str(recording.attrs[name])[:LONGEST_ATTRIBUTE])
     return found

@@ -6,6 +6,7 @@ from api.service.problems import not_found
 from daq.experiment_folder import experiment_robot
 from daq.rig import RIGS, Rig
 from identify.recording import ExperimentFile, InputError
+from identify.recording.plain_text import check_printable
 
 
 class RigStore:
@@ -39,6 +40,10 @@ class RigStore:
         """An experiment without sessions on a rig. Raises InputError for an unknown or wrong rig."""
         if rig_id not in self.files():
             raise InputError(f"rig: {rig_id!r} is not known; known are {', '.join(self.files())}")
+        try:
+            check_printable(name)
+        except ValueError as error:
+            raise InputError(f"name: {error}") from error
         rig = self.rig(rig_id)
         return ExperimentFile(
             format=1,

@@ -12,6 +12,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 
 from identify.recording.atomic_file import write_atomically
 from identify.recording.errors import InputError
+from identify.recording.plain_text import Printable
 from identify.recording.strict_yaml import Lines, read_strict_yaml
 
 EXPERIMENT_FILE = "experiment.yaml"
@@ -20,7 +21,7 @@ Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
 NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
 _Model = TypeVar("_Model", bound=BaseModel)
-Word = Annotated[str, Field(min_length=1)]
+Word = Annotated[Printable, Field(min_length=1)]
 
 
 def _whole(value: Any) -> Any:

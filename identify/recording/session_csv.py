@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from identify.recording.csv_mistakes import LARGEST_VALUE, check_header, first_mistake, is_gzip
 from identify.recording.errors import InputError
+from identify.recording.plain_text import header_cell
 from identify.recording.samples import RawSamples, SampleColumns
 
 Array = NDArray[np.float64]
@@ -166,8 +167,11 @@ def write_csv_session(
     """Write a session by the contract: t, q1 ... qn, v1 ... vn and what else is given; gzip if the name
     ends in .gz.
 
-    time : (N,) s; position, command, external, temperature : (N, n), or (N,) for one joint; extra : name ->
-    (N,) Numbers are written so that reading them gives the same float64 again.
+    time  : (N,) s
+    position, command, external, temperature : (N, n), or (N,) for one joint
+    extra : name -> (N,); a name becomes one that no spreadsheet takes for a formula
+
+    Numbers are written so that reading them gives the same float64 again.
     """
     import pyarrow
     from pyarrow import csv
@@ -181,7 +185,7 @@ def write_csv_session(
     opener = gzip.open if path.name.endswith(".gz") else open
     plain = csv.WriteOptions(include_header=False)
     with opener(path, "wb") as stream:
-        stream.write((",".join(columns) + "\n").encode())
+        stream.write((",".join(header_cell(name) for name in columns) + "\n").encode())
         for first in range(0, len(time), ROWS_WRITTEN):
             rows = [pyarrow.array(values[first : first + ROWS_WRITTEN]) for values in columns.values()]
             csv.write_csv(pyarrow.table(rows, names=list(columns)), stream, plain)

@@ -8,6 +8,7 @@ import httpx
 import pytest
 
 from api.application import create_application
+from api.pages.results_page import _cell
 from api.server import ServiceServer, listen
 from api.service.accounts import Role
 from api.service.guard import Guard
@@ -254,3 +255,23 @@ def test_a_job_that_fails_names_no_folder_of_this_computer(
     assert job["state"] == "failed"
     assert "session-00.csv" in job["words"]
     assert str(data_folder) not in job["words"]
+
+
+@pytest.mark.parametrize("name", ["arm\x1b[2J", "arm\u202e", "arm\x7f", "arm\n"])
+def test_names_with_characters_that_are_not_shown_are_refused(service, name):
+    operator = service.client(Role.OPERATOR)
+    rig = "rx130l-joint3-simulated"
+    answers = [
+        operator.post("/experiments", json={"name": name, "rig": rig}),
+        operator.post("/plans", json={"name": name, "rig": rig}),
+        operator.post("/tokens", json={"label": name}),
+        operator.post("/users", json={"name": name, "password": "correct horse battery"}),
+    ]
+    assert [answer.status_code for answer in answers] == [422, 422, 403, 403]
+    with pytest.raises(InputError, match="not shown"):
+        service.service.rigs.experiment_file(rig, name)
+
+
+def test_a_download_of_parameters_holds_no_formula():
+    assert _cell("=HYPERLINK(1)") == "'=HYPERLINK(1)"
+    assert (_cell(-1.5), _cell(None), _cell("ZZ1R")) == (-1.5, "", "ZZ1R")

@@ -11,6 +11,7 @@ from api.service.openapi import ResourceRoute, problems
 from api.service.routes.jobs import JobView
 from api.stored_experiments import EXPERIMENT_ID
 from identify.recording import Payload
+from identify.recording.plain_text import Printable
 from identify.results.document import Json
 
 router = APIRouter(tags=["experiments"], route_class=ResourceRoute)
@@ -70,7 +71,7 @@ class NewExperiment(BaseModel):
     """An experiment to be created on a rig; robot, gains and known payloads come from the rig's file."""
 
     name: Annotated[
-        str, Field(min_length=1, max_length=100, pattern=r"^[^\x00-\x1f/\\]+$", examples=["rx130l-joint3"])
+        Printable, Field(min_length=1, max_length=100, pattern=r"^[^/\\]+$", examples=["rx130l-joint3"])
     ]
     rig: Annotated[
         str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$", examples=["rx130l-joint3-simulated"])
@@ -137,7 +138,9 @@ def import_measured_session(
     user: access.Operator,
     experiment: ExperimentId,
     file: Annotated[UploadFile, File(description="one session: .csv, .csv.gz or .h5")],
-    payload: Annotated[str, Form(max_length=100, description="name of a payload of the experiment")],
+    payload: Annotated[
+        Printable, Form(min_length=1, max_length=100, description="name of a payload of the experiment")
+    ],
     role: Annotated[Literal["identification", "validation"], Form()] = "identification",
     mass: Annotated[
         float | None, Form(ge=0, le=1e6, allow_inf_nan=False, description="kg, of a new payload")

@@ -13,6 +13,7 @@ from api.service.plan_store import PLAN_ID
 from api.service.problems import Problem, not_found
 from api.service.routes.jobs import JobView
 from daq.excitation.excitation_plan import ExcitationPlan
+from identify.recording.plain_text import Printable
 from identify.results.document import Json
 
 router = APIRouter(tags=["plans"], route_class=ResourceRoute)
@@ -49,9 +50,7 @@ class PlanRequest(BaseModel):
     rig: Annotated[
         str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$", examples=["rx130l-joint3-simulated"])
     ]
-    name: Annotated[
-        str, Field(min_length=1, max_length=64, pattern=r"^[^\x00-\x1f]+$", examples=["joint3 sinusoids"])
-    ]
+    name: Annotated[Printable, Field(min_length=1, max_length=64, examples=["joint3 sinusoids"])]
     seconds: Annotated[float, Field(gt=0, le=3600, examples=[60.0])] = 60.0
     model: Annotated[str, Field(max_length=200, pattern=r"^[a-z0-9+,@-]+$", examples=["load-velocity"])] = (
         "load-velocity"
