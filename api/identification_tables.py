@@ -26,6 +26,7 @@ def print_identification(document: IdentificationDocument) -> None:
     console = console_for_tables()
     console.print(_headline(document))
     for part in (
+        _excitation(document),
         _errors(document),
         _sessions(document),
         _speeds(document),
@@ -151,7 +152,7 @@ def _parameters(title: str, parameters: Sequence[Parameter]) -> Table:
     for own in parameters:
         percent = own.relative_std_percent
         table.add_row(
-            own.name,
+            f"{own.name} (!)" if own.doubt else own.name,
             _number(own.value, 5),
             _number(own.std, 2),
             _number(own.std_robust, 2),
@@ -161,6 +162,17 @@ def _parameters(title: str, parameters: Sequence[Parameter]) -> Table:
             own.grouping if own.grouping not in (None, own.name) else "",
         )
     return table
+
+
+def _excitation(document: IdentificationDocument) -> RenderableType | None:
+    """What the motion does not tell, before any parameter is read."""
+    excitation = document.excitation
+    if excitation is None or excitation.verdict == "sufficient":
+        return None
+    title = "This motion does not tell all of the model"
+    if excitation.verdict == "insufficient":
+        title = "Do not rely on the parameters"
+    return _list(title, excitation.cannot_tell)
 
 
 def _structured(structured: StructuredEstimate) -> Table:

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from identify.dynamics.standard_parameters import PARAMETERS_PER_JOINT
+from identify.effects.admissible import named_parameters
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.parameters import column_names
 
@@ -12,36 +14,74 @@ HUGE = 10.0
 """Times the measured torque that a parameter's share must be for two of them to count as cancelling each other; shares of
 inertia and gravity are about as large as the torque itself."""
 
+NEVER_NEGATIVE = (0, 3, 5, 9, 10)
+"""XX, YY, ZZ, M and Ia among the standard parameters of a link"""
+SMALL = 1e-9
+"""of a coefficient of a regrouped parameter: rounding"""
+
 
 def doubts(fitted: FittedModel, error: float, unseen: float | None) -> list[str]:
     """Remarks on a fit, the gravest first.
 
     error, unseen : relative error on the sessions of the fit and on the validation sessions
     """
-    sentences: list[str] = []
-    if unseen is not None and unseen > MUCH_WORSE * error:
-        condition = fitted.fit.condition_number
-        sentences.append(
-            f"the model predicts motion that it did not see much worse ({unseen:.3g} of the torque) than its own"
-            f" ({error:.3g}); do not rely on the parameters (condition number {condition:.3g})"
-        )
+    worse = predicts_worse(fitted, error, unseen)
+    return [*([worse] if worse else []), *dict.fromkeys(parameter_doubts(fitted).values())]
+
+
+def predicts_worse(fitted: FittedModel, error: float, unseen: float | None) -> str | None:
+    """Words where a model predicts unseen motion much worse than its own; else None."""
+    if unseen is None or unseen <= MUCH_WORSE * error:
+        return None
+    return (
+        f"the model predicts motion that it did not see much worse ({unseen:.3g} of the torque) than its own"
+        f" ({error:.3g}); do not rely on the parameters (condition number {fitted.fit.condition_number:.3g})"
+    )
+
+
+def parameter_doubts(fitted: FittedModel) -> dict[int, str]:
+    """By column what makes the value of its parameter meaningless or impossible, in words; nothing for the others."""
     names = [name for name, *_ in column_names(fitted)]
-    sentences += [
-        f"{names[first]} and {names[second]} are many times the measured torque and cancel each other: only their sum is known"
-        for first, second in _cancelling(fitted)
-    ]
-    if fitted.fit.free is not None:
-        moved = np.flatnonzero(~np.isclose(fitted.fit.chi, fitted.fit.free, rtol=1e-3, atol=1e-12))
-        held = [column for column in moved if fitted.fit.chi[column] == 0]
-        sentences += [
-            f"{names[column]} is held at 0, the least that it can be: least squares alone would find"
-            f" {fitted.fit.free[column]:.3g}"
-            for column in held
-        ]
-    return sentences
+    fit, base = fitted.fit, fitted.record.body.base
+    found: dict[int, str] = {}
+    for first, second in cancels(fitted):
+        words = (
+            f"{names[first]} and {names[second]} are many times the measured torque and cancel each other: "
+            "only their sum is known"
+        )
+        found.setdefault(first, words)
+        found.setdefault(second, words)
+    if fit.free is not None:
+        for column in np.flatnonzero(~np.isclose(fit.chi, fit.free, rtol=1e-3, atol=1e-12)):
+            if fit.chi[column] == 0:
+                found[int(column)] = (
+                    f"{names[column]} is held at 0, the least that it can be: least squares alone would find"
+                    f" {fit.free[column]:.3g}"
+                )
+    # a sum of masses and of inertias about axes, with positive parts only, is positive on any robot
+    if fitted.record.joints and np.isin(fit.fitted, np.arange(fitted.observation.base)).any():
+        kinds = np.arange(base.matrix.shape[1]) % PARAMETERS_PER_JOINT
+        positive = np.isin(kinds, NEVER_NEGATIVE)
+        for column in fit.fitted[fit.fitted < fitted.observation.base]:
+            row = base.matrix[column]
+            sums_up = not np.any(np.abs(row[~positive]) > SMALL) and not np.any(row < -SMALL)
+            if fit.chi[column] < 0 and sums_up:
+                found.setdefault(
+                    int(column), f"{names[column]} is negative, which no mass and no inertia can be"
+                )
+    for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True):
+        summary = fitted.record.summaries[slot.term.joint]
+        listed = named_parameters(slot.term, slot.values, len(columns), summary)
+        for column, parameter in zip(columns.tolist(), listed, strict=True):
+            if column in fit.fitted and not parameter.lower <= fit.chi[column] <= parameter.upper:
+                limit = f"at least {parameter.lower:.3g}"
+                if fit.chi[column] > parameter.upper:
+                    limit = f"at most {parameter.upper:.3g}"
+                found.setdefault(column, f"{names[column]} is impossible: it can be {limit}")
+    return found
 
 
-def _cancelling(fitted: FittedModel) -> list[tuple[int, int]]:
+def cancels(fitted: FittedModel) -> list[tuple[int, int]]:
     """Pairs of columns whose shares are huge and nearly the opposite of each other."""
     fit = fitted.fit
     if fit.r.shape[1] != len(fit.fitted) or not len(fit.fitted):

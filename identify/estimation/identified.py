@@ -1,12 +1,12 @@
 """A model identified on all sessions so far: its parameters with deviations, its errors, its predictions."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
 from identify.effects.model import Term
 from identify.estimation.block_errors import block_errors, ratio
-from identify.estimation.doubts import doubts
+from identify.estimation.doubts import doubts, parameter_doubts
 from identify.estimation.essential import RULE
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.observation import Observation
@@ -42,7 +42,12 @@ class Identified:
         """Parameters of `fitted`."""
         if self.form == "structured":
             return self.structured_parameters
-        return parameters_of(self.fitted)
+        doubted = parameter_doubts(self.fitted)
+        columns = self.fitted.fit.fitted.tolist()
+        return tuple(
+            replace(parameter, doubt=doubted.get(column))
+            for column, parameter in zip(columns, parameters_of(self.fitted), strict=True)
+        )
 
     @cached_property
     def structured_parameters(self) -> tuple[Parameter, ...]:

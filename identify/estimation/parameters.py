@@ -19,6 +19,7 @@ class Parameter:
     std, std_robust : standard deviations of eq. (13)-(15), and ones that hold for coloured residuals; None
     where
                       they cannot be given
+    doubt           : what makes the value meaningless or impossible, in words
     """
 
     name: str
@@ -28,6 +29,7 @@ class Parameter:
     std_robust: float | None
     unit: str
     grouping: str | None
+    doubt: str | None = None
 
     @property
     def relative_std_percent(self) -> float | None:
@@ -45,6 +47,7 @@ class Parameter:
             relative_std_percent=self.relative_std_percent,
             unit=self.unit,
             grouping=self.grouping,
+            doubt=self.doubt,
         )
 
 

@@ -49,6 +49,26 @@ class Parameter(Part):
         description="standard parameters that it regroups; null where it regroups none",
         examples=["ZZ1 + Ia1"],
     )
+    doubt: str | None = Field(
+        default=None,
+        description="what makes the value meaningless or impossible (a negative inertia, friction held at 0, two huge values "
+        "that cancel); null where nothing does",
+        examples=[None],
+    )
+
+
+class Excitation(Part):
+    """What the motion of this record can tell of the model, to be read before any parameter."""
+
+    verdict: Literal["sufficient", "partial", "insufficient"] = Field(
+        description="sufficient: it shows all that the model has; partial: not all of it, see `cannot_tell`; insufficient: "
+        "the parameters cannot be relied on",
+        examples=["partial"],
+    )
+    cannot_tell: tuple[str, ...] = Field(
+        description="what it does not show, the gravest first, and what would",
+        examples=[["MY1R, XZ2: not seen"]],
+    )
 
 
 class EliminatedParameter(Part):
@@ -210,6 +230,9 @@ class IdentificationDocument(Document):
         description="parameters that this record does not determine", examples=[["MY1R"]]
     )
     remarks: tuple[str, ...] = Field(description="what the reader must know of it", examples=[[]])
+    excitation: Excitation | None = Field(
+        default=None, description="what this motion can tell; null in results of earlier versions"
+    )
     structured: StructuredEstimate | None = Field(
         default=None, description="of load-velocity; null for other models"
     )

@@ -16,6 +16,7 @@ from identify.results.identification import (
     SpeedError,
     StructuredEstimate,
 )
+from identify.validation.excitation import excitation
 from identify.validation.noise_floor import noise_floors
 from identify.validation.relative_error import by_payload, by_speed
 
@@ -86,6 +87,7 @@ def identification_document(result: Identified) -> IdentificationDocument:
         ),
         not_identifiable=tuple(described[column][0] for column in fitted.fit.dropped),
         remarks=tuple(result.all_remarks),
+        excitation=excitation(result),
         structured=structured,
     )
 
