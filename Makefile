@@ -1,6 +1,7 @@
 # make demo   set up, then the whole loop on the simulated drive
 # make test   set up with everything the tests want, then all tests
 # make test-random   the properties with other examples; make mutants   do the tests notice?
+# make faults   every fault in every phase of a session; make attack   the service under attack, real processes
 # make docs   the reference of modules, classes and functions, from their docstrings
 # All need python3, git and make, and nothing else done before.
 
@@ -9,7 +10,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 
-.PHONY: demo test test-random mutants lint docs setup setup-test lock blind faults benchmark clean
+.PHONY: demo test test-random mutants lint docs setup setup-test lock blind faults attack benchmark clean
 
 demo: setup
 	$(BIN)/coulomb demo
@@ -66,9 +67,13 @@ lock:
 		--generate-hashes --no-emit-index-url --no-emit-find-links --custom-compile-command "make lock" \
 		-o requirements-test.lock
 
-# Every fault on the bus in every phase of a motion; minutes.
+# Every fault (bus, process, file, time) in every phase of a session, and the service's states; a quarter of an hour.
 faults: setup-test
 	$(BIN)/python -m tests.faults --write docs/faults.md
+
+# The service attacked from outside while it moves a simulated rig in real time; wants a computer that does nothing else.
+attack: setup-test
+	$(BIN)/python -m pytest -q --run-attacks tests/attack
 
 blind: setup-test
 	$(BIN)/python -m tests.blind --write docs/blind.md

@@ -33,6 +33,8 @@ from identify.results.reading import document_of
 Signals = dict[str, NDArray[np.float32]]
 BESIDE_RESULTS = ("version", "stale", "job", "diagnosis")
 """What `/results` answers beside the identification: where it comes from, and the diagnosis, which has a call of its own."""
+STOP_TIMEOUT = 2.0
+"""s for the answer to a stop"""
 FINAL = frozenset({"done", "failed", "cancelled", "lost"})
 
 
@@ -65,6 +67,9 @@ class Client:
         self, address: str, token: str | None = None, timeout: float = 30.0, http: httpx.Client | None = None
     ) -> None:
         self._http = http or httpx.Client(base_url=address, timeout=timeout)
+        self._others = http is not None
+        self._stop_port: str | None = None
+        self._http.event_hooks["response"].append(self._note_stop_port)
         if token is not None:
             self._http.headers["Authorization"] = f"Bearer {token}"
 
@@ -337,8 +342,21 @@ class Client:
         return self._post(f"/experiments/{experiment}/sessions/{session}/admit")
 
     def stop(self, rig: str) -> bool:
-        """Bring the rig to rest, now; returns whether something was under way."""
-        return self._post(f"/rigs/{rig}/stop")["stopped"]
+        """Bring the rig to rest, now; returns whether something was under way.
+
+        By a new connection, to the stop's own port where the service has one: these are answered whatever the service is doing
+        (not where the connections are somebody else's, given as `http`).
+        """
+        address = f"/rigs/{rig}/stop"
+        if self._others:
+            return self._post(address)["stopped"]
+        here, headers = self._http.base_url, self._http.headers
+        there = here if self._stop_port is None else here.copy_with(port=int(self._stop_port))
+        try:
+            with httpx.Client(base_url=there, headers=headers, timeout=STOP_TIMEOUT) as fresh:
+                return self._answer(fresh.post(address))["stopped"]
+        except (httpx.HTTPError, ServiceError):
+            return self._post(address)["stopped"]
 
     def make_plan(
         self, rig: str, name: str, seconds: float = 60.0, model: str = "load-velocity", seed: int = 0
@@ -379,6 +397,9 @@ class Client:
         return self._post(address, fields if step == "weigh" else None)
 
     # --- inside
+
+    def _note_stop_port(self, answer: httpx.Response) -> None:
+        self._stop_port = answer.headers.get("Stop-Port", self._stop_port)
 
     def _get(self, address: str, **query: Any) -> Any:
         return self._answer(self._http.get(address, params=query))

@@ -77,7 +77,9 @@ def open_experiment(folder: Path, rig: Rig, name: str | None = None) -> bool:
 
 
 def discard_unused(folder: Path) -> None:
-    """Remove an experiment's folder that was made for a session which then recorded nothing."""
+    """Remove an experiment's folder that was made for a session which then recorded nothing; somebody may have been before us."""
+    if not (folder / INCOMPLETE).is_dir():
+        return
     if {path.name for path in folder.iterdir()} == {EXPERIMENT_FILE, INCOMPLETE} and not any(
         (folder / INCOMPLETE).iterdir()
     ):

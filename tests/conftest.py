@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from hypothesis import settings
+
+ATTACKS = Path(__file__).parent / "attack"
 
 # The same examples in every run, so that a red run is about the change and not about the dice. `make test-random` throws
 # them; what it finds is kept as an @example of its test.
@@ -11,11 +15,20 @@ settings.register_profile("fixed", derandomize=True)
 settings.register_profile("random", derandomize=False, print_blob=True)
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Let a test that is marked `second_chance(reason)` run once more where it fails.
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """`make attack` asks for the attacks, which take real processes in real time and minutes."""
+    parser.addoption("--run-attacks", action="store_true", help="run tests/attack too")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Let a test that is marked `second_chance(reason)` run once more where it fails; leave attacks out unless asked for.
 
     :raises pytest.UsageError: such a mark has no reason.
     """
+    if not config.getoption("--run-attacks"):
+        attacks = [item for item in items if item.path.parent == ATTACKS]
+        config.hook.pytest_deselected(items=attacks)
+        items[:] = [item for item in items if item not in attacks]
     for item in items:
         mark = item.get_closest_marker("second_chance")
         if mark is not None:

@@ -6,6 +6,7 @@ routes (access.py).
 """
 
 import logging
+from collections import Counter
 from collections.abc import Callable
 from contextlib import ExitStack
 from functools import partial
@@ -29,7 +30,7 @@ from api.service.access import (
 from api.service.accounts import LOCAL_OPERATOR, Role, User
 from api.service.problems import Problem, problem_answer
 from api.service.request_body import body_limit, bounded, check_length, read_over
-from api.service.request_origin import check_host, check_origin
+from api.service.request_origin import came_through_a_proxy, check_host, check_origin
 from api.service.route_table import DeclaredRoute
 from api.service.settings import ServiceSettings
 from api.service.upload_slots import UploadSlots
@@ -37,6 +38,8 @@ from api.service.upload_slots import UploadSlots
 SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 GUARD_THREADS = 8
 """Threads for looking up who asks and writing the audit log."""
+WEBSOCKETS_OF_ONE_PERSON = 100
+"""At the same time: a wall of screens signed in as one, and no more than a part of the connections."""
 POLICY_VIOLATION = 1008
 """WebSocket close code for a refused connection (RFC 6455, 7.4.1)."""
 RESPONSE_HEADERS = {
@@ -49,8 +52,6 @@ RESPONSE_HEADERS = {
 """Sent with every response that does not say otherwise; nothing is loaded from another host."""
 OVER_TLS = {"Strict-Transport-Security": "max-age=31536000"}
 """Browsers then ask by https alone, for a year (RFC 6797)."""
-PROXY_HEADERS = ("forwarded", "x-forwarded-for", "x-forwarded-host", "x-real-ip", "via")
-"""Which of them a proxy adds differs; with one of them a request from this machine is somebody else's."""
 NOBODY = User("nobody", Role.VIEWER, "none")
 _log = logging.getLogger(__name__)
 
@@ -62,6 +63,7 @@ class Guard:
         self.app = app
         self._uploads = UploadSlots()
         self._threads = anyio.CapacityLimiter(GUARD_THREADS)
+        self._watching: Counter[str] = Counter()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] not in ("http", "websocket"):
@@ -69,7 +71,7 @@ class Guard:
             return
         connection = HTTPConnection(scope)
         service = connection.app.state.service
-        send = _with_headers(send, service.settings)
+        send = _with_headers(send, service.settings, connection.app.state.stop_port)
         try:
             _check_address(connection)
             if scope["type"] == "http" and (stopped := connection.app.state.stop_desk.answer(scope)):
@@ -90,6 +92,8 @@ class Guard:
             return
         if scope["type"] == "websocket" and user is not None:
             scope[STILL_WELCOME_KEY] = partial(self._still_welcome, connection, service, user)
+            await self._watched_by(user, connection, receive, send)
+            return
         if not changes:
             await self.app(scope, receive, send)
             return
@@ -122,11 +126,23 @@ class Guard:
             if user is not None:
                 service.stop_passes.remember(secret, user)
                 return user
-        at_this_machine = service.settings.bound_to_loopback and not _came_through_a_proxy(connection)
+        at_this_machine = service.settings.bound_to_loopback and not came_through_a_proxy(connection)
         if at_this_machine and not await self._in_thread(service.accounts.exist):
             service.stop_passes.local_operator = True
             return LOCAL_OPERATOR
         return None
+
+    async def _watched_by(self, user: User, connection: HTTPConnection, receive: Receive, send: Send) -> None:
+        """Serve a WebSocket, of which one person has so many at a time."""
+        if self._watching[user.name] >= WEBSOCKETS_OF_ONE_PERSON:
+            words = f"{user.name} has {WEBSOCKETS_OF_ONE_PERSON} live views open already; close one."
+            await _refuse(Problem(429, words), connection, receive, send)
+            return
+        self._watching[user.name] += 1
+        try:
+            await self.app(connection.scope, receive, send)
+        finally:
+            self._watching[user.name] -= 1
 
     async def _still_welcome(self, connection: HTTPConnection, service, user: User) -> bool:
         """Whether who opened a connection that stays open could open it now as well."""
@@ -189,8 +205,10 @@ def _check_address(connection: HTTPConnection) -> None:
         raise Problem(400, "The address holds a NUL character.")
 
 
-def _with_headers(send: Send, settings: ServiceSettings) -> Send:
+def _with_headers(send: Send, settings: ServiceSettings, stop_port: int | None) -> Send:
     sent = RESPONSE_HEADERS | (OVER_TLS if settings.secure_cookies else {})
+    if stop_port is not None:
+        sent |= {"Stop-Port": str(stop_port)}
 
     async def sending(message: Message) -> None:
         if message["type"] == "http.response.start":
@@ -211,7 +229,3 @@ async def _refuse(problem: Problem, connection: HTTPConnection, receive: Receive
         await read_over(receive)
     response = await problem_answer(Request(scope), problem)
     await response(scope, receive, send)
-
-
-def _came_through_a_proxy(connection: HTTPConnection) -> bool:
-    return any(name in connection.headers for name in PROXY_HEADERS)

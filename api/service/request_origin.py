@@ -7,6 +7,9 @@ from starlette.requests import HTTPConnection
 from api.service.problems import Problem
 from api.service.settings import ServiceSettings, is_loopback
 
+PROXY_HEADERS = ("forwarded", "x-forwarded-for", "x-forwarded-host", "x-real-ip", "via")
+"""Which of them a proxy adds differs; with one of them a request from this machine is somebody else's."""
+
 
 def check_host(connection: HTTPConnection, settings: ServiceSettings) -> None:
     """A name that is not ours means that a foreign page had its own name resolve to this machine (DNS rebinding).
@@ -43,3 +46,8 @@ def check_origin(connection: HTTPConnection, *, any_port: bool = False) -> None:
 def says_its_site(connection: HTTPConnection) -> bool:
     """Whether a browser said which site the request comes from, so that `check_origin` has judged it."""
     return "origin" in connection.headers or "sec-fetch-site" in connection.headers
+
+
+def came_through_a_proxy(connection: HTTPConnection) -> bool:
+    """Whether a proxy stands between: then not everybody who asks from this machine is at it."""
+    return any(name in connection.headers for name in PROXY_HEADERS)

@@ -15,7 +15,7 @@ from starlette.types import Scope
 from api.service.access import CSRF_HEADER, CSRF_KEY, SIGN_IN_KEY, client_address
 from api.service.accounts import LOCAL_OPERATOR, User
 from api.service.problems import Problem
-from api.service.request_origin import check_host, check_origin, says_its_site
+from api.service.request_origin import came_through_a_proxy, check_host, check_origin, says_its_site
 from api.service.rig_stop import RigStop
 from api.service.settings import ServiceSettings
 from api.service.stop_log import StopLog
@@ -124,7 +124,7 @@ class StopDesk:
             return None
         if (secret := session.get(SIGN_IN_KEY)) and (user := self._passes.owner(str(secret))):
             return user
-        only_from_here = self._settings.bound_to_loopback and not self._settings.secure_cookies
+        only_from_here = self._settings.bound_to_loopback and not came_through_a_proxy(connection)
         return LOCAL_OPERATOR if self._passes.local_operator and only_from_here else None
 
 

@@ -5,10 +5,12 @@ are the two ends of their connections. The axis has no brake unless asked: witho
 stop that only seems to be one is seen.
 """
 
+import contextlib
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from multiprocessing import Pipe
+from multiprocessing.connection import Connection
 from typing import Any
 
 import numpy as np
@@ -26,6 +28,8 @@ from daq.samples import rows_of_the_session
 
 PATIENCE = 60.0
 """s of the wall clock for a session of a few simulated seconds"""
+TURN = 0.05
+"""s between two signs of life of the bench's parent"""
 SLOW, FAST = 0.1, 0.6
 """rad/s of the joint: the two speeds at which a fault is let loose"""
 
@@ -97,12 +101,36 @@ class Outcome:
 
     @property
     def powered_for(self) -> float:
-        """s for which the drive had power after the fault."""
+        """s for which the drive had power after the fault; a fault before the motion waits until there is power."""
         if self.trace.fault_at is None:
             return 0.0
         rows = self.trace.since(self.trace.fault_at)
         on = rows[rows[:, 3] > 0]
-        return float(on[-1, 0] - self.trace.fault_at) if len(on) else 0.0
+        return float(on[-1, 0] - on[0, 0]) if len(on) else 0.0
+
+
+@dataclass
+class Stage:
+    """What a mischief can lay its hands on, while a session runs on the bench.
+
+    parent, recorder : this side of the acquisition's connections
+    beats : whether the parent still gives its sign of life
+    """
+
+    parent: Connection
+    recorder: Connection
+    acquisition: Acquisition
+    trace: "Trace"
+    plants: list[Any] = field(default_factory=list)
+    beats: bool = True
+
+    @property
+    def plant(self) -> Any:
+        """The simulated rig."""
+        return self.plants[-1]
+
+
+Mischief = Callable[[Stage], None]
 
 
 def run(
@@ -111,11 +139,16 @@ def run(
     stop_when: Callable[[Any, "Trace"], bool] | None = None,
     meanwhile: Callable[[Any], None] | None = None,
     patience: float = PATIENCE,
+    before: Mischief | None = None,
+    checked: Mischief | None = None,
+    triggered: Mischief | None = None,
 ) -> Outcome:
     """Drive the plan; the outcome once the acquisition has ended.
 
     stop_when : asked at every SYNC with the simulated rig and the trace; true once: the operator stops
     meanwhile : called at every SYNC with the simulated rig, to do mischief
+    before, checked : mischief before the rig is checked, and between the check and arming
+    triggered : mischief when the drive's first planned fault begins
     """
     plan = plan or short_plan()
     trace = Trace()
@@ -129,15 +162,19 @@ def run(
     def watched(*arguments: Any, **named: Any) -> Any:
         plant = real(*arguments, **named)
         plants.append(plant)
-        _watch(plant, trace, parent, stop_when, meanwhile)
+        _watch(plant, trace, parent, stop_when, meanwhile, lambda: triggered and triggered(stage))
+        if before is not None:
+            trace.fault_at = plant.time
+            before(stage)
         return plant
 
     daq.acquisition.simulated_rig = watched
     try:
         acquisition = Acquisition(order, theirs, to_recorder)
+        stage = Stage(parent, recorder, acquisition, trace, plants)
         thread = threading.Thread(target=acquisition.run, daemon=True)
         thread.start()
-        alarms, ended, rows = _drive(parent, recorder, f"{name}-r", thread, patience)
+        alarms, ended, rows = _drive(stage, f"{name}-r", thread, patience, checked)
     finally:
         daq.acquisition.simulated_rig = real
     for connection in (parent, theirs, recorder, to_recorder):
@@ -156,7 +193,9 @@ def run(
     )
 
 
-def _watch(plant: Any, trace: Trace, parent: Any, stop_when: Any, meanwhile: Any) -> None:
+def _watch(
+    plant: Any, trace: Trace, parent: Any, stop_when: Any, meanwhile: Any, triggered: Callable[[], Any]
+) -> None:
     """Log what the plant does with every stretch of time, and when its first fault begins."""
     pass_time = plant._pass_time
     node = plant.nodes[0]
@@ -173,11 +212,13 @@ def _watch(plant: Any, trace: Trace, parent: Any, stop_when: Any, meanwhile: Any
             meanwhile(plant)
         if stop_when is not None and not stopped and stop_when(plant, trace):
             stopped = True
-            parent.send(("stop", "the operator's stop"))
+            with contextlib.suppress(OSError):
+                parent.send(("stop", "the operator's stop"))
 
     def commanded(subindex: int, value: int) -> None:
         if trace.fault_at is None:
             trace.fault_at = plant.time
+            triggered()
         command(subindex, value)
 
     plant._pass_time = passing
@@ -185,35 +226,72 @@ def _watch(plant: Any, trace: Trace, parent: Any, stop_when: Any, meanwhile: Any
 
 
 def _drive(
-    parent: Any, recorder: Any, ring: str, thread: threading.Thread, patience: float
+    stage: Stage, ring: str, thread: threading.Thread, patience: float, checked: Mischief | None
 ) -> tuple[list[str], AcquisitionMessage, np.ndarray]:
     """Parent and recorder: arm, start, listen; what was said, and the rows that were to be recorded."""
     alarms: list[str] = []
     reader: RingReader | None = None
-    recorder.send("ready")
-    while thread.is_alive() or parent.poll():
-        parent.send(("beat", ""))
-        if not parent.poll(0.05):
-            patience -= 0.05
+    ended: AcquisitionMessage | None = None
+    with contextlib.suppress(OSError):
+        stage.recorder.send("ready")
+    while thread.is_alive() or _waits(stage.parent):
+        message = _heard(stage)
+        if message is None:
+            patience -= TURN
             assert patience > 0, "the session did not end"
             continue
-        message = parent.recv()
         if message.what == "checked" and message.check.ok:
             reader = RingReader(ring)
-            parent.send(("arm", ""))
+            if checked is not None:
+                stage.trace.fault_at = stage.plant.time
+                checked(stage)
+            _say(stage.parent, "arm")
         elif message.what == "armed":
-            parent.send(("start", ""))
+            _say(stage.parent, "start")
         elif message.what == "alarm":
             alarms.append(message.words)
         elif message.what == "ended":
-            thread.join(30)
-            assert reader is not None, message.words
-            rows = rows_of_the_session(reader.latest(reader.capacity))
-            reader.close()
-            last = recorder.recv() if recorder.poll() else None
-            assert isinstance(last, Ending)
-            return alarms, message, rows
-    raise AssertionError("the acquisition ended without a word")
+            ended = message
+            break
+    thread.join(30)
+    last = stage.recorder.recv() if _waits(stage.recorder) else None
+    if ended is None:
+        # Nobody was there to hear it; the recorder was.
+        assert isinstance(last, Ending), "the acquisition ended without a word"
+        ended = AcquisitionMessage(
+            "ended", last.reason.words, reason=last.reason, alarm=stage.acquisition.alarm
+        )
+    if reader is None:
+        return alarms, ended, np.zeros(0)
+    rows = rows_of_the_session(reader.latest(reader.capacity))
+    reader.close()
+    return alarms, ended, rows
+
+
+def _heard(stage: Stage) -> AcquisitionMessage | None:
+    """The next word from the acquisition, after a sign of life; None if there is none within a moment."""
+    if stage.parent.closed:
+        threading.Event().wait(TURN)
+        return None
+    if stage.beats:
+        _say(stage.parent, "beat")
+    try:
+        return stage.parent.recv() if stage.parent.poll(TURN) else None
+    except (EOFError, OSError):
+        stage.parent.close()
+        return None
+
+
+def _waits(connection: Connection) -> bool:
+    try:
+        return not connection.closed and connection.poll()
+    except OSError:
+        return False
+
+
+def _say(connection: Connection, word: str) -> None:
+    with contextlib.suppress(OSError):
+        connection.send((word, ""))
 
 
 def is_safe(outcome: Outcome) -> bool:

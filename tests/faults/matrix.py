@@ -1,12 +1,17 @@
 """Faults × phases on the bus, each driven through a whole acquisition (`bench.py`), and what is asked of every cell."""
 
 from dataclasses import dataclass
+from typing import Any
 
+from daq.rig import Rig
 from daq.safety import StopCause
-from tests.faults.bench import Outcome, bench_rig, is_safe, run
+from drivers.simulated.faults import PlannedFault
+from tests.faults.bench import Mischief, Outcome, Stage, bench_rig, is_safe, run
+from tests.faults.processes import CLOCK_KINDS, PROCESS_KINDS, undone
 
-PHASES = ("streaming", "enabled", "slow", "fast", "stopping")
-"""when a fault begins: armed and without power, with power, in slow and in fast motion, while an operator's stop brakes"""
+PHASES = ("before", "checked", "streaming", "enabled", "slow", "fast", "stopping")
+"""when a fault begins: before the rig is checked, after that, armed and without power, with power, in slow and in fast motion,
+while an operator's stop brakes"""
 LONGEST = 0.6
 """s from the fault until the axis has no power, where the fault needs a stop"""
 FARTHEST = 0.6
@@ -19,13 +24,32 @@ class Fault:
 
     parts : fault commands of object 0x2010 and their values, which begin together
     goes_on : whether a motion may go on with it
+    mischief : what happens beside, or instead: to a process or a clock
+    changes : of the rig's settings, for the fault to be seen in simulated time
+    judged : whether the way and the time to rest are; not where the wall clock decides, of which simulated time knows nothing
     """
 
     name: str
-    parts: tuple[tuple[str, int], ...]
+    parts: tuple[tuple[str, int], ...] = ()
     goes_on: bool = False
+    kind: str = "bus"
+    mischief: Mischief | None = None
+    changes: tuple[tuple[str, Any], ...] = ()
+    judged: bool = True
+
+    def begin(self, stage: Stage) -> None:
+        """All of it, now."""
+        for name, value in self.parts:
+            planned = PlannedFault(fault=name, value=value)
+            stage.plant.nodes[0].faults.command(planned.subindex, planned.value)
+        if self.mischief is not None:
+            self.mischief(stage)
 
 
+PROCESSES = tuple(Fault(kind="process", **kind) for kind in PROCESS_KINDS)
+CLOCKS = tuple(Fault(kind="time", **kind) for kind in CLOCK_KINDS)
+NOTHING = (("heartbeat", 1),)
+"""a planned fault that changes nothing: it only says when the phase has come"""
 RUNS_AWAY = ("run-away", 1_500_000)
 FAULTS = (
     *(
@@ -41,12 +65,18 @@ FAULTS = (
             0x7305,
             0x8130,
             0x8611,
+            0x7300,
+            0x8120,
+            0x8400,
+            0x8500,
             0x9000,
             0xFF00,
         )
     ),
     Fault("feedback flips its sign", (("flip-feedback", 1),)),
     Fault("feedback jumps by 0.01 rad", (("glitch", 20_000),), goes_on=True),
+    Fault("feedback jumps by 0.001 rad", (("glitch", 2_000),), goes_on=True),
+    Fault("feedback jumps by 0.1 rad", (("glitch", 200_000),), goes_on=True),
     Fault("drive runs away", (RUNS_AWAY,)),
     Fault("drive runs away, ignores controlwords", (RUNS_AWAY, ("disobey", 1))),
     Fault("drive runs away, ignores everything", (RUNS_AWAY, ("disobey", 1), ("deaf-to-nmt", 1))),
@@ -54,17 +84,29 @@ FAULTS = (
     Fault("node freezes", (("freeze", 1),)),
     Fault("node in NMT STOPPED", (("nmt-state", 4),)),
     Fault("node in NMT PRE-OPERATIONAL", (("nmt-state", 127),)),
+    Fault("node boots anew", (("restart", 1),)),
+    Fault("heartbeat of the node ends", (("heartbeat", 0),), goes_on=True),
+    Fault("one in a hundred TPDOs lost", (("lose", 10),), goes_on=True),
+    Fault("one in ten TPDOs a cycle late", (("late", 100),), goes_on=True),
+    Fault("drive keeps its mode", (("keep-mode", 1),), goes_on=True),
     Fault("all TPDOs lost", (("lose", 1000),)),
     Fault("half of the TPDOs lost", (("lose", 500),), goes_on=True),
     Fault("TPDOs a cycle late", (("late", 1000),), goes_on=True),
     Fault("TPDOs sent twice", (("double", 1000),), goes_on=True),
     Fault("current limit falls to 5 %", (("saturate", 50),), goes_on=True),
+    Fault("current limit falls to 50 %", (("saturate", 500),), goes_on=True),
     Fault("torque demand shown as 0", (("current-stuck", 1),), goes_on=True),
     Fault("one SYNC of another master", (("foreign-sync", 1),)),
     Fault("50 SYNCs of another master", (("foreign-sync", 50),)),
     Fault("setpoints of another master", (("foreign-setpoint", 3000),)),
     Fault("NMT stop of another master", (("foreign-nmt", 2),)),
+    Fault("setpoints of another master, close to ours", (("foreign-setpoint", 50),)),
     Fault("NMT reset of another master", (("foreign-nmt", 129),)),
+    Fault("NMT pre-operational of another master", (("foreign-nmt", 128),)),
+    Fault("NMT reset communication of another master", (("foreign-nmt", 130),)),
+    Fault("NMT start of another master", (("foreign-nmt", 1),)),
+    *PROCESSES,
+    *CLOCKS,
 )
 
 
@@ -90,7 +132,7 @@ class Cell:
         done = outcome.reason.cause is StopCause.PLAN_DONE
         if done and not self.fault.goes_on:
             found.append("the plan went on")
-        if not done and not alarmed and not self.fault.goes_on:
+        if self.fault.judged and not done and not alarmed and not self.fault.goes_on:
             if outcome.powered_for > LONGEST:
                 found.append(f"power for {outcome.powered_for:.2f} s")
             if outcome.travel > FARTHEST:
@@ -118,6 +160,14 @@ class Cell:
 
 def cell(fault: Fault, phase: str) -> Cell:
     """Drive one cell."""
+    with undone():
+        return Cell(fault, phase, _run(fault, phase))
+
+
+def _run(fault: Fault, phase: str) -> Outcome:
+    changes = dict(fault.changes)
+    if phase in ("before", "checked"):
+        return run(_rig(changes), **{phase: fault.begin})
     planned = [
         {
             "fault": name,
@@ -126,12 +176,18 @@ def cell(fault: Fault, phase: str) -> Cell:
             "speed": 50.0,
             "after": 30 if phase == "streaming" else 3,
         }
-        for name, value in fault.parts
+        for name, value in fault.parts or NOTHING
     ]
+    stop_when = None
     if phase == "stopping":
-        outcome = run(
-            bench_rig(planned=planned), stop_when=lambda plant, _: abs(plant.mechanism.joint_velocity) > 0.5
-        )
-    else:
-        outcome = run(bench_rig(planned=planned))
-    return Cell(fault, phase, outcome)
+
+        def stop_when(plant: Any, _: Any) -> bool:
+            return abs(plant.mechanism.joint_velocity) > 0.5
+
+    return run(_rig(changes, planned=planned), stop_when=stop_when, triggered=fault.mischief)
+
+
+def _rig(changes: dict[str, Any], **faults: Any) -> Rig:
+    rig = bench_rig(**faults)
+    supervision = changes.pop("supervision", {})
+    return rig.model_copy(update={**changes, "supervision": rig.supervision.model_copy(update=supervision)})
