@@ -48,9 +48,9 @@ def _diagnosis_lines(document: DiagnosisDocument) -> Iterator[str]:
             yield f"  {row.share_of_error:.0%} of the squared error lies at {row.variable} {where}"
         if joint.superfluous:
             yield f"  terms that do not help: {', '.join(joint.superfluous)}"
-    for own in document.motion or ():
+    for joint_motion in document.motion or ():
         yield ""
-        yield f"with {own.effect}@{own.joint}: {motion_text(own.motion)}"
+        yield f"with {joint_motion.effect}@{joint_motion.joint}: {motion_text(joint_motion.motion)}"
 
 
 def improvement_text(document: ImprovementDocument) -> str:
@@ -76,9 +76,9 @@ def motion_text(motion: UnseenMotionErrors) -> str:
     return text
 
 
-def _motion_of_joint(own: JointUnseenMotion) -> str:
-    before = "" if own.position_rms_before is None else f"{own.position_rms_before:.3g} → "
-    return f"{own.joint} {before}{'–' if own.position_rms is None else f'{own.position_rms:.3g}'} {own.unit}"
+def _motion_of_joint(joint: JointUnseenMotion) -> str:
+    before = "" if joint.position_rms_before is None else f"{joint.position_rms_before:.3g} → "
+    return f"{joint.joint} {before}{'–' if joint.position_rms is None else f'{joint.position_rms:.3g}'} {joint.unit}"
 
 
 def _percent(value: float | None) -> str:

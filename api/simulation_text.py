@@ -41,8 +41,8 @@ def _lines(document: SimulationDocument) -> Iterator[str]:
                 if joint.position_rms_before is None
                 else (f", usual model {_figure(joint.position_rms_before, joint.unit)}")
             )
-            said = "  worse than the usual model" if joint.worse else ""
-            yield f"  {joint.joint:10s} {_figure(joint.position_rms, joint.unit):>14s}{beside}{said}"
+            verdict = "  worse than the usual model" if joint.worse else ""
+            yield f"  {joint.joint:10s} {_figure(joint.position_rms, joint.unit):>14s}{beside}{verdict}"
     for effect in document.along_record:
         yield ""
         yield (

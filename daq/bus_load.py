@@ -78,8 +78,8 @@ def bit_rate(bus: BusSettings) -> int | None:
         return bus.bitrate
     try:
         command = ["ip", "-json", "-details", "link", "show", "dev", bus.channel]
-        said = subprocess.run(command, capture_output=True, text=True, timeout=2.0, check=True).stdout
-        (link,) = json.loads(said)
+        output = subprocess.run(command, capture_output=True, text=True, timeout=2.0, check=True).stdout
+        (link,) = json.loads(output)
         return int(link["linkinfo"]["info_data"]["bittiming"]["bitrate"])
     except (OSError, subprocess.SubprocessError, ValueError, KeyError, TypeError):
         return None  # vcan has no bit rate; without `ip` it is not known

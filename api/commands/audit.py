@@ -37,18 +37,18 @@ def verify(
     from api.service.open_data import open_data
 
     with open_data(data, database) as opened:
-        found = opened.audit.check(noted)
+        checked = opened.audit.check(noted)
     if as_json:
-        typer.echo(json.dumps(asdict(found) | {"ok": found.ok}))
-    elif found.broken_at is not None:
+        typer.echo(json.dumps(asdict(checked) | {"ok": checked.ok}))
+    elif checked.broken_at is not None:
         typer.echo(
-            f"row {found.broken_at} does not follow from those before: it, or one before it, was changed or removed"
+            f"row {checked.broken_at} does not follow from those before: it, or one before it, was changed or removed"
         )
-    elif found.noted is False:
+    elif checked.noted is False:
         typer.echo(
-            f"{found.rows} rows follow from each other, but the digest {noted} is not among them: rows were removed"
+            f"{checked.rows} rows follow from each other, but the digest {noted} is not among them: rows were removed"
         )
     else:
-        typer.echo(f"{found.rows} rows, none changed; digest {found.head}")
-    if not found.ok:
+        typer.echo(f"{checked.rows} rows, none changed; digest {checked.head}")
+    if not checked.ok:
         raise typer.Exit(1)

@@ -36,7 +36,7 @@ def by_speed(models: Sequence[JointSamples]) -> list[ErrorRow]:
         ("slow, 0 to 10 % of the greatest speed", lambda samples: samples.speed <= LOW_SPEED * greatest),
         ("fast, 35 to 100 %", lambda samples: samples.speed >= HIGH_SPEED * greatest),
     ]
-    return [_row(words, models, choose) for words, choose in rows]
+    return [_row(label, models, choose) for label, choose in rows]
 
 
 def by_power_sign(models: Sequence[JointSamples]) -> list[ErrorRow]:
@@ -69,11 +69,11 @@ def by_session(models: Sequence[JointSamples]) -> list[ErrorRow]:
 
 
 def _row(
-    words: str, models: Sequence[JointSamples], choose: Callable[[JointSamples], np.ndarray]
+    label: str, models: Sequence[JointSamples], choose: Callable[[JointSamples], np.ndarray]
 ) -> ErrorRow:
     masks = [choose(samples) for samples in models]
     errors = tuple(
         relative_error(samples.measured[mask], samples.error[mask])
         for samples, mask in zip(models, masks, strict=True)
     )
-    return ErrorRow(words, int(masks[0].sum()), errors)
+    return ErrorRow(label, int(masks[0].sum()), errors)

@@ -13,18 +13,18 @@ def input_errors_as_problems() -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        words = str(error)
+        sentence = str(error)
         # A sentence begins with a capital, the name of a file as it is written.
-        named = "." in words.partition(" ")[0]
-        raise Problem(422, f"{words if named else words[:1].upper() + words[1:]}.") from error
+        named = "." in sentence.partition(" ")[0]
+        raise Problem(422, f"{sentence if named else sentence[:1].upper() + sentence[1:]}.") from error
 
 
-def typed_mass(words: str) -> float:
+def typed_mass(typed: str) -> float:
     """A mass as people type it, also with a comma. Raises the problem 422."""
     try:
-        mass = float(words.strip().replace(",", "."))
+        mass = float(typed.strip().replace(",", "."))
     except ValueError:
-        raise Problem(422, f"“{words}” is not a mass; type it in kg, such as 3.458.") from None
+        raise Problem(422, f"“{typed}” is not a mass; type it in kg, such as 3.458.") from None
     if not 0 <= mass <= 1e5:
-        raise Problem(422, f"A mass of {words} kg cannot be; type what the scale says, in kg.")
+        raise Problem(422, f"A mass of {typed} kg cannot be; type what the scale says, in kg.")
     return mass

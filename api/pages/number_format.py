@@ -75,16 +75,16 @@ def probability(value: float | None) -> Markup:
     return Markup(f"<{THIN}10<sup>{number(exponent, 0)}</sup>".replace("<" + THIN, "&lt;" + THIN))
 
 
-def equation(words: str) -> Markup:
+def equation(text: str) -> Markup:
     """A formula of the catalogue with its subscripts (`_`) and superscripts (`^`) set."""
-    safe = str(escape(words))
+    safe = str(escape(text))
     safe = re.sub(r"_\{?([A-Za-z0-9+−,]+)\}?", r"<sub>\1</sub>", safe)
     return Markup(re.sub(r"\^\{?([A-Za-z0-9+−]+)\}?", r"<sup>\1</sup>", safe))
 
 
-def unit(words: str | None) -> str:
+def unit(text: str | None) -> str:
     """A unit as it is printed: `kg m^2` is `kg m²`, a pure number has none."""
-    return "" if words == "1" else (words or "").replace("^2", "²").replace("^3", "³")
+    return "" if text == "1" else (text or "").replace("^2", "²").replace("^3", "³")
 
 
 def duration(seconds: float | None) -> str:
@@ -108,9 +108,9 @@ def moment(value: datetime | str | None) -> str:
     return when.strftime("%Y-%m-%d %H:%M UTC")
 
 
-def listing(words: Iterable[str], last: str = "and") -> str:
+def listing(parts: Iterable[str], last: str = "and") -> str:
     """`a`, `a and b`, `a, b and c`."""
-    items = list(words)
+    items = list(parts)
     if len(items) < 2:
         return "".join(items)
     return f"{', '.join(items[:-1])} {last} {items[-1]}"

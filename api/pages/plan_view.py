@@ -96,9 +96,11 @@ def plan_view(
         ]
         if torque is not None:
             most = float(abs(rig.drive_gain[index, index])) * limits.current
-            words = "force" if units.load == "N" else "torque"
+            quantity = "force" if units.load == "N" else "torque"
             rows.append(
-                draw_plan_signal(time, torque[:, index], (-most, most), words, units.load, "predicted", width)
+                draw_plan_signal(
+                    time, torque[:, index], (-most, most), quantity, units.load, "predicted", width
+                )
             )
         joints.append(JointFigures(axis.joint, rows))
     torque_limits = {} if torque is None else {"torque": torque, "times": time}
@@ -129,12 +131,12 @@ def purpose_words(report: Json | None) -> str | None:
         return None
     titles = effect_titles()
     names = [titles.get(str(name), str(name)) for name in purpose["rivals"]]
-    words = (
+    sentence = (
         f"Made to tell {' from '.join(names)} on joint {purpose['joint']}, with the payload {purpose['payload']}: "
         f"{significant(purpose['separation'], 2)} standard deviations are expected."
     )
     remarks = [f"{remark[0].upper()}{remark[1:]}." for remark in report.get("remarks", [])]
-    return " ".join([words, *remarks])
+    return " ".join([sentence, *remarks])
 
 
 def findings(
@@ -182,15 +184,17 @@ def _noise_floor(shares: Repetition) -> Finding:
     )
 
 
-def _parameters(found: Determination) -> Finding:
+def _parameters(determined: Determination) -> Finding:
     """How well the parameters of the usual model are determined by this motion alone."""
-    what, condition = "The usual model", significant(found.condition)
-    if not found.weak:
+    what, condition = "The usual model", significant(determined.condition)
+    if not determined.weak:
         return Finding(
-            "good", what, f"All {found.parameters} parameters are determined; condition number {condition}."
+            "good",
+            what,
+            f"All {determined.parameters} parameters are determined; condition number {condition}.",
         )
     return Finding(
         "warn",
         what,
-        f"{listing(found.weak)} cannot be told apart by this motion alone (condition number {condition}).",
+        f"{listing(determined.weak)} cannot be told apart by this motion alone (condition number {condition}).",
     )

@@ -78,9 +78,9 @@ def _joint_section(stored: StoredExperiment, shown: ShownModel, joint: str) -> C
     units = JointUnits.of(stored.declared.robot.joints[stored.joint_names.index(joint)].type)
     files = stored.fitted_files(shown)
     first = stored.model(stored.story.versions[0].id)
-    models, words = [shown], ["this model"]
+    models, labels = [shown], ["this model"]
     if first.version.id != shown.version.id and stored.fitted_files(first) == files:
-        models, words = [shown, first], ["this model", "first model"]
+        models, labels = [shown, first], ["this model", "first model"]
     floor = shown.joint(joint).noise_floor
     sessions = []
     for file, columns in stored.stored_samples(shown, joint, files).items():
@@ -97,6 +97,6 @@ def _joint_section(stored: StoredExperiment, shown: ShownModel, joint: str) -> C
         "sessions": sessions,
         "figures": figures_of(stored, [shown], first, joint, files, units),
         "tables": counted_errors(stored, models, joint, files).tables,
-        "models": words,
+        "models": labels,
         "units": units,
     }

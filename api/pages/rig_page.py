@@ -123,8 +123,8 @@ def rig_context(service: Service, rig_id: str, own_name: str) -> Context:
 
 def _checks(active: ActiveSession | None) -> list[CheckItem]:
     """What the last check of every node found."""
-    found = active.payload_session.rig_check if active is not None else None
-    return list(found.items) if found is not None else []
+    check = active.payload_session.rig_check if active is not None else None
+    return list(check.items) if check is not None else []
 
 
 def _calibration(service: Service, rig_id: str, settings: Rig) -> list[tuple[str, str]]:

@@ -35,13 +35,13 @@ def rival_effects_context(
     """What the panel shows: the rivals in words, and the experiment that was found, or where to ask for it."""
     index = stored.joint_names.index(joint)
     rivals = rival_words(diagnosis.candidates, effect_titles(), diagnosis.missing) if diagnosis else []
-    found = stored.models.next_experiment(shown.version.id, index) if rivals else None
+    proposed = stored.models.next_experiment(shown.version.id, index) if rivals else None
     link = experiment_link(stored.id, "missing/apart")
     units = JointUnits.of(stored.declared.robot.joints[index].type)
-    proposals = [] if found is None else _worth_running(found, units, f"{link}/plan", joint)
+    proposals = [] if proposed is None else _worth_running(proposed, units, f"{link}/plan", joint)
     return {
         "rivals": rivals,
-        "found": found,
+        "found": proposed,
         "proposals": proposals,
         "decides": bool(proposals and proposals[0].proposal.decides),
         "find_link": f"{link}?{urlencode({'joint': joint})}",
@@ -52,11 +52,11 @@ def rival_effects_context(
 
 
 def _worth_running(
-    found: NextExperimentDocument, units: JointUnits, plan_address: str, joint: str
+    proposed: NextExperimentDocument, units: JointUnits, plan_address: str, joint: str
 ) -> list[ProposalRow]:
     """The proposals with their figures in words; none where no motion separates the rivals."""
     rows = []
-    for rank, proposal in enumerate(found.proposals, start=1):
+    for rank, proposal in enumerate(proposed.proposals, start=1):
         if (proposal.separation or 0.0) < HELPS:
             break  # the best come first
         low, high = proposal.position_from, proposal.position_to

@@ -27,7 +27,7 @@ def run_state(request: Request, user: access.Viewer) -> Context:
 
 def alarm_lines(service: Service) -> list[str]:
     """What a person must do at once, a line for each rig."""
-    return [f"{rig}: {words}" for rig, words in sorted(service.sessions.alarms().items())]
+    return [f"{rig}: {alarm}" for rig, alarm in sorted(service.sessions.alarms().items())]
 
 
 def _run_state(service: Service, user: User) -> Context:

@@ -259,15 +259,15 @@ class Accounts:
             users = {row.name: row for row in session.scalars(select(UserRow))}
             sign_ins = session.scalars(select(SignInRow).where(SignInRow.expires >= now)).all()
             tokens = session.scalars(select(TokenRow).where(TokenRow.expires >= now)).all()
-        found = {
+        admitted = {
             row.id_hash: User(row.user, Role(users[row.user].role), "cookie")
             for row in sign_ins
             if row.user in users
         }
         for row in tokens:
             if row.user in users:
-                found[row.token_hash] = _by_token(row, users[row.user])
-        return found
+                admitted[row.token_hash] = _by_token(row, users[row.user])
+        return admitted
 
 
 def _by_token(token: TokenRow, user: UserRow) -> User:

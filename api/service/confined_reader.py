@@ -54,8 +54,8 @@ class ConfinedReader:
         try:
             process = JobProcess(function, arguments, self.limits)
         except OSError as error:
-            words = f"This computer can start no process to read files now ({error.strerror}); try again."
-            raise Problem(503, words, {"Retry-After": "10"}) from error
+            detail = f"This computer can start no process to read files now ({error.strerror}); try again."
+            raise Problem(503, detail, {"Retry-After": "10"}) from error
         try:
             while (message := process.message(self.limits.seconds)) is None or message[0] == "progress":
                 pass

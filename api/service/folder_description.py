@@ -119,9 +119,9 @@ def _attributes(file: Path) -> dict[str, str]:
     What cannot be read, an attribute of a type that NumPy has not, for instance, is passed over: one odd file must not hide
     the others.
     """
-    found: dict[str, str] = {}
+    attributes: dict[str, str] = {}
     with h5py.File(file, "r", swmr=True, locking=False) as recording:
         for name in LOOKED_AT:
             with suppress(TypeError, ValueError, OSError, RuntimeError, KeyError):
-                found[name] = printable(str(recording.attrs[name])[:LONGEST_ATTRIBUTE])
-    return found
+                attributes[name] = printable(str(recording.attrs[name])[:LONGEST_ATTRIBUTE])
+    return attributes

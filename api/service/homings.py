@@ -183,9 +183,9 @@ class Homings:
         stop: "HomingStop",
     ) -> None:
         """In a thread of its own, from the bus taken to the bus given back."""
-        state, found = FAILED, None
+        state, homed = FAILED, None
         try:
-            found = self._with_the_bus(settings, index, run.method, reset_faults, stop)
+            homed = self._with_the_bus(settings, index, run.method, reset_faults, stop)
             state = DONE
         except DriverError as error:
             state = STOPPED if stop.is_set() else FAILED
@@ -193,8 +193,8 @@ class Homings:
         except Exception as error:
             _log.exception("homing %s of %s", run.joint, run.rig)
             run.words = run.words or f"{type(error).__name__}: {error}"
-        if found is not None:
-            run.words, run.position, run.within_limits = found.words, found.position, found.within_limits
+        if homed is not None:
+            run.words, run.position, run.within_limits = homed.words, homed.position, homed.within_limits
         claim.release()  # first: who sees that it has ended may claim the bus at once
         run.state = state
 

@@ -122,10 +122,10 @@ def _work(
 ) -> None:
     os.nice(NICENESS)
 
-    def progress(fraction: float, words: str) -> None:
+    def progress(fraction: float, step: str) -> None:
         if stop.is_set():
             raise Cancelled
-        sender.send(("progress", (float(fraction), str(words))))
+        sender.send(("progress", (float(fraction), str(step))))
 
     module, _, name = function.partition(":")
     try:
@@ -148,10 +148,10 @@ def _work(
 
 
 def _failure(error: Exception, limits: ProcessLimits) -> tuple[str, str]:
-    words = " ".join(str(error).split())
+    detail = " ".join(str(error).split())
     if isinstance(error, OSError) and error.errno == errno.EFBIG:
         return "exceeded", f"it writes more than {limits.written} bytes into one file"
     if isinstance(error, OSError) and error.errno == errno.EMFILE:
         return "exceeded", f"it opens more than {limits.descriptors} files at the same time"
     logging.getLogger(__name__).error("a computation failed", exc_info=error)
-    return "failed", f"{type(error).__name__}: {words}"
+    return "failed", f"{type(error).__name__}: {detail}"

@@ -22,8 +22,8 @@ class RigStop:
 
         Returns whether anything was under way, None for a rig that nothing has used since the service began.
         """
-        found = [self._homings.stop(rig, f"stopped by {name}"), self._sessions.stop(rig, name)]
-        known = [each for each in found if each is not None]
+        stopped = [self._homings.stop(rig, f"stopped by {name}"), self._sessions.stop(rig, name)]
+        known = [each for each in stopped if each is not None]
         return any(known) if known else None
 
     def stop_session(self, experiment: str, session: str, name: str) -> bool | None:

@@ -52,8 +52,8 @@ def _columns(table: ForeignTable, n: int) -> ColumnMap | None:
     groups = {
         kind: tuple(f"{kind}{joint}" for joint in range(1, n + 1)) for kind in ("q", "v", "ext", "temp")
     }
-    own = {"t", *(each for group in groups.values() for each in group)}
-    others = {name for name in names if _OWN_NAME.match(name)} - own
+    contract_columns = {"t", *(each for group in groups.values() for each in group)}
+    others = {name for name in names if _OWN_NAME.match(name)} - contract_columns
     if others or not {"t", *groups["q"], *groups["v"]} <= names.keys():
         return None
     named = {
@@ -63,7 +63,7 @@ def _columns(table: ForeignTable, n: int) -> ColumnMap | None:
     extra = tuple(
         column.name
         for column in table.columns
-        if column.name and column.base_name not in own and column.numbers is not None
+        if column.name and column.base_name not in contract_columns and column.numbers is not None
     )
     return ColumnMap(
         named["q"], named["v"], names["t"], external=named["ext"], temperature=named["temp"], extra=extra

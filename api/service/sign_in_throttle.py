@@ -73,9 +73,9 @@ class SignInThrottle:
         address = network(address)
         with self._lock:
             self._failures.pop((name, address), None)
-            found = self._failures.get(("", address))
-            if found is not None:
-                found.count -= 1
+            failures = self._failures.get(("", address))
+            if failures is not None:
+                failures.count -= 1
 
     def _begin(self, name: str, address: str) -> int:
         """Count an attempt as failed; or, uncounted, the whole seconds that it has to wait."""
@@ -88,20 +88,20 @@ class SignInThrottle:
             if wait > 0:
                 return math.ceil(wait)
             for key in ((name, address), ("", address)):
-                found = self._failures.pop(key, None)
-                if found is None or now - found.last > FORGOTTEN_AFTER:
-                    found = _Failures(0, now)
-                self._failures[key] = _Failures(found.count + 1, now)
+                failures = self._failures.pop(key, None)
+                if failures is None or now - failures.last > FORGOTTEN_AFTER:
+                    failures = _Failures(0, now)
+                self._failures[key] = _Failures(failures.count + 1, now)
             while len(self._failures) > REMEMBERED:
                 self._failures.pop(next(iter(self._failures)))
         return 0
 
     def _wait(self, key: tuple[str, str], free: int, now: float) -> float:
-        found = self._failures.get(key)
-        if found is None or found.count < free or now - found.last > FORGOTTEN_AFTER:
+        failures = self._failures.get(key)
+        if failures is None or failures.count < free or now - failures.last > FORGOTTEN_AFTER:
             return 0.0
-        wait = min(FIRST_WAIT * 2.0 ** min(found.count - free, 30), LONGEST_WAIT)
-        return max(0.0, found.last + wait - now)
+        wait = min(FIRST_WAIT * 2.0 ** min(failures.count - free, 30), LONGEST_WAIT)
+        return max(0.0, failures.last + wait - now)
 
 
 def network(address: str) -> str:

@@ -199,25 +199,25 @@ def _check_hdf5(path: Path, allowance: Allowance) -> None:
                 link = recording.get(name, getlink=True)
                 if not isinstance(link, h5py.HardLink):
                     raise InputError(f"{path.name}: {name} is a link; a recording holds its data itself")
-                found = recording[name]
-                if not isinstance(found, h5py.Dataset):
+                member = recording[name]
+                if not isinstance(member, h5py.Dataset):
                     raise InputError(f"{path.name}: {name} is not a data set")
-                if found.external or found.is_virtual:
+                if member.external or member.is_virtual:
                     raise InputError(f"{path.name}: {name} keeps its data in another file")
                 # A chunk is unpacked whole, however little of it is asked for.
-                chunk = int(found.dtype.itemsize)
-                for length in found.chunks or ():
+                chunk = int(member.dtype.itemsize)
+                for length in member.chunks or ():
                     chunk *= length
-                allowance.take(max(found.nbytes, chunk), path.name)
-                _check_attributes(path.name, found)
+                allowance.take(max(member.nbytes, chunk), path.name)
+                _check_attributes(path.name, member)
     except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
         raise InputError(f"{path.name}: not a readable HDF5 file ({error})") from error
 
 
-def _check_attributes(name: str, found: h5py.Group | h5py.Dataset) -> None:
-    if len(found.attrs) > MOST_OBJECTS:
-        raise Problem(413, f"{name} holds {len(found.attrs)} attributes; {MOST_OBJECTS} are the most.")
-    attributes: Any = found.attrs  # whose `get_id` is missing from the type stubs
+def _check_attributes(name: str, member: h5py.Group | h5py.Dataset) -> None:
+    if len(member.attrs) > MOST_OBJECTS:
+        raise Problem(413, f"{name} holds {len(member.attrs)} attributes; {MOST_OBJECTS} are the most.")
+    attributes: Any = member.attrs  # whose `get_id` is missing from the type stubs
     size = sum(attributes.get_id(each).get_storage_size() for each in attributes)
     if size > LARGEST_ATTRIBUTES:
         raise Problem(413, f"{name} holds attributes of {size} bytes; {LARGEST_ATTRIBUTES} are the most.")

@@ -105,8 +105,8 @@ def diagnose(
     Raises InputError: the experiment, the model or an effect is wrong.
     """
     record = open_record(experiment)
-    found = diagnose_record(record, model, requested_model(record, model, add), progress)
-    return replace(found, motion=effects_on_motion(found.fitted, found.added)) if motion else found
+    result = diagnose_record(record, model, requested_model(record, model, add), progress)
+    return replace(result, motion=effects_on_motion(result.fitted, result.added)) if motion else result
 
 
 @single_threaded

@@ -11,13 +11,13 @@ from identify.simulation.unseen_motion import unseen_motion
 
 def motion_of_story(story: Sequence[FittedModel]) -> list[UnseenMotionErrors | None]:
     """Of each model, compared with the one before it; None where the sessions are shorter than a window."""
-    found: list[UnseenMotionErrors | None] = []
+    errors: list[UnseenMotionErrors | None] = []
     before = None
     for fitted in story:
         present = unseen_motion(fitted)
-        found.append(None if present is None else present.document(fitted.record, before))
+        errors.append(None if present is None else present.document(fitted.record, before))
         before = present
-    return found
+    return errors
 
 
 def effects_on_motion(fitted: FittedModel, added: Sequence[Term]) -> tuple[EffectOnMotion, ...]:

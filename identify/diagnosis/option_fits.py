@@ -62,24 +62,26 @@ class Remainder:
 
     def within(self, places: Index) -> Array:
         """(sets, options, k, k) among the columns of each option; places: (options, k)."""
-        found = self.products(places[:, :, None], places[:, None, :])
+        products = self.products(places[:, :, None], places[:, None, :])
         one, other = (each[:, :, places].transpose(0, 2, 3, 1) for each in (self.one, self.other))
-        return self._with_aid(found - one @ other.swapaxes(2, 3))
+        return self._with_aid(products - one @ other.swapaxes(2, 3))
 
     def with_target(self, places: Index) -> Array:
         """(sets, options, k) of the columns of each option with Y."""
-        found = self.products(places, np.array(-1))
-        return self._with_aid(found - np.einsum("smvk,sm->svk", self.one[:, :, places], self.other[:, :, -1]))
+        products = self.products(places, np.array(-1))
+        return self._with_aid(
+            products - np.einsum("smvk,sm->svk", self.one[:, :, places], self.other[:, :, -1])
+        )
 
     def target(self) -> Array:
         """(sets,) of Y with itself."""
         taken = np.einsum("sm,sm->s", self.one[:, :, -1], self.other[:, :, -1])
         return self._with_aid(self.products(np.array(-1), np.array(-1)) - taken)
 
-    def _with_aid(self, found: Array) -> Array:
+    def _with_aid(self, products: Array) -> Array:
         if self.aid:
-            found[:-1] += self.aid * found[-1]
-        return found
+            products[:-1] += self.aid * products[-1]
+        return products
 
 
 def fit_options(
@@ -156,7 +158,8 @@ class _Problem(NamedTuple):
         lower = np.array([np.full(width, -np.inf) if each is None else each.lower for each in known])
         upper = np.array([np.full(width, np.inf) if each is None else each.upper for each in known])
         low, high = (
-            np.where(self.seen, own * self.scale, free) for own, free in ((lower, -np.inf), (upper, np.inf))
+            np.where(self.seen, bound * self.scale, free)
+            for bound, free in ((lower, -np.inf), (upper, np.inf))
         )
         outside = np.any((values < low) | (values > high), axis=2)
         related = np.array([each is not None and len(each.least) > 0 for each in known])
@@ -176,27 +179,27 @@ class _Problem(NamedTuple):
             admissible = known[option]
             assert admissible is not None  # it is outside of something
             seen = self.seen[place, option]
-            own = admissible.of(seen, self.scale[place, option, seen])
+            bound = admissible.of(seen, self.scale[place, option, seen])
             inner = self.inner[place, option][np.ix_(seen, seen)]
             factor = np.asarray(np.linalg.cholesky(inner).T, float)
-            values[place, option, seen] = nearest_admissible(factor, values[place, option, seen], own)
+            values[place, option, seen] = nearest_admissible(factor, values[place, option, seen], bound)
         return values
 
 
 def _on_an_edge(inner: Array, product: Array, lower: Array, upper: Array) -> Array:
     """(problems, 2) the least squared error of two unknowns with a range each, of problems whose least is outside."""
     best = np.full(len(inner), -np.inf)
-    found = np.zeros((len(inner), 2))
+    solutions = np.zeros((len(inner), 2))
     for held in range(2):
         other = 1 - held
         for bound in (lower[:, held], upper[:, held]):
             at = np.where(np.isfinite(bound), bound, 0.0)
-            values = np.empty_like(found)
+            values = np.empty_like(solutions)
             values[:, held] = at
             free = (product[:, other] - inner[:, other, held] * at) / inner[:, other, other]
             values[:, other] = np.clip(free, lower[:, other], upper[:, other])
             gain = 2 * np.einsum("vi,vi->v", product, values)
             gain -= np.einsum("vi,vij,vj->v", values, inner, values)
             better = np.isfinite(bound) & (gain > best)
-            best[better], found[better] = gain[better], values[better]
-    return found
+            best[better], solutions[better] = gain[better], values[better]
+    return solutions

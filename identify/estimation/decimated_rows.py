@@ -126,12 +126,14 @@ class _Columns:
                     columns = slot.term.effect.columns(context.motion(joint, slot.term.joint), slot.values)
                     fresh[joint].append((index, columns))
         rows, widths = [], [0] * len(self._slots)
-        for joint, own in enumerate(fresh):
-            if own:
-                filtered = prepared.block.decimate(np.hstack([columns for _, columns in own]))
-                ends = np.cumsum([columns.shape[1] for _, columns in own])
+        for joint, joint_columns in enumerate(fresh):
+            if joint_columns:
+                filtered = prepared.block.decimate(np.hstack([columns for _, columns in joint_columns]))
+                ends = np.cumsum([columns.shape[1] for _, columns in joint_columns])
                 parts = np.split(filtered, ends[:-1], axis=1)
-                known[joint].update((index, part) for (index, _), part in zip(own, parts, strict=True))
+                known[joint].update(
+                    (index, part) for (index, _), part in zip(joint_columns, parts, strict=True)
+                )
             for index in sorted(known[joint]):
                 widths[index] = known[joint][index].shape[1]
                 if (index, joint) in self._new:
@@ -139,7 +141,7 @@ class _Columns:
             effects = [known[joint][index] for index in sorted(known[joint])]
             measured = prepared.measured_rows[:, [joint, joints + joint]]
             rows.append(np.hstack([prepared.inertial_rows[joint], *effects, measured]))
-        return rows, ColumnTable.of(self._record, widths, [sorted(own) for own in known])
+        return rows, ColumnTable.of(self._record, widths, [sorted(joint_columns) for joint_columns in known])
 
     def hold(self) -> None:
         """Give the record what was computed for the first time."""

@@ -144,15 +144,15 @@ class RigidBody:
             return tuple(AlongParameters(nothing, none, wave) for wave in waves)
         still = np.zeros(q.shape)
         further = self.base.independent // PARAMETERS_PER_JOINT >= joint
-        found = []
+        columns = []
         for direction in across(self.base.geometry.gravity):
             tilted = replace(self.base.geometry, gravity=direction)
             base = replace(self.base, geometry=tilted, acts=np.tile(further, (self.joints, 1)))
             known = np.zeros(len(q))
             if payload.mass > 0:
                 known = payload_torque(tilted, payload, q, still, still)[:, joint]
-            found.append(AlongParameters(further, base.joint_columns(joint, q, still, still), known))
-        return tuple(found)
+            columns.append(AlongParameters(further, base.joint_columns(joint, q, still, still), known))
+        return tuple(columns)
 
     def payload_columns(self, joint: int, q: Array, dq: Array, ddq: Array) -> Array:
         """(N, 10): torque of a joint per unit of each link parameter of a body on the last link."""

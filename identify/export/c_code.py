@@ -189,26 +189,26 @@ def c_code(model: ExportedModel, stem: str) -> tuple[str, str]:
     prefix, geometry = c_name(stem), model.geometry
     frames = [
         [
-            float(own[joint])
-            for own in (geometry.alpha, geometry.d, geometry.theta, geometry.r, geometry.prismatic)
+            float(torque[joint])
+            for torque in (geometry.alpha, geometry.d, geometry.theta, geometry.r, geometry.prismatic)
         ]
         for joint in range(model.joints)
     ]
     first, late = model.in_order
-    lines = [_line(model, own) for own in first]
+    lines = [_line(model, torque) for torque in first]
     if late:
         lines += [
             "    double whole[N];",
             "    for (int j = 0; j < N; j++) whole[j] = torque[j];",
-            *(_line(model, own) for own in late),
+            *(_line(model, torque) for torque in late),
         ]
     states = model.memories
     table = ""
     start = "    (void)dq, (void)memory;\n"
     after = "    (void)memory, (void)before, (void)after;\n"
     if states:
-        rows = ", ".join(literal(own.distance or 1.0) for own in states)
-        places = ", ".join(str(own.row) for own in states)
+        rows = ", ".join(literal(torque.distance or 1.0) for torque in states)
+        places = ", ".join(str(torque.row) for torque in states)
         table = (
             f"static const double DISTANCES[{len(states)}] = {{{rows}}}; /* of presliding */\n"
             f"static const int PLACES[{len(states)}] = {{{places}}}; /* joints that they act on */\n"
@@ -246,8 +246,8 @@ def c_code(model: ExportedModel, stem: str) -> tuple[str, str]:
     return source, HEADER.format(**shared)
 
 
-def _line(model: ExportedModel, own: Torque) -> str:
-    return f"    torque[{own.row}] += {torque_text(model, own, C)}; /* {own.effect} */"
+def _line(model: ExportedModel, torque: Torque) -> str:
+    return f"    torque[{torque.row}] += {torque_text(model, torque, C)}; /* {torque.effect} */"
 
 
 def _rows(table: list[list[float]]) -> str:

@@ -88,13 +88,13 @@ class ExportedModel:
     @property
     def memories(self) -> tuple[Torque, ...]:
         """The torques that have a memory, in the order of their states."""
-        return tuple(own for own in self.torques if own.distance is not None)
+        return tuple(torque for torque in self.torques if torque.distance is not None)
 
     @property
     def in_order(self) -> tuple[tuple[Torque, ...], tuple[Torque, ...]]:
         """The torques that follow from motion and load, and those that are made of the sum with all of these."""
-        late = tuple(own for own in self.torques if "torque" in own.formula)
-        return tuple(own for own in self.torques if own not in late), late
+        late = tuple(torque for torque in self.torques if "torque" in torque.formula)
+        return tuple(torque for torque in self.torques if torque not in late), late
 
 
 def exported_model(result: Identification) -> ExportedModel:

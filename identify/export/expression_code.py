@@ -112,15 +112,15 @@ def render(formula: str, names: Mapping[str, str], dialect: Dialect) -> str:
     return _render(ast.parse(formula, mode="eval").body, names, dialect)
 
 
-def torque_text(model: ExportedModel, own: Torque, dialect: Dialect) -> str:
+def torque_text(model: ExportedModel, torque: Torque, dialect: Dialect) -> str:
     """The torque of one effect on one joint in a language."""
-    state = model.memories.index(own) if own.distance is not None else None
+    state = model.memories.index(torque) if torque.distance is not None else None
     names = {
-        signal: name.format(row=own.row, motor=own.motor, state=state)
+        signal: name.format(row=torque.row, motor=torque.motor, state=state)
         for signal, name in dialect.signals.items()
     }
-    names["motor_share"] = literal(float(model.shares[own.row, own.motor]))
-    return render(own.formula, names, dialect)
+    names["motor_share"] = literal(float(model.shares[torque.row, torque.motor]))
+    return render(torque.formula, names, dialect)
 
 
 def signals_of(formula: str) -> set[str]:
@@ -143,7 +143,7 @@ def _render(node: ast.expr, names: Mapping[str, str], dialect: Dialect) -> str:
         return f"({left} {_OPERATORS[type(node.op)]} {right})"
     assert isinstance(node, ast.Call)  # nothing else passes the parser of formulas
     assert isinstance(node.func, ast.Name)
-    arguments = ", ".join(_render(own, names, dialect) for own in node.args)
+    arguments = ", ".join(_render(argument, names, dialect) for argument in node.args)
     return f"{dialect.functions[node.func.id]}({arguments})"
 
 

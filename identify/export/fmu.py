@@ -129,7 +129,7 @@ def _model_description(model: ExportedModel, prefix: str, token: str) -> bytes:
         unit="s",
     )
     references = ValueReferences(model)
-    prismatic = [bool(own) for own in model.geometry.prismatic]
+    prismatic = [bool(each) for each in model.geometry.prismatic]
 
     def add(name: str, reference: int, description: str, unit: str | None, **more: str) -> None:
         shown = {"name": name, "valueReference": str(reference), "description": description, **more}
@@ -145,12 +145,12 @@ def _model_description(model: ExportedModel, prefix: str, token: str) -> bytes:
     )
     for name, what, listed, (turning, sliding), start in inputs:
         for joint, reference in enumerate(listed):
-            words = f"{what} of joint {one_line(model.geometry.names[joint])}"
+            sentence = f"{what} of joint {one_line(model.geometry.names[joint])}"
             unit = sliding if prismatic[joint] else turning
             add(
                 f"{name}{joint + 1}",
                 reference,
-                words,
+                sentence,
                 unit,
                 causality="input",
                 variability="continuous",
@@ -158,26 +158,36 @@ def _model_description(model: ExportedModel, prefix: str, token: str) -> bytes:
             )
     for name, reference in zip(PAYLOAD, references.payload, strict=True):
         unit = "kg" if name == "M" else "kg.m" if name.startswith("M") else "kg.m2"
-        words = f"{name} of a body on the last link, about its frame's origin"
-        add(f"payload_{name}", reference, words, unit, causality="parameter", variability="fixed", start="0")
+        sentence = f"{name} of a body on the last link, about its frame's origin"
+        add(
+            f"payload_{name}",
+            reference,
+            sentence,
+            unit,
+            causality="parameter",
+            variability="fixed",
+            start="0",
+        )
     for joint, reference in enumerate(references.torque):
-        words = f"torque of joint {one_line(model.geometry.names[joint])}: current reference times drive gain"
+        sentence = (
+            f"torque of joint {one_line(model.geometry.names[joint])}: current reference times drive gain"
+        )
         unit = "N" if prismatic[joint] else "N.m"
         add(
             f"torque{joint + 1}",
             reference,
-            words,
+            sentence,
             unit,
             causality="output",
             variability="continuous",
             initial="calculated",
         )
-    for index, (own, reference) in enumerate(zip(model.memories, references.states, strict=True)):
-        words = f"state of {own.effect} of joint {one_line(model.geometry.names[own.row])}, -1 to 1"
+    for index, (each, reference) in enumerate(zip(model.memories, references.states, strict=True)):
+        sentence = f"state of {each.effect} of joint {one_line(model.geometry.names[each.row])}, -1 to 1"
         add(
             f"state{index + 1}",
             reference,
-            words,
+            sentence,
             None,
             causality="local",
             variability="continuous",

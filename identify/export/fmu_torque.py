@@ -67,8 +67,8 @@ def fmu_torque(path: Path, model: ExportedModel) -> TorqueOf:
                 else:
                     before = float(motion.t[row - 1])
                     unit.doStep(before, float(motion.t[row]) - before)
-                found = out[row].ctypes.data_as(ctypes.POINTER(fmi3Float64))
-                unit.fmi3GetFloat64(unit.component, outputs, n, found, n)
+                torque = out[row].ctypes.data_as(ctypes.POINTER(fmi3Float64))
+                unit.fmi3GetFloat64(unit.component, outputs, n, torque, n)
             unit.terminate()
         finally:
             unit.freeInstance()

@@ -120,16 +120,16 @@ def python_code(model: ExportedModel) -> str:
     geometry = model.geometry
     frames = [
         (
-            *(float(own[joint]) for own in (geometry.alpha, geometry.d, geometry.theta, geometry.r)),
+            *(float(torque[joint]) for torque in (geometry.alpha, geometry.d, geometry.theta, geometry.r)),
             bool(geometry.prismatic[joint]),
         )
         for joint in range(model.joints)
     ]
     first, late = model.in_order
-    lines = [_line(model, own) for own in first]
+    lines = [_line(model, torque) for torque in first]
     if late:
         lines.append("    whole = total.copy()")
-        lines += [_line(model, own) for own in late]
+        lines += [_line(model, torque) for torque in late]
     return TEMPLATE.format(
         experiment=_quoted(model.experiment),
         name=_quoted(model.name),
@@ -138,13 +138,13 @@ def python_code(model: ExportedModel) -> str:
         frames=frames,
         links=_array(model.standard.reshape(model.joints, -1)),
         shares=_array(model.shares),
-        memories=[(own.row, own.distance) for own in model.memories],
+        memories=[(torque.row, torque.distance) for torque in model.memories],
         body="".join(f"{line}\n" for line in lines),
     )
 
 
-def _line(model: ExportedModel, own: Torque) -> str:
-    return f"    total[{own.row}] += {torque_text(model, own, PYTHON)}  # {own.effect}"
+def _line(model: ExportedModel, torque: Torque) -> str:
+    return f"    total[{torque.row}] += {torque_text(model, torque, PYTHON)}  # {torque.effect}"
 
 
 def _quoted(text: str) -> str:

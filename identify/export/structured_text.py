@@ -216,21 +216,21 @@ VAR
         body.append(_memory(states, n))
     body += [f"TORQUE[{joint}] := LOAD[{joint}];\n" for joint in range(n)]
     first, late = model.in_order
-    body += [_line(model, own) for own in first]
+    body += [_line(model, torque) for torque in first]
     if late:
         body += [f"WHOLE[{joint}] := TORQUE[{joint}];\n" for joint in range(n)]
-        body += [_line(model, own) for own in late]
+        body += [_line(model, torque) for torque in late]
     return declared + "".join(body) + "END_FUNCTION_BLOCK\n"
 
 
 def _memory(states: tuple[Torque, ...], joints: int) -> str:
     """Statements that move the states of presliding on since the last call."""
     lines = []
-    for index, own in enumerate(states):
-        distance = literal(own.distance or 1.0)
+    for index, torque in enumerate(states):
+        distance = literal(torque.distance or 1.0)
         lines.append(
-            f"IF NOT BEGUN THEN\n    STATE[{index}] := DIRECTION[{own.row}];\nELSE\n"
-            f"    TRAVEL := Q[{own.row}] - BEFORE[{own.row}];\n    IF ABS(TRAVEL) > 0.0 THEN\n"
+            f"IF NOT BEGUN THEN\n    STATE[{index}] := DIRECTION[{torque.row}];\nELSE\n"
+            f"    TRAVEL := Q[{torque.row}] - BEFORE[{torque.row}];\n    IF ABS(TRAVEL) > 0.0 THEN\n"
             f"        STATE[{index}] := SIGN_OF(TRAVEL) + (STATE[{index}] - SIGN_OF(TRAVEL)) * EXP(-ABS(TRAVEL) / {distance});\n"
             "    END_IF;\nEND_IF;\n"
         )
@@ -238,9 +238,9 @@ def _memory(states: tuple[Torque, ...], joints: int) -> str:
     return "".join(lines) + "BEGUN := TRUE;\n"
 
 
-def _line(model: ExportedModel, own: Torque) -> str:
-    text = torque_text(model, own, STRUCTURED_TEXT)
-    return f"(* {own.effect} *)\nTORQUE[{own.row}] := TORQUE[{own.row}] + {text};\n"
+def _line(model: ExportedModel, torque: Torque) -> str:
+    text = torque_text(model, torque, STRUCTURED_TEXT)
+    return f"(* {torque.effect} *)\nTORQUE[{torque.row}] := TORQUE[{torque.row}] + {text};\n"
 
 
 def block_name(stem: str) -> str:

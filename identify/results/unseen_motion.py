@@ -38,7 +38,7 @@ class UnseenMotionErrors(Part):
     @property
     def worse(self) -> tuple[str, ...]:
         """Joints whose motion is predicted worse than by the model compared with."""
-        return tuple(own.joint for own in self.joints if own.worse)
+        return tuple(joint.joint for joint in self.joints if joint.worse)
 
 
 class EffectOnMotion(Part):

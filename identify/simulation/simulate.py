@@ -158,7 +158,7 @@ def simulated(
         horizon_errors += [_horizon_errors(result, horizon, role, listed) for role, listed in by_role.items()]
     if not horizon_errors:
         longest = max(
-            (len(own) * own.period for session_motions in motions.values() for own in session_motions),
+            (len(each) * each.period for session_motions in motions.values() for each in session_motions),
             default=0.0,
         )
         raise InputError(
@@ -184,9 +184,9 @@ def simulated(
 
 def _unseen(result: Identification, usual: Identification | None) -> UnseenMotionErrors | None:
     """Errors where the fit did not see, beside those of the usual model."""
-    own = unseen_motion(result.fitted)
+    errors = unseen_motion(result.fitted)
     beside = None if usual is None else unseen_motion(usual.fitted)
-    return None if own is None else own.document(result.fitted.record, beside)
+    return None if errors is None else errors.document(result.fitted.record, beside)
 
 
 def _session_errors(

@@ -65,7 +65,9 @@ class UnseenMotion:
     def document(self, record: Record, before: UnseenMotion | None = None) -> UnseenMotionErrors:
         """With the errors of the model that this one is compared with, where there is one."""
         earlier = [None] * record.joints if before is None else [float(value) for value in before.rms]
-        worse = [False] * record.joints if before is None else [bool(own) for own in self.worse_than(before)]
+        worse = (
+            [False] * record.joints if before is None else [bool(each) for each in self.worse_than(before)]
+        )
         listed = zip(record.joint_names, self.rms, earlier, worse, record.summaries, strict=True)
         return UnseenMotionErrors(
             horizon=self.horizon,
@@ -118,20 +120,25 @@ def _of_stretches(fitted: FittedModel, horizon: float) -> Iterator[Array]:
         left_out: dict[int, list[int]] = {}
         for session in range(len(fitted.entries)):
             blocks = observation.blocks_of(session)
-            own = [block for place, block in enumerate(blocks) if place * STRETCHES // len(blocks) == stretch]
-            if own:
-                left_out[session] = own
-        hidden = {block for own in left_out.values() for block in own}
+            hidden_blocks = [
+                block for place, block in enumerate(blocks) if place * STRETCHES // len(blocks) == stretch
+            ]
+            if hidden_blocks:
+                left_out[session] = hidden_blocks
+        hidden = {block for hidden_blocks in left_out.values() for block in hidden_blocks}
         rest = [block for block in range(len(observation.blocks)) if block not in hidden]
         if not rest or not hidden:
             continue
         fit = least_squares(observation, fitted.fit.fitted, rest, fitted.fit.weights)
         without = replace(fitted, fit=admissible_fit(observation, fit, bounds))
-        for session, own in left_out.items():
+        for session, hidden_blocks in left_out.items():
             entry = fitted.entries[session]
             if entry.file not in motions or TorqueModel(without, entry).along_record:
                 motions[entry.file] = measured_motions(without, entry)
-            begin, end = observation.blocks[own[0]].start, observation.blocks[own[-1]].stop
+            begin, end = (
+                observation.blocks[hidden_blocks[0]].start,
+                observation.blocks[hidden_blocks[-1]].stop,
+            )
             parts = [_between(motion, begin, end) for motion in motions[entry.file]]
             yield from _window_errors(
                 without,

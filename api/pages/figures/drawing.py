@@ -78,9 +78,9 @@ def element(name: str, content: str = "", **attributes: object) -> str:
     return f"<{head}>{content}</{name}>" if content else f"<{head}/>"
 
 
-def text(x: float, y: float, words: str, class_: str = "", **attributes: object) -> str:
+def text(x: float, y: float, label: str, class_: str = "", **attributes: object) -> str:
     """One line of text at (x, y) in pixels; its characters are escaped."""
-    return element("text", str(escape(words)), x=float(x), y=float(y), class_=class_ or None, **attributes)
+    return element("text", str(escape(label)), x=float(x), y=float(y), class_=class_ or None, **attributes)
 
 
 def line(x1: float, y1: float, x2: float, y2: float, class_: str) -> str:

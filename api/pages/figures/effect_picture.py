@@ -54,7 +54,7 @@ def draw_effect_picture(
     if after is not None:
         content.append(curve(x.array(after.centre), vertical(after.median), "curve"))
     content.append(text((left + right) / 2, height - 4, f"{variable}, {variable_unit}", "middle title"))
-    words = f"error · sign(q̇), {error_unit}" if error_turned else f"error, {error_unit}"
+    label = f"error · sign(q̇), {error_unit}" if error_turned else f"error, {error_unit}"
     middle = (top + bottom) / 2
-    content.append(text(11, middle, words, "middle", transform=f"rotate(-90 11 {middle:g})"))
+    content.append(text(11, middle, label, "middle", transform=f"rotate(-90 11 {middle:g})"))
     return picture(width, height, f"Residual over {variable}, without and with the effect", *content)

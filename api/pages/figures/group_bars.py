@@ -9,7 +9,7 @@ from api.pages.number_format import percent
 
 
 def draw_group_bars(
-    groups: Sequence[tuple[str, Sequence[float | None]]], words: str, width: float = 420
+    groups: Sequence[tuple[str, Sequence[float | None]]], label: str, width: float = 420
 ) -> Markup:
     """Draw for each (name, relative errors) its bars from zero; the first model violet, the second grey."""
     models = max((len(errors) for _, errors in groups), default=1)
@@ -33,7 +33,7 @@ def draw_group_bars(
                 element("rect", x=left, y=y + 1, width=x(error) - left, height=10.0, class_=class_)
             )
             content.append(text(x(error) + 6, y + 9.8, percent(error), "strong" if index == 0 else ""))
-    return picture(width, height, f"Relative error by {words}", *content)
+    return picture(width, height, f"Relative error by {label}", *content)
 
 
 def draw_shares(rows: Sequence[tuple[str, float, float | None]], width: float = 580) -> Markup:
@@ -45,9 +45,9 @@ def draw_shares(rows: Sequence[tuple[str, float, float | None]], width: float = 
     left, right = 190.0, width - 44.0
     x = Scale(0.0, 1.0, left, right)
     content = []
-    for row, (words, share, samples) in enumerate(rows):
+    for row, (label, share, samples) in enumerate(rows):
         y = row * slot + 4
-        content.append(text(left - 9, y + 12, words, "end title"))
+        content.append(text(left - 9, y + 12, label, "end title"))
         content.append(element("rect", x=left, y=y + 3, width=right - left, height=10.0, class_="bar-ground"))
         content.append(
             element("rect", x=left, y=y + 3, width=x(min(share, 1.0)) - left, height=10.0, class_="bar-error")

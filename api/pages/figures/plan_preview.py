@@ -20,7 +20,7 @@ def draw_plan_signal(
     time: np.ndarray,
     signal: np.ndarray,
     limits: tuple[float | None, float | None],
-    words: str,
+    label: str,
     unit: str,
     kind: str,
     width: float = 800,
@@ -67,9 +67,9 @@ def draw_plan_signal(
     content.append(text(right + 14, bottom + 14, "s", "faint"))
     middle = (top + bottom) / 2
     content.append(
-        text(11, middle, f"{words}, {unit}", "middle title", transform=f"rotate(-90 11 {middle:g})")
+        text(11, middle, f"{label}, {unit}", "middle title", transform=f"rotate(-90 11 {middle:g})")
     )
-    return picture(width, height, f"Planned {words} against its limits", *content)
+    return picture(width, height, f"Planned {label} against its limits", *content)
 
 
 def tick_label(value: float) -> str:

@@ -13,7 +13,7 @@ def draw_torque_time(
     time: np.ndarray,
     measured: np.ndarray,
     predicted: np.ndarray,
-    words: str,
+    label: str,
     unit: str,
     width: float = 900,
     height: float = 330,
@@ -41,9 +41,9 @@ def draw_torque_time(
     content += [text(x(tick), bottom + 15, tick_text(tick, ticks), "middle") for tick in ticks]
     content.append(line(left, bottom, right, bottom, "axis"))
     content.append(text((left + right) / 2, height - 4, "time, s", "middle"))
-    for scale, name in ((above, words), (beneath, "error")):
+    for scale, name in ((above, label), (beneath, "error")):
         middle = (scale.start + scale.end) / 2
         content.append(
             text(12, middle, f"{name}, {unit}", "middle title", transform=f"rotate(-90 12 {middle:g})")
         )
-    return picture(width, height, f"{words} measured and predicted, and the error", *content)
+    return picture(width, height, f"{label} measured and predicted, and the error", *content)

@@ -82,7 +82,7 @@ class _Reader:
     def table(self, options: CsvOptions) -> ForeignTable:
         """All columns."""
         sample = self._sample()
-        decimals, said = self._decimals(sample, options.decimal)
+        decimals, decimal_remark = self._decimals(sample, options.decimal)
         word = [self._holds_words(column) for column in zip(*sample, strict=True)] if sample else []
         word += [True] * (self.width - len(word))
         parts: list[list[Any]] = [[] for _name in self.names]
@@ -108,7 +108,7 @@ class _Reader:
         ]
         if all(column.numbers is None for column in columns):
             raise InputError(f"{self.text.path}: holds no column of numbers")
-        remarks = self._remarks(decimals, word, said)
+        remarks = self._remarks(decimals, word, decimal_remark)
         return ForeignTable(self.text.path, tuple(columns), {}, tuple(remarks), np.concatenate(lines))
 
     def _blocks(self) -> Iterator[tuple[list[list[str]], list[int]]]:
@@ -203,33 +203,33 @@ class _Reader:
         if stated is not None:
             sign: Decimal = "," if stated in (",", "comma") else "."
             return [sign] * self.width, f"decimal sign '{sign}' as given"
-        told = [
+        by_column = [
             decimal_of(cell for cell in cells if not is_instant(cell)) for cells in zip(*sample, strict=True)
         ] or [(None, False)] * self.width
-        sure = [sign for sign, certain in told if certain]
+        sure = [sign for sign, certain in by_column if certain]
         commas, points = sure.count(","), sure.count(".")
         common: Decimal = "," if commas > points else "."
-        found: list[Decimal] = []
+        decimals: list[Decimal] = []
         doubted = []
-        for place, (own, certain) in enumerate(told):
-            if own is None:
-                found.append(common)
-            elif certain or (sure and own == common):
-                found.append(own)
+        for place, (shown, certain) in enumerate(by_column):
+            if shown is None:
+                decimals.append(common)
+            elif certain or (sure and shown == common):
+                decimals.append(shown)
             elif sure:
-                found.append(common)  # the other sign separates thousands
+                decimals.append(common)  # the other sign separates thousands
             else:
-                found.append(own)
-                doubted += [place] if own == "," else []
+                decimals.append(shown)
+                doubted += [place] if shown == "," else []
         if doubted:
             return (
-                found,
+                decimals,
                 f"'1,234' is read as 1.234 in column {doubted[0] + 1}; if it means 1234, say --decimal .",
             )
         mixed = set(sure)
         if mixed == {",", "."}:
-            return found, "decimal comma in some columns, decimal point in others, by their cells"
-        return found, "decimal comma" if "," in mixed else ""
+            return decimals, "decimal comma in some columns, decimal point in others, by their cells"
+        return decimals, "decimal comma" if "," in mixed else ""
 
     def _column(
         self, place: int, parts: list[Any], word: bool, wrong: dict[int, str], sample: list[list[str]]
@@ -238,7 +238,7 @@ class _Reader:
         if word:
             return ForeignColumn(name, None, list(itertools.chain.from_iterable(parts)))
         unit, source = self._unit(place, name, [row[place] for row in sample])
-        faults = wrong | {row: words for row, words in self.wrong_rows.items() if place >= 0}
+        faults = wrong | {row: fault for row, fault in self.wrong_rows.items() if place >= 0}
         return ForeignColumn(name, np.concatenate(parts), None, unit, source, wrong=faults)
 
     def _unit(self, place: int, name: str, cells: list[str]) -> tuple[Unit | None, str]:
@@ -253,11 +253,11 @@ class _Reader:
         unit = unit_of(written) if written else None
         return unit, "its cells" if unit else ""
 
-    def _remarks(self, decimals: list[Decimal], word: list[bool], said: str) -> list[str]:
+    def _remarks(self, decimals: list[Decimal], word: list[bool], decimal_remark: str) -> list[str]:
         dialect = self.dialect
         first = [f"columns separated by {SIGN_NAMES.get(dialect.separator, repr(dialect.separator))}"]
-        if said:
-            first.append(said)
+        if decimal_remark:
+            first.append(decimal_remark)
         if self.text.said:
             first.append(f"encoded in {self.text.said}")
         first.append(

@@ -54,8 +54,8 @@ def join_on_time(
                 raise InputError(
                     f"{table.path}: column '{name}': time does not increase; --repair drop leaves such samples out"
                 )
-            seconds, kept, said = repaired_stamps(seconds, repair)
-            remarks += [f"{table.path.name}: {words}" for words in said]
+            seconds, kept, repairs = repaired_stamps(seconds, repair)
+            remarks += [f"{table.path.name}: {repair_remark}" for repair_remark in repairs]
         else:
             kept = np.arange(len(seconds))
         if len(seconds) < SHORTEST_SEGMENT:

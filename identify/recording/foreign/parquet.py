@@ -35,11 +35,11 @@ def read_parquet(path: Path) -> ForeignTable:
         unit, source = (
             (unit_of(stated), "the field's metadata") if stated else (split_name(schema.name)[1], "the name")
         )
-        found = _column(schema.name, values, unit, source)
-        if not found:
-            found = _columns_of_lists(schema.name, values, unit, source)
-        columns += found
-        passed += [] if found else [f"{schema.name} ({values.type})"]
+        read = _column(schema.name, values, unit, source)
+        if not read:
+            read = _columns_of_lists(schema.name, values, unit, source)
+        columns += read
+        passed += [] if read else [f"{schema.name} ({values.type})"]
     if all(column.numbers is None for column in columns):
         raise InputError(f"{path}: holds no column of numbers")
     remarks = (f"columns of another type passed over: {', '.join(passed[:10])}",) if passed else ()

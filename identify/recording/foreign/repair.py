@@ -53,8 +53,8 @@ def repaired_stamps(time: Array, repair: Repair) -> tuple[Array, NDArray[np.intp
         return time, rows, []
     repeated, back = int((steps == 0).sum()), int((steps < 0).sum())
     what = " and ".join(
-        words
-        for count, words in (
+        description
+        for count, description in (
             (repeated, _count(repeated, "stamp repeats")),
             (back, _count(back, "step back in time")),
         )
@@ -108,8 +108,8 @@ def bridged(time: Array, values: Array) -> tuple[Array, NDArray[np.bool_], int]:
     return filled, usable, count
 
 
-def _count(count: int, words: str) -> str:
-    noun, _, rest = words.partition(" ")
+def _count(count: int, description: str) -> str:
+    noun, _, rest = description.partition(" ")
     if count == 1:
-        return f"1 {words}"
+        return f"1 {description}"
     return f"{count} {noun}s {rest.replace('repeats', 'repeat')}"

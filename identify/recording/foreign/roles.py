@@ -152,15 +152,15 @@ def _refuse_two_roles(table: ForeignTable, columns: ColumnMap) -> None:
 
 def named_roles(columns: ColumnMap) -> list[tuple[str, str]]:
     """Each column's name and what it is for, in words."""
-    found = [(columns.time, "the time")] if columns.time else []
-    for names, words in (
+    uses = [(columns.time, "the time")] if columns.time else []
+    for names, use in (
         (columns.position, "the position of joint"),
         (columns.command, "the command of joint"),
         (columns.external, "the external force of joint"),
         (columns.temperature, "the temperature of joint"),
     ):
-        found += [(name, f"{words} {joint}") for joint, name in enumerate(names, start=1)]
-    return found + [(name, "an extra column") for name in columns.extra]
+        uses += [(name, f"{use} {joint}") for joint, name in enumerate(names, start=1)]
+    return uses + [(name, "an extra column") for name in columns.extra]
 
 
 class _Taken:
@@ -222,7 +222,7 @@ class _Taken:
         n = len(self.prismatic)
         given = _for_each(self.columns.position_unit, n, "--position-unit", "units")
         resolution = _for_each(self.columns.resolution, n, "--resolution", "values")
-        found = []
+        positions = []
         for joint, name in enumerate(self.columns.position):
             role = _position_role(self.prismatic[joint])
             column = self._numbers(name, f"the position of joint {joint + 1}")
@@ -246,8 +246,8 @@ class _Taken:
                 self._say(name, f"{unit.name} -> {'m' if self.prismatic[joint] else 'rad'} {source}")
             else:
                 self._say_unit(name, unit, source)
-            found.append(unit.to_si(column.numbers))
-        return np.stack(found, axis=1)
+            positions.append(unit.to_si(column.numbers))
+        return np.stack(positions, axis=1)
 
     def _group(self, names: tuple[str, ...], role: _Role, units: tuple[str, ...], n: int) -> Array:
         if len(names) != n:
@@ -255,14 +255,14 @@ class _Taken:
                 f"{role.option}: {len(names)} column{'s' if len(names) > 1 else ''} for {n} joints"
             )
         given = _for_each(units, n, f"{role.option}-unit", "units")
-        found = []
+        values = []
         for joint, name in enumerate(names):
             column = self._numbers(name, f"the {role.words} of joint {joint + 1}")
             assert column.numbers is not None
             unit, source = role.unit(column, given[joint], self.table)
             self._say_unit(name, unit, source)
-            found.append(unit.to_si(column.numbers))
-        return np.stack(found, axis=1)
+            values.append(unit.to_si(column.numbers))
+        return np.stack(values, axis=1)
 
     def _extra(self, name: str) -> NDArray[Any]:
         column = self._column(name, "an extra column")
@@ -302,8 +302,8 @@ class _Taken:
         """The session's clock."""
         return self.table.clock(name, self.columns.time_unit)
 
-    def _say(self, name: str, words: str) -> None:
-        self.remarks.append(f"{name}: {words}")
+    def _say(self, name: str, remark: str) -> None:
+        self.remarks.append(f"{name}: {remark}")
 
     def _say_unit(self, name: str, unit: Unit, source: str) -> None:
         converted = unit_words(unit)
@@ -323,9 +323,9 @@ class _Taken:
             time, rows = time[known], rows[known]
         if not (np.diff(time) > 0).all():
             assert repair is not None
-            time, kept, said = repaired_stamps(time, repair)
+            time, kept, repairs = repaired_stamps(time, repair)
             rows = rows[kept]
-            self.remarks += said
+            self.remarks += repairs
         stacked = np.concatenate([values[rows] for values in groups.values()], axis=1)
         usable: NDArray[np.bool_] = np.asarray(np.isfinite(stacked).all(axis=1))
         if not usable.all():
@@ -355,9 +355,9 @@ class _Taken:
             if not finite.all():
                 index = int(np.argmin(finite))
                 cell = column.wrong.get(index)
-                words = f"'{cell}' is not a finite number" if cell else "not a finite number"
+                fault = f"'{cell}' is not a finite number" if cell else "not a finite number"
                 raise InputError(
-                    f"{self.table.path}: column '{name}', {self.table.sample(index)}: {words}{remedy}"
+                    f"{self.table.path}: column '{name}', {self.table.sample(index)}: {fault}{remedy}"
                 )
         steps = np.diff(time)
         if (steps <= 0).any():
