@@ -11,8 +11,8 @@ Experiment = Annotated[
         help="folder, experiment.yaml, or name of a stored experiment; with --robot a record of joints (MCAP, rosbag)"
     ),
 ]
-RecordRobot = Annotated[Path | None, typer.Option("--robot", help="URDF of a record's robot")]
-RecordTip = Annotated[str | None, typer.Option("--tip", help="link of the URDF at which the chain ends")]
+RecordRobot = Annotated[Path | None, typer.Option("--robot", help="URDF, SDF or MJCF of a record's robot")]
+RecordTip = Annotated[str | None, typer.Option("--tip", help="link at which the chain ends")]
 ModelName = Annotated[str, typer.Option(help="rigid, usual, load-velocity, or rigid+effect,effect…")]
 Additions = Annotated[list[str] | None, typer.Option(help="EFFECT or EFFECT@JOINT; may be repeated")]
 AsJson = Annotated[bool, typer.Option("--json", help="one JSON document on stdout")]

@@ -101,9 +101,9 @@ def import_(
         float | None, typer.Option(help="Likewise. Without both: while all drives were enabled.")
     ] = None,
     robot: Annotated[
-        Path | None, typer.Option(help="URDF of the robot, instead of --type, --dh and --joint.")
+        Path | None, typer.Option(help="URDF, SDF or MJCF of the robot, instead of --type, --dh and --joint.")
     ] = None,
-    tip: Annotated[str | None, typer.Option(help="Link of the URDF at which the chain ends.")] = None,
+    tip: Annotated[str | None, typer.Option(help="Link of it at which the chain ends.")] = None,
     joint: Annotated[Several, typer.Option(help="Name of a joint; j1, j2 ... if left out.")] = None,
     kind: Annotated[
         Several, typer.Option("--type", help="revolute or prismatic; one, or one for each joint.")

@@ -1,4 +1,4 @@
-"""`coulomb robot`: the robot's section of an experiment from a URDF, and what can be identified of it."""
+"""`coulomb robot`: the robot's section of an experiment from a URDF, SDF or MJCF, and what can be identified of it."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -17,20 +17,20 @@ def register(application: typer.Typer) -> None:
 
 
 def robot_command(
-    urdf: Annotated[Path, typer.Argument(help="URDF file of a serial robot")],
+    urdf: Annotated[Path, typer.Argument(help="URDF, SDF or MJCF file of a serial robot")],
     tip: Annotated[
         str | None, typer.Option(help="link at which the chain ends, where movable joints branch")
     ] = None,
-    gravity: Annotated[tuple[float, float, float], typer.Option(help="m/s², in the URDF's base link")] = (
+    gravity: Annotated[tuple[float, float, float], typer.Option(help="m/s², in the base link")] = (
         0.0,
         0.0,
         -9.81,
     ),
     as_json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False,
 ) -> None:
-    """Turn a URDF into the `robot:` section of an experiment.yaml, and list its base parameters.
+    """Turn a URDF, SDF or MJCF into the `robot:` section of an experiment.yaml, and list its base parameters.
 
-    Drive gains are not in a URDF: they are written as 1 (the command is then the joint torque); put in yours.
+    Drive gains are not in such a file: they are written as 1 (the command is then the joint torque); put in yours.
     """
     import json
     import sys

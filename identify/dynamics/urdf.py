@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from identify.dynamics.geometry import NOMINAL_ANGLE_TOLERANCE, Geometry
+from identify.dynamics.rotations import roll_pitch_yaw
 from identify.dynamics.standard_parameters import PARAMETERS_PER_JOINT
 from identify.dynamics.urdf_chain import ChainJoint, carried_inertia, read_chain
 from identify.recording.experiment_file import Joint, JointLimits, Robot
@@ -24,7 +25,7 @@ COINCIDENT = 1e-9
 
 @dataclass(frozen=True)
 class UrdfRobot:
-    """A robot read from a URDF.
+    """A robot read from a URDF, or from an SDF or MJCF that says the same.
 
     robot       : as it stands in an experiment; its joint positions are the URDF's
     standard    : (11 n,) standard parameters by the URDF's inertials, Ia zero
@@ -47,7 +48,7 @@ def read_urdf(
     gravity: Sequence[float] = EARTH,
     drive_gains: Sequence[float] | None = None,
 ) -> UrdfRobot:
-    """Read a serial robot: revolute, continuous and prismatic joints; fixed ones are merged.
+    """Read a serial robot from a URDF, SDF or MJCF: revolute, continuous and prismatic joints; fixed ones are merged.
 
     tip         : link at which the chain ends, needed where movable joints branch
     gravity     : (3,) m/s^2 in the URDF's base link
@@ -152,7 +153,7 @@ def _joint_text(joint: Joint, frame: Array, ends: tuple[str, str], losses: dict[
     kind: str = joint.type
     if kind == "revolute" and limits.position is None:
         kind = "continuous"
-    angles = _roll_pitch_yaw(frame[:3, :3])
+    angles = roll_pitch_yaw(frame[:3, :3])
     text = [
         f'  <joint name={quoteattr(joint.name)} type="{kind}">',
         f'    <origin xyz="{_text(*frame[:3, 3])}" rpy="{_text(*angles)}"/>',
@@ -171,18 +172,6 @@ def _joint_text(joint: Joint, frame: Array, ends: tuple[str, str], losses: dict[
             "    <dynamics " + " ".join(f'{key}="{_text(value)}"' for key, value in losses.items()) + "/>"
         )
     return [*text, "  </joint>"]
-
-
-def _roll_pitch_yaw(turn: Array) -> tuple[float, float, float]:
-    """The URDF's angles of Rot(z, yaw) Rot(y, pitch) Rot(x, roll); yaw is 0 where the first and last
-    coincide.
-    """
-    across = float(np.hypot(turn[0, 0], turn[1, 0]))
-    pitch = float(np.arctan2(-turn[2, 0], across))
-    if across < 1e-9:
-        return float(np.arctan2(-turn[1, 2], turn[1, 1])), pitch, 0.0
-    roll = float(np.arctan2(turn[2, 1], turn[2, 2]))
-    return roll, pitch, float(np.arctan2(turn[1, 0], turn[0, 0]))
 
 
 def _text(*values: float) -> str:

@@ -1,4 +1,4 @@
-"""The serial chain of movable joints in a URDF file, everything fixed merged into the link that carries
+"""The serial chain of movable joints in a URDF (or SDF, MJCF) file, everything fixed merged into the link that carries
 it."""
 
 from __future__ import annotations
@@ -15,9 +15,13 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from identify.dynamics.geometry import nominal_angles
+from identify.dynamics.mjcf_robot import read_mjcf
+from identify.dynamics.sdf_robot import read_sdf
 from identify.recording.errors import InputError
 
 Array = NDArray[np.float64]
+_OTHERS = {"sdf": read_sdf, "mujoco": read_mjcf}
+"""By outermost element: files that are no URDF."""
 MOVABLE = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic"}
 
 
@@ -97,8 +101,15 @@ class _Tree:
             raise InputError(f"{path}: cannot be read: {error.strerror}") from None
         except ExpatError as error:
             raise InputError(f"{path}: is not XML: {error}") from None
-        if root.tag.rpartition(":")[2] != "robot":
-            raise InputError(f"{path}: the outermost element must be <robot>, not <{root.tag}>")
+        outermost = root.tag.rpartition(":")[2]
+        if outermost in _OTHERS:
+            translated = _OTHERS[outermost](path, root)
+            root = translated.root
+            self.remarks += translated.remarks
+        elif outermost != "robot":
+            raise InputError(
+                f"{path}: the outermost element must be <robot> (URDF), <sdf> or <mujoco>, not <{root.tag}>"
+            )
         macro = next((element for element in root.iter() if element.tag.startswith("xacro:")), None)
         if macro is not None:
             raise InputError(f"{path}: holds <{macro.tag}>; expand it first: xacro FILE > robot.urdf")

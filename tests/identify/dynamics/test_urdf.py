@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import random
+import re
 
 import numpy as np
 import pinocchio as pin
@@ -11,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identify.dynamics.geometry import Geometry
+from identify.dynamics.geometry import Geometry, nominal_angles
 from identify.dynamics.regressor import standard_regressor
 from identify.dynamics.urdf import read_urdf, write_urdf
 from identify.recording.errors import InputError
@@ -115,7 +116,10 @@ def test_a_written_robot_has_the_torques_of_the_one_it_was_written_from(tmp_path
     text = (folder / "written.urdf").read_text()
     again = read_urdf(folder / "written.urdf", gravity=given_robot.robot.gravity)
     reread = standard_regressor(Geometry.from_robot(again.robot), *motion) @ again.standard
-    assert np.abs(reread - ours).max() < 1e-9 * np.abs(ours).max()
+    angles = [float(angle) for three in re.findall(r'rpy="([^"]*)"', text) for angle in three.split()]
+    # a written angle that is a right one but for some 1e-5 is read as the right one
+    bound = 1e-9 if np.allclose(nominal_angles(angles), angles, rtol=0, atol=1e-12) else 1e-4
+    assert np.abs(reread - ours).max() < bound * np.abs(ours).max()
     if given_robot.robot.gravity == (0.0, 0.0, -9.81):
         reference = pinocchio_torques(text, *motion)
         assert np.abs(ours - reference).max() < 1e-9 * np.abs(reference).max()
@@ -195,7 +199,7 @@ def test_a_gripper_beyond_the_tip_is_carried_as_a_fixed_body(elbow):
     ("change", "words"),
     [
         (lambda text: text[:200], "is not XML"),
-        (lambda text: "<model/>", "must be <robot>, not <model>"),
+        (lambda text: "<model/>", "must be <robot> (URDF), <sdf> or <mujoco>, not <model>"),
         (lambda text: text.replace("continuous", "floating"), "joint 'elbow': type 'floating'"),
         (
             lambda text: text.replace("link='upper'/><child", "link='uper'/><child"),
