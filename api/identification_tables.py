@@ -14,6 +14,7 @@ from identify.results.identification import (
     FeasibleParameters,
     IdentificationDocument,
     Parameter,
+    PriorComparison,
     StructuredEstimate,
 )
 
@@ -34,6 +35,7 @@ def print_identification(document: IdentificationDocument) -> None:
         None if document.structured is None else _structured(document.structured),
         _eliminated(document),
         None if document.feasible is None else _feasible(document.feasible),
+        None if document.prior is None else _prior(document.prior),
         _signals(document),
         _list("Not identifiable on this record", document.not_identifiable),
         _list("Remarks", document.remarks),
@@ -217,6 +219,24 @@ def _feasible(feasible: FeasibleParameters) -> RenderableType:
     for own in feasible.base:
         table.add_row(own.name, _number(own.estimate, 5), _number(own.value, 5), own.unit)
     return table
+
+
+def _prior(prior: PriorComparison) -> RenderableType:
+    table = _table(
+        f"By the bodies in {prior.file}",
+        ("name", "left"),
+        ("joint", "left"),
+        ("by the file", "right"),
+        ("identified", "right"),
+        ("robust deviation", "right"),
+        ("apart, deviations", "right"),
+        ("unit", "left"),
+    )
+    for own in prior.parameters:
+        apart = "rotor" if own.rotor else _number(own.deviations, 3)
+        figures = (_number(own.by_file, 5), _number(own.identified, 5), _number(own.std_robust, 2), apart)
+        table.add_row(own.name, own.joint, *figures, own.unit)
+    return Group(table, *(Text(f"  {remark}") for remark in prior.remarks))
 
 
 def _signals(document: IdentificationDocument) -> Table:

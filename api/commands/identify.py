@@ -1,11 +1,12 @@
 """`coulomb identify` and `coulomb effects`."""
 
 import json
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from api.command_arguments import Additions, AsJson, Cluster, Experiment, ModelName, Workers
+from api.command_arguments import Additions, AsJson, Cluster, Experiment, ModelName, RecordTip, Workers
 
 
 def register(application: typer.Typer) -> None:
@@ -39,6 +40,13 @@ def identify_command(
         bool,
         typer.Option("--feasible", help="also the nearest physically consistent inertias (extra 'feasible')"),
     ] = False,
+    robot: Annotated[
+        Path | None,
+        typer.Option(
+            "--robot", help="URDF, SDF or MJCF of the robot: its inertias beside the identified ones"
+        ),
+    ] = None,
+    tip: RecordTip = None,
     workers: Workers = 1,
     cluster: Cluster = None,
     as_json: AsJson = False,
@@ -64,6 +72,10 @@ def identify_command(
         from identify.estimation.feasible import feasible_parameters
 
         document = document.changed(feasible=feasible_parameters(result))
+    if robot is not None:
+        from identify.validation.prior_inertias import compared_with_file
+
+        document = document.changed(prior=compared_with_file(result, document, robot, tip))
     if as_json:
         print(document.json_text())
     else:

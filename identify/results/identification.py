@@ -190,6 +190,29 @@ class FeasibleParameters(Part):
     )
 
 
+class PriorParameter(Part):
+    """A base parameter by the bodies in a file of the robot, beside what was identified."""
+
+    name: str = Field(description="symbol with the joint's number, R for regrouped", examples=["MX2R"])
+    joint: str = Field(description="the joint it belongs to", examples=["j2"])
+    unit: str = Field(description="of values and deviation", examples=["kg m"])
+    by_file: float = Field(description="by masses, centres and inertias of the file", examples=[4.1])
+    identified: Figure = Field(description="estimate; null where the record does not show it", examples=[4.6])
+    std_robust: Figure = Field(description="of the estimate, under autocorrelated residuals", examples=[0.1])
+    deviations: Figure = Field(description="(identified - by_file) / std_robust", examples=[5.0])
+    rotor: bool = Field(
+        description="whether it groups a rotor's inertia, which the file lacks", examples=[False]
+    )
+
+
+class PriorComparison(Part):
+    """What was identified beside what a file of the robot states, mostly from CAD."""
+
+    file: str = Field(description="URDF, SDF or MJCF", examples=["arm.urdf"])
+    parameters: tuple[PriorParameter, ...] = Field(description="all base parameters")
+    remarks: tuple[str, ...] = Field(description="what the reader must know of it", examples=[[]])
+
+
 class IdentificationDocument(Document):
     """The document of `coulomb identify --json`: a model fitted over all sessions so far."""
 
@@ -237,3 +260,6 @@ class IdentificationDocument(Document):
         default=None, description="of load-velocity; null for other models"
     )
     feasible: FeasibleParameters | None = Field(default=None, description="where `--feasible` asked for them")
+    prior: PriorComparison | None = Field(
+        default=None, description="where `--robot` named a file of the robot to compare with"
+    )

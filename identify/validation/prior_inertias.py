@@ -1,0 +1,88 @@
+"""Identified base parameters beside those that a file of the robot (URDF, SDF, MJCF; mostly from CAD) states."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from identify.dynamics.urdf import read_urdf
+from identify.estimation.identified import Identified
+from identify.recording.errors import InputError
+from identify.recording.experiment_file import Robot
+from identify.results.identification import IdentificationDocument, PriorComparison, PriorParameter
+
+SAME_FRAME = 1e-4
+"""rad or m by which the experiment's frames may differ from the file's: numbers of a robot are typed with four digits."""
+FAR = 3.0
+"""standard deviations beyond which a difference is no chance"""
+
+
+def compared_with_file(
+    result: Identified, document: IdentificationDocument, path: Path, tip: str | None = None
+) -> PriorComparison:
+    """The base parameters by the bodies in a file beside those in `document`.
+
+    A file has no rotors: where a parameter groups an Ia, the file's value lacks it.
+
+    Raises InputError: the file is not of the experiment's robot, by joint and field; or cannot be read.
+    """
+    read = read_urdf(path, tip=tip)
+    _refuse_another_robot(path, read.robot, result.experiment.robot)
+    base = result.fitted.record.body.base
+    stated = dict(zip(base.names, base.from_standard(read.standard), strict=True))
+    found = {parameter.name: parameter for parameter in document.parameters if parameter.name in stated}
+    rows: list[PriorParameter] = []
+    for name, unit, joint, grouping in zip(base.names, base.units, base.joints, base.groupings, strict=True):
+        own = found.get(name)
+        deviation = own.std_robust if own is not None else None
+        rows.append(
+            PriorParameter(
+                name=name,
+                joint=joint,
+                unit=unit,
+                by_file=float(stated[name]),
+                identified=None if own is None else own.value,
+                std_robust=deviation,
+                deviations=None
+                if own is None or not deviation
+                else (own.value - float(stated[name])) / deviation,
+                rotor="Ia" in grouping or name.startswith("Ia"),
+            )
+        )
+    far = [
+        row.name for row in rows if not row.rotor and row.deviations is not None and abs(row.deviations) > FAR
+    ]
+    remarks = [*read.remarks]
+    if any(row.rotor for row in rows):
+        remarks.append("the file knows no rotors: values by it lack the Ia that are grouped into them")
+    if far:
+        remarks.append(
+            f"identified differently by more than {FAR:g} standard deviations: {', '.join(far)}; masses or centres in the"
+            " file are not those of the robot (cables, covers, tools), or the drive gains are wrong"
+        )
+    return PriorComparison(file=str(path), parameters=tuple(rows), remarks=tuple(remarks))
+
+
+def _refuse_another_robot(path: Path, file: Robot, experiment: Robot) -> None:
+    names = [[joint.name for joint in robot.joints] for robot in (file, experiment)]
+    if names[0] != names[1]:
+        raise InputError(
+            f"{path}: has the joints {', '.join(names[0])}, the experiment {', '.join(names[1])}; name the --tip, or give"
+            " the file that the experiment was made of"
+        )
+    for stated, own in zip(file.joints, experiment.joints, strict=True):
+        for field in ("type", "alpha", "d", "theta", "r"):
+            one, other = getattr(stated, field), getattr(own, field)
+            if one == other:
+                continue
+            if field == "type" or _apart(one, other, turns=field in ("alpha", "theta")) > SAME_FRAME:
+                raise InputError(
+                    f"{path}: joint '{own.name}': {field} is {one if field == 'type' else f'{one:.6g}'}, in the experiment"
+                    f" {other if field == 'type' else f'{other:.6g}'}; its inertias are in other frames"
+                )
+
+
+def _apart(one: float, other: float, turns: bool) -> float:
+    difference = abs(one - other)
+    return abs((difference + np.pi) % (2 * np.pi) - np.pi) if turns else difference
