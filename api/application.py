@@ -64,6 +64,7 @@ def create_application(settings: ServiceSettings) -> FastAPI:
         service.stop_readiness.depend_on("event loop", service.loop_pulse)
         service.stop_passes.keep_up_to_date(service.accounts.let_in)
         await run_in_threadpool(service.experiments.reindex)
+        service.disk.start()
         service.jobs.start()
         service.live.start()
         yield
@@ -76,6 +77,7 @@ def create_application(settings: ServiceSettings) -> FastAPI:
         service.loop_pulse.end()
         service.stop_passes.end()
         await run_in_threadpool(service.stop_log.close)
+        service.disk.close()
         service.database.close()
 
     application = FastAPI(

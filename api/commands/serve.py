@@ -59,6 +59,10 @@ def serve(
             help="Address or network of a proxy in front, which is believed from where requests come; repeatable."
         ),
     ] = None,
+    disk_budget: Annotated[
+        float | None,
+        typer.Option(min=0.1, help="GB that the data folder may take; the disk's own room if not said."),
+    ] = None,
     job_memory: Annotated[
         float | None,
         typer.Option(min=0.1, help="GB that one job may take; half of the memory, at most 8, if not said."),
@@ -92,6 +96,7 @@ def serve(
             simultaneous_jobs=jobs,
             workers=workers,
             cluster=cluster,
+            disk_budget=None if disk_budget is None else int(disk_budget * 1e9),
             trusted_proxies=tuple(trusted_proxy or ()),
             job_seconds=job_hours * 3600.0,
             job_memory=half_of_memory(MOST_JOB_MEMORY) if job_memory is None else int(job_memory * GIBIBYTE),

@@ -87,6 +87,7 @@ def prepare(
             experiment = service.experiments.create(
                 service.rigs.experiment_file(rig, experiment_name.strip())
             ).id
+        service.disk.require_room()
         row = service.sessions.create(experiment, user, rig=rig, plan=plan, payload=known, role=role)
     service.live.tell(rig)
     return Response(status_code=204, headers={"HX-Redirect": session_link(experiment, row.id)})

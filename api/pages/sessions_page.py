@@ -90,6 +90,7 @@ def add_session(
             raise Problem(422, f"The name of the payload {error}.") from error
     with input_errors_as_problems():
         service.jobs.refuse_more(user.name)
+        service.disk.require_room()
         service.uploads.add_session(experiment, file.file, file.filename or "", payload, role, new)
     service.models.refit(experiment, user.name)
     return Response(status_code=204, headers={"HX-Redirect": experiment_link(experiment, "sessions")})
@@ -101,6 +102,7 @@ def add_experiment(request: Request, user: access.Operator, file: Annotated[Uplo
     service = access.service_of(request)
     with input_errors_as_problems():
         service.jobs.refuse_more(user.name)
+        service.disk.require_room()
         row = service.uploads.add_experiment(file.file)
     service.models.refit(row.id, user.name)
     return Response(status_code=204, headers={"HX-Redirect": experiment_link(row.id, "sessions")})

@@ -38,6 +38,7 @@ WORDS_OF_PROBLEM = {
     415: "Send the body as application/json.",
     422: "body.payload.mass: Input should be greater than or equal to 0",
     429: "Too many attempts. Try again in 4 s.",
+    507: "There is no room: the disk has 0.8 GB free.",
     503: "The rig does not answer: no CAN interface can0.",
 }
 
@@ -147,7 +148,7 @@ def _implied_problems(operation: Json, method: str, role: Any) -> list[int]:
     """Errors that a call of this sort may always answer."""
     implied = [400]  # a foreign host name
     if role is not None:
-        implied += [401, 403]
+        implied += [401, 403, 503]  # files may be read in a process, and there may be none free
     elif method not in ("GET", "HEAD"):
         implied += [403]
     if any(parameter["in"] == "path" for parameter in operation.get("parameters", [])):
@@ -155,7 +156,7 @@ def _implied_problems(operation: Json, method: str, role: Any) -> list[int]:
     if operation.get("parameters"):
         implied += [422]
     if method not in ("GET", "HEAD"):
-        implied += [413]
+        implied += [413, 429]
     if "requestBody" in operation:
         implied += [415, 422]
     return implied

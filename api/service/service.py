@@ -7,6 +7,7 @@ from api.service.audit import AuditLog
 from api.service.bus_claims import BusClaims
 from api.service.confined_reader import ConfinedReader
 from api.service.database import Database, open_database
+from api.service.disk_budget import DiskBudget
 from api.service.drive_resets import DriveResets
 from api.service.experiment_store import ExperimentStore
 from api.service.experiment_upload import Uploads
@@ -41,6 +42,7 @@ class Service:
     audit: AuditLog
     experiments: ExperimentStore
     uploads: Uploads
+    disk: DiskBudget
     jobs: JobRunner
     models: ModelWorkflow
     rigs: RigStore
@@ -97,6 +99,7 @@ def create_service(settings: ServiceSettings) -> Service:
         audit=audit,
         experiments=experiments,
         uploads=Uploads(experiments, ConfinedReader(settings.upload_limits), settings.unpacked_limit),
+        disk=DiskBudget(settings.data_folder, settings.disk_budget),
         jobs=jobs,
         models=models,
         rigs=rigs,

@@ -42,6 +42,8 @@ class ServiceSettings(BaseModel):
     """Largest request body but for uploads."""
     upload_limit: int = 256 * MEBIBYTE
     """Largest uploaded file."""
+    disk_budget: int | None = None
+    """Bytes that the data folder may take; None for as many as the disk has beside a reserve."""
     unpacked_limit: int = 2048 * MEBIBYTE
     """Largest sum of what an uploaded archive unpacks to."""
     upload_seconds: float = 60.0

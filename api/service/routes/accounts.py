@@ -96,7 +96,7 @@ def _me(request: Request, user: User) -> Me:
     return Me(name=user.name, role=user.role, via=user.via, csrf_token=token)
 
 
-@router.post("/sign-in", dependencies=[access.Public], responses=problems(401, 429))
+@router.post("/sign-in", dependencies=[access.Public], responses=problems(401, 429, 503))
 def sign_in(request: Request, credentials: Credentials) -> Me:
     """Sign a browser in: the response sets the cookie. Attempts are throttled by name and address."""
     return _me(request, access.sign_in(request, credentials.name, credentials.password))
@@ -114,7 +114,7 @@ def me(request: Request, user: access.SignedIn) -> Me:
     return _me(request, user)
 
 
-@router.put("/me/password", status_code=204, responses=problems(429))
+@router.put("/me/password", status_code=204, responses=problems(429, 503))
 def change_own_password(request: Request, user: access.Person, passwords: OwnPassword) -> None:
     """Change one's own password; all browsers sign in again and all tokens are void."""
     access.verify_password(request, user.name, passwords.old)

@@ -116,7 +116,7 @@ def get_experiment(request: Request, _user: access.Viewer, experiment: Experimen
     return view(request, experiment)
 
 
-@router.post("/experiments/import", status_code=201)
+@router.post("/experiments/import", status_code=201, responses=problems(507))
 def import_experiment(
     request: Request,
     response: Response,
@@ -126,13 +126,14 @@ def import_experiment(
     """Store an experiment that was measured elsewhere; it is identified at once."""
     service = access.service_of(request)
     service.jobs.refuse_more(user.name)
+    service.disk.require_room()
     row = service.uploads.add_experiment(file.file)
     job = service.models.refit(row.id, user.name)
     response.headers["Location"] = f"/experiments/{row.id}"
     return Imported(experiment=view(request, row.id), job=JobView.of(job))
 
 
-@router.post("/experiments/{experiment}/sessions/import", status_code=201, responses=problems(409))
+@router.post("/experiments/{experiment}/sessions/import", status_code=201, responses=problems(409, 507))
 def import_measured_session(
     request: Request,
     user: access.Operator,
@@ -150,6 +151,7 @@ def import_measured_session(
     service = access.service_of(request)
     known = Payload(name=payload, mass=mass) if mass is not None else None
     service.jobs.refuse_more(user.name)
+    service.disk.require_room()
     service.uploads.add_session(experiment, file.file, file.filename or "", payload, role, known)
     job = service.models.refit(experiment, user.name)
     return Imported(experiment=view(request, experiment), job=JobView.of(job))

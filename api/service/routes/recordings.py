@@ -101,7 +101,7 @@ def list_recordings(
 @router.get(
     "/experiments/{experiment}/recordings/{session}",
     response_class=Response,
-    responses=problems(409)
+    responses=problems(409, 413)
     | {
         200: {
             "content": {
@@ -157,7 +157,7 @@ def _csv(samples: Session) -> Iterator[str]:
 @router.get(
     "/experiments/{experiment}/recordings/{session}/signals",
     response_class=Response,
-    responses=problems(409) | BINARY,
+    responses=problems(409, 413) | BINARY,
 )
 def recorded_signals(
     request: Request,
@@ -184,7 +184,7 @@ def recorded_signals(
 @router.get(
     "/experiments/{experiment}/models/{model}/signals",
     response_class=Response,
-    responses=problems(409) | BINARY,
+    responses=problems(409, 413) | BINARY,
 )
 def model_signals(
     request: Request,

@@ -69,12 +69,13 @@ class RigCheckView(BaseModel):
     items: list[Json] = Field(examples=[[{"what": "node 3", "ok": True, "words": "answers, homed"}]])
 
 
-@router.post("/experiments/{experiment}/sessions", status_code=201, responses=problems(409))
+@router.post("/experiments/{experiment}/sessions", status_code=201, responses=problems(409, 507))
 def create_session(
     request: Request, response: Response, user: access.Operator, experiment: ExperimentId, new: NewSession
 ) -> SessionSummary:
     """Prepare a payload session. Whoever does it has the rig from then on."""
     service = service_of(request)
+    service.disk.require_room()
     if new.payload.mass is None:
         payload = service.rigs.rig(new.rig).payload(new.payload.name)
     else:
