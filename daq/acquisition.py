@@ -34,6 +34,7 @@ from daq.samples import Phase, sample_dtype
 from daq.sampling_loop import FRAMES_IN_RING, ROWS_IN_RING, SamplingLoop, open_receiver
 from daq.setpoint_stream import Trajectory
 from daq.simulated_rig import simulated_rig
+from daq.torque_offset import SentAhead
 from drivers.errors import DriverError
 from drivers.frames import FD_FRAME, FRAME
 from identify.recording.errors import InputError
@@ -52,6 +53,7 @@ class AcquisitionOrder:
     counts : (L, n) int32, the plan's targets in every cycle
     rows, frames : names of the rings to create
     seed : tells simulated sessions apart
+    ahead : torque that is sent beside the targets; none where None
     """
 
     rig: Rig
@@ -60,6 +62,7 @@ class AcquisitionOrder:
     rows: str
     frames: str
     seed: int = 0
+    ahead: SentAhead | None = None
 
 
 @dataclass(frozen=True)
@@ -158,10 +161,12 @@ class Acquisition:
         if not check.ok:
             self.tell(AcquisitionMessage("checked", check.problems, check=check))
             return StopReason(StopCause.BUS, check.problems), {}
-        streams = drives.configure()
+        ahead = self.order.ahead
+        streams = drives.configure(torque_offset=ahead is not None)
         receiver = open_receiver(self.rig, streams)
         closing.callback(receiver.close)
-        loop = SamplingLoop(self.rig, streams, receiver, rows, frames, drives.network.sent)
+        within = None if ahead is None else ahead.follows_within
+        loop = SamplingLoop(self.rig, streams, receiver, rows, frames, drives.network.sent, within)
         self.tell(
             AcquisitionMessage(
                 "checked", check=check, remarks=tuple(remarks), clock_source=receiver.clock_source
@@ -194,7 +199,10 @@ class Acquisition:
         approach = approach_counts(self.rig, position, begin)
         phase = np.full(len(approach) + len(plan), Phase.PLAN, np.uint8)
         phase[: len(approach)] = Phase.APPROACH
-        return Trajectory(np.concatenate([approach, plan]), phase)
+        offset = None
+        if self.order.ahead is not None:
+            offset = np.concatenate([np.zeros(approach.shape, np.int16), self.order.ahead.counts])
+        return Trajectory(np.concatenate([approach, plan]), phase, offset)
 
     def _wait(self, drives: RigDrives, until: Callable[[], bool]) -> StopReason | None:
         """Wait, without motion, until a command has come; a reason to end instead, or None."""

@@ -277,25 +277,29 @@ class RigDrives:
         counts = np.array([drive.position() for drive in self.drives])
         return self.rig.position_matrix @ counts + self.rig.position_offset
 
-    def configure(self) -> list[DriveStream]:
+    def configure(self, torque_offset: bool = False) -> list[DriveStream]:
         """Mapping, mode, cycle, heartbeats; every drive stays without power. What each will send and take.
 
+        torque_offset : whether the drives are to take a torque (0x60B2) beside their target
         Raises DriveError when a drive refuses.
         """
         streams: list[DriveStream] = []
         for axis, drive in zip(self.rig.axes, self.drives, strict=True):
             drive.expect_no_restart()
             try:
-                streams.append(self._configured(axis, drive))
+                streams.append(self._configured(axis, drive, torque_offset))
             except DriveError as error:
                 if drive.restarted:
                     raise error.with_cause(RESTARTED) from error
                 raise
         return streams
 
-    def _configured(self, axis: Axis, drive: Drive) -> DriveStream:
+    def _configured(self, axis: Axis, drive: Drive, torque_offset: bool) -> DriveStream:
         drive.disable()
-        stream = drive.map_stream(MODES[axis.mode], temperature=self.rig.record_temperature)
+        drive.clear_torque_offset()
+        stream = drive.map_stream(
+            MODES[axis.mode], temperature=self.rig.record_temperature, torque_offset=torque_offset
+        )
         drive.set_mode(MODES[axis.mode])
         drive.set_cycle(self.rig.cycle)
         if self.rig.bus.interface != "virtual":

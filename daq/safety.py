@@ -70,8 +70,11 @@ class LimitMonitor:
     Velocity and acceleration, being differences, are judged with what they magnify in mind: `derivative_limits.py`.
     """
 
-    def __init__(self, rig: Rig) -> None:
+    def __init__(self, rig: Rig, follows_within: NDArray[np.float64] | None = None) -> None:
+        """follows_within : (n,) rad or m between a position and the setpoint of the SYNC before, while a plan is driven"""
         self.rig = rig
+        self._follows_within = follows_within
+        self._arrives_at: NDArray[Any] = np.full(len(rig.axes), np.nan)
         supervision = rig.supervision
         limits = [axis.limits for axis in rig.axes]
         n = len(limits)
@@ -119,6 +122,7 @@ class LimitMonitor:
                 np.column_stack([counted, stamped]), position, ~came | late, again, moving, held
             ),
             self._beyond_following(rows, position, following),
+            self._falls_behind(rows, position),
             self._beyond_current(rows, moving),
             self._beyond_temperature(rows, moving),
         ]
@@ -158,6 +162,22 @@ class LimitMonitor:
             return None
         unit = self._units[at[1]]
         return Excess(*at, f"following error {excess_in_words(error[at], self._following[at[1]], unit)}")
+
+    def _falls_behind(self, rows: NDArray[Any], position: NDArray[Any]) -> Excess | None:
+        """Following error against where each axis should have arrived by now; only where a session states how much."""
+        if self._follows_within is None:
+            return None
+        wanted = rows["setpoint"] @ self._matrix.T + self._offset
+        wanted[rows["phase"] != Phase.PLAN] = np.nan
+        arrived = np.vstack([self._arrives_at, wanted[:-1]])
+        self._arrives_at = wanted[-1]
+        error = np.abs(arrived - position)
+        with np.errstate(invalid="ignore"):
+            at = self._first((error > self._follows_within) & (rows["phase"] == Phase.PLAN)[:, None])
+        if at is None:
+            return None
+        excess = excess_in_words(error[at], self._follows_within[at[1]], self._units[at[1]])
+        return Excess(*at, f"with torque sent ahead the following error grows: {excess}")
 
     def _beyond_current(self, rows: NDArray[Any], moving: NDArray[Any]) -> Excess | None:
         current = np.abs(rows["command"] * self._ampere)

@@ -74,6 +74,7 @@ class SamplingLoop:
 
     rows, frames : the rings
     sent : how many frames with an id went out beside the receiver (`CanopenNetwork.sent`)
+    follows_within : (n,) rad or m, how closely the axes must follow a plan; the rig's limit of the following error where None
     """
 
     def __init__(
@@ -84,6 +85,7 @@ class SamplingLoop:
         rows: RingWriter,
         frames: RingWriter,
         sent: Callable[[int], int],
+        follows_within: NDArray[np.float64] | None = None,
     ) -> None:
         self.rig = rig
         self._receiver = receiver
@@ -96,7 +98,7 @@ class SamplingLoop:
         self._decoder = RowDecoder(streams, scales)
         self.alignment = SyncAlignment(self._decoder.columns, rig.cycle)
         self.setpoints = SetpointStream(streams, receiver.send)
-        self.monitor = LimitMonitor(rig)
+        self.monitor = LimitMonitor(rig, follows_within)
         self._foreign = ForeignFrames(streams, MASTER_NODE, sent)
         self._foreign_reason: StopReason | None = None
         self._expected = np.zeros(0x800, bool)

@@ -44,6 +44,7 @@ from daq.ring_buffer import RingReader, remove_abandoned_rings
 from daq.safety import StopCause, StopReason
 from daq.samples import rows_of_the_session
 from daq.session_events import TRANSITIONS, SessionEvent, SessionState, StepOutOfTurn
+from daq.torque_offset import SentAhead
 from drivers.errors import DriverError
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import Payload
@@ -110,6 +111,7 @@ class PayloadSession:
         after_session: Callable[[Recorded], None] | None = None,
         seed: int | None = None,
         sign_of_life: Callable[[], bool] = lambda: True,
+        ahead: SentAhead | None = None,
     ) -> None:
         require_within_limits(plan, rig)
         self.rig = rig
@@ -128,6 +130,12 @@ class PayloadSession:
         self._seed = seed
         self._could_stop_now = sign_of_life
         self._counts = plan_counts(rig, plan)
+        if ahead is not None and ahead.counts.shape != self._counts.shape:
+            raise InputError(
+                f"torque sent ahead: {self._counts.shape} values are wanted, a row for each cycle of the plan; there are"
+                f" {ahead.counts.shape}"
+            )
+        self._ahead = ahead
         self._progress = Progress(0, len(self._counts), 0.0)
         self._ring = f"{rig.name[:24]}-{secrets.token_hex(6)}"
         self._clock_source = ""
@@ -209,7 +217,13 @@ class PayloadSession:
         seed = self._seed if self._seed is not None else _seed_of(next_recording(self.experiment))
         ours.send(
             AcquisitionOrder(
-                self.rig, self.payload, self._counts, f"{self._ring}-rows", f"{self._ring}-frames", seed
+                self.rig,
+                self.payload,
+                self._counts,
+                f"{self._ring}-rows",
+                f"{self._ring}-frames",
+                seed,
+                self._ahead,
             )
         )
         for task in (self._listen, self._beat):

@@ -24,10 +24,13 @@ class Trajectory:
 
     counts : (L, n) int32, target of every axis in every cycle
     phase : (L,) uint8, `Phase` of every cycle
+    torque_offset : (L, n) int16, per mille of the rated torque, where the drives are mapped to take one; it is nought in every
+        other cycle, and from a stop on
     """
 
     counts: NDArray[np.int32]
     phase: NDArray[np.uint8]
+    torque_offset: NDArray[np.int16] | None = None
 
     def __len__(self) -> int:
         return len(self.counts)
@@ -44,6 +47,11 @@ class SetpointStream:
         n = len(streams)
         self._send = send
         self._receivers = [(stream.receive.can_id, stream.packed) for stream in streams]
+        self._with_offset = [
+            (stream.receive.can_id, stream.packed_with_offset)
+            for stream in streams
+            if stream.takes_torque_offset
+        ]
         self._controlwords = [0] * n
         self._held: list[int] | None = None
         self._trajectory: Trajectory | None = None
@@ -73,16 +81,27 @@ class SetpointStream:
                 targets = trajectory.counts[-1].tolist()
                 phase = Phase.STANDSTILL
             self._held = list(targets)
+            if trajectory.torque_offset is not None and place < len(trajectory):
+                self._remember(slot, targets, phase)
+                offsets: Sequence[int] = trajectory.torque_offset[place].tolist()
+                for (identifier, pack), *values in zip(
+                    self._with_offset, self._controlwords, targets, offsets, strict=True
+                ):
+                    self._send(identifier, pack(*values))
+                return
         else:
             if self._held is None:
                 return
             targets, phase = self._held, self._phase
-        self._setpoint_of_cycle[slot] = targets
-        self._phase_of_cycle[slot] = phase
+        self._remember(slot, targets, phase)
         for (identifier, pack), controlword, target in zip(
             self._receivers, self._controlwords, targets, strict=True
         ):
             self._send(identifier, pack(controlword, target))
+
+    def _remember(self, slot: int, targets: Sequence[int], phase: int) -> None:
+        self._setpoint_of_cycle[slot] = targets
+        self._phase_of_cycle[slot] = phase
 
     def hold(self, counts: Sequence[int], phase: Phase = Phase.STANDSTILL) -> None:
         """Hold these targets from the next cycle on."""

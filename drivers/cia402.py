@@ -2,6 +2,8 @@
 
 from enum import Enum, IntEnum
 
+TORQUE_OFFSET = 0x60B2
+"""per mille of the rated torque (0x6076), added to what the drive's own controllers ask for"""
 CONTROLWORD = 0x6040
 STATUSWORD = 0x6041
 QUICK_STOP_OPTION = 0x605A

@@ -16,6 +16,7 @@ from drivers.fixed_mapping import stream_of_fixed_mapping
 from drivers.object_dictionary import dictionary_to_drive_by
 from drivers.process_data import (
     SYNCHRONOUS,
+    TORQUE_OFFSET,
     DriveStream,
     MappedEntry,
     PdoParameters,
@@ -252,13 +253,20 @@ class Drive(StateMachine):
     # ---- process data ----
 
     def map_stream(
-        self, mode: Mode, *, temperature: bool = False, transmission_type: int = SYNCHRONOUS
+        self,
+        mode: Mode,
+        *,
+        temperature: bool = False,
+        transmission_type: int = SYNCHRONOUS,
+        torque_offset: bool = False,
     ) -> DriveStream:
         """Map position, current reference and statusword to synchronous TPDOs, controlword and target to
         RPDO 1.
 
         To be called in PRE-OPERATIONAL. All other PDOs are switched off, and only what differs is written. What is returned
         was read back. Where the drive refuses, its PDOs are used as they stand if they carry what is needed.
+
+        torque_offset : also map 0x60B2 to the RPDO; a drive that does not take it there is refused
 
         Raises DriveError when the drive refuses a mapping and has none that serves, or says something else afterwards.
         """
@@ -277,9 +285,9 @@ class Drive(StateMachine):
                 self.node, "mapping TPDOs", expected=f"{len(groups)} TPDOs", received=f"it has {len(pdos)}"
             )
         try:
-            return self._mapped(present, groups, mode, transmission_type)
+            return self._mapped(present, groups, mode, transmission_type, torque_offset)
         except DriveError as refusal:
-            if not was_refused(refusal):
+            if torque_offset or not was_refused(refusal):
                 raise
             try:
                 stream = stream_of_fixed_mapping(self.sdo, present, wanted, mode)
@@ -300,6 +308,7 @@ class Drive(StateMachine):
         groups: list[list[MappedEntry]],
         mode: Mode,
         transmission_type: int,
+        torque_offset: bool,
     ) -> DriveStream:
         """Our own mapping; the PDOs that it does not need are off."""
         needed = {("TPDO", number) for number in range(1, len(groups) + 1)} | {("RPDO", 1)}
@@ -315,6 +324,8 @@ class Drive(StateMachine):
             MappedEntry("controlword", cia402.CONTROLWORD, 0, "<u2"),
             MappedEntry("target", index, subindex, kind),
         ]
+        if torque_offset:
+            setpoint.append(MappedEntry(TORQUE_OFFSET, cia402.TORQUE_OFFSET, 0, "<i2"))
         receive = write_pdo(self.sdo, "RPDO", 1, RPDO_1_BASE + self.node, transmission_type, setpoint)
         return DriveStream(self.node, transmit, receive)
 
@@ -344,6 +355,14 @@ class Drive(StateMachine):
                 expected="0x60C2 or 0x1006",
                 received="the drive has neither, so that it cannot be given the time between two setpoints",
             )
+
+    def clear_torque_offset(self) -> None:
+        """Nought in 0x60B2, where the drive has it: a session that died may have left something.
+
+        Raises DriveError when the drive refuses.
+        """
+        if self._has(cia402.TORQUE_OFFSET):
+            self._hold(cia402.TORQUE_OFFSET, 0, "int16", 0, "clearing the torque offset")
 
     def _set_interpolation_time(self, value: int, exponent: int) -> bool:
         """Whether 0x60C2 now holds value · 10^exponent s; False where the drive has no such object."""

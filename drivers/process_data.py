@@ -18,6 +18,8 @@ _NO_RTR = 1 << 30
 _STRUCT_OF_KIND = {"<i1": "b", "<i2": "h", "<i4": "i", "<u1": "B", "<u2": "H", "<u4": "I", "<f4": "f"}
 _BITS_OF_KIND = {"<i1": 8, "<i2": 16, "<i4": 32, "<u1": 8, "<u2": 16, "<u4": 32, "<f4": 32}
 SYNCHRONOUS = 1  # transmission type: at every SYNC
+TORQUE_OFFSET = "torque offset"
+"""name of the entry 0x60B2 of a setpoint"""
 
 
 @dataclass(frozen=True)
@@ -111,9 +113,12 @@ class DriveStream:
 
     @cached_property
     def packed(self) -> Callable[[int, int], bytes]:
-        """`setpoint` as a function that is quick to call in every cycle."""
+        """`setpoint` as a function that is quick to call in every cycle; a torque offset is nought."""
         pack = self.receive.packer.pack
         names = [entry.name for entry in self.receive.entries]
+        if self.takes_torque_offset:
+            with_offset = self.packed_with_offset
+            return lambda controlword, target: with_offset(controlword, target, 0)
         if len(names) == 2 and not self.constants:
             return pack if names[0] != "target" else lambda controlword, target: pack(target, controlword)
         rest = iter(self.constants)
@@ -123,6 +128,22 @@ class DriveStream:
         def packed(controlword: int, target: int) -> bytes:
             values[word], values[target_at] = controlword, target
             return pack(*values)
+
+        return packed
+
+    @property
+    def takes_torque_offset(self) -> bool:
+        """Whether the RPDO has a torque offset beside the target."""
+        return any(entry.name == TORQUE_OFFSET for entry in self.receive.entries)
+
+    @cached_property
+    def packed_with_offset(self) -> Callable[[int, int, int], bytes]:
+        """Controlword, target and torque offset (per mille of the rated torque) as the RPDO's data."""
+        pack = self.receive.packer.pack
+        order = [("controlword", "target", TORQUE_OFFSET).index(entry.name) for entry in self.receive.entries]
+
+        def packed(*values: int) -> bytes:
+            return pack(*(values[place] for place in order))
 
         return packed
 

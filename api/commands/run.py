@@ -47,7 +47,6 @@ def run(
     from daq.excitation.excitation_plan import ExcitationPlan
     from daq.excitation.standard_plan import standard_plan
     from daq.rig import Rig
-    from daq.session_events import StepOutOfTurn
     from daq.session_workflow import PayloadSession
     from identify.recording.errors import InputError
 
@@ -70,6 +69,30 @@ def run(
         on_event=lambda event: _sound(console, event),
         after_session=lambda recorded: results.append(identify_so_far(recorded, user)),
     )
+    done = conduct(console, session, lambda: _weighed(console, session, mass, scale, yes), yes)
+    if as_json:
+        document = {
+            "state": session.state.value,
+            "reason": session.reason,
+            "file": None if session.file is None else str(session.file),
+            "identification": results[-1].to_json() if results else None,
+        }
+        print(json.dumps(document, ensure_ascii=False))
+    elif results:
+        print_errors(console, results[-1])
+    if not done:
+        raise typer.Exit(1)
+
+
+def conduct(console: Any, session: "PayloadSession", weigh: Callable[[], float], yes: bool) -> bool:
+    """Take a session through its steps with the person at the terminal; whether the plan was driven to its end.
+
+    weigh : gives the payload's mass, kg
+    yes   : start without asking
+    Raises typer.Exit: a step failed, or the person did not start.
+    """
+    from daq.session_events import StepOutOfTurn
+
     with session:
         try:
             check = session.check()
@@ -78,9 +101,9 @@ def run(
                 console.print(f"{mark} {item.what}: {item.words}", highlight=False)
             if not check.ok:
                 raise typer.Exit(1)
-            session.confirm_payload(_weighed(console, session, mass, scale, yes))
+            session.confirm_payload(weigh())
             session.arm()
-            _explain(console, settings, motion, payload)
+            _explain(console, session.rig, session.plan, session.payload.name)
             if not yes and not typer.confirm("Start? The robot will move", err=True):
                 session.stop("the operator did not start")
                 session.wait()
@@ -98,18 +121,7 @@ def run(
     console.print(
         f"[{'green' if done else 'red'}]{session.state.value}[/]: {session.reason}", highlight=False
     )
-    if as_json:
-        document = {
-            "state": session.state.value,
-            "reason": session.reason,
-            "file": None if session.file is None else str(session.file),
-            "identification": results[-1].to_json() if results else None,
-        }
-        print(json.dumps(document, ensure_ascii=False))
-    elif results:
-        print_errors(console, results[-1])
-    if not done:
-        raise typer.Exit(1)
+    return done
 
 
 def _weighed(

@@ -54,14 +54,23 @@ class Servo:
         self.velocity += weight * (difference - self.velocity)
 
     def follow_position(
-        self, demand: float, feed_forward: float, position: int, limit: float, duration: float
+        self,
+        demand: float,
+        feed_forward: float,
+        position: int,
+        limit: float,
+        duration: float,
+        added: float = 0.0,
     ) -> float:
-        """Current (A) that follows a position demand (counts) moving with feed_forward (counts/s)."""
-        reference = self._position_gain * (demand - position) + feed_forward
-        return self.follow_velocity(reference, limit, duration)
+        """Current (A) that follows a position demand (counts) moving with feed_forward (counts/s).
 
-    def follow_velocity(self, reference: float, limit: float, duration: float) -> float:
-        """Current (A) that follows a velocity reference (counts/s), within ±limit."""
+        added : A, beside what the loops ask for
+        """
+        reference = self._position_gain * (demand - position) + feed_forward
+        return self.follow_velocity(reference, limit, duration, added)
+
+    def follow_velocity(self, reference: float, limit: float, duration: float, added: float = 0.0) -> float:
+        """Current (A) that follows a velocity reference (counts/s), within ±limit; `added` (A) beside it."""
         top = self.max_speed
         if reference > top:
             reference = top
@@ -69,7 +78,7 @@ class Servo:
             reference = -top
         error = reference - self.velocity
         integral = self._integral + self._velocity_integral * error * duration
-        current = self._velocity_gain * error + integral
+        current = self._velocity_gain * error + integral + added
         if current > limit:
             self.limited = True
             # The integrator waits while the limit is in force, unless the error lets it come back.

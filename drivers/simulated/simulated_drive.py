@@ -347,7 +347,8 @@ class SimulatedDrive:
         error = demand - position
         image[slot.FOLLOWING_ERROR] = round(error)
         self._supervise(error, duration)
-        return servo.follow_position(demand, self._demand_velocity, position, limit, duration)
+        added = image[slot.TORQUE_OFFSET] * 1e-3 * self.rated_current
+        return servo.follow_position(demand, self._demand_velocity, position, limit, duration, added)
 
     def _halt(self, position: int, limit: float, duration: float) -> float:
         """Controlword bit 8: the axis stops along the ramp and holds, enabled, until the bit goes."""

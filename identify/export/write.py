@@ -263,14 +263,14 @@ def _link_file(result: Identification, model: ExportedModel, target: Path, kind:
     """Formats with bodies, whose friction is damping and dry friction."""
     standard, kept = feasible_standard(result, model, rotors=kind in HAS_ROTORS)
     rigid = InverseDynamics(model.geometry, [model.standard])
-    whole = module_torque(_module_of(model), model)
+    whole = module_torque(module_of(model), model)
 
     def friction(motion: Motion) -> Array:
         bare = replace(motion, payload=motion.payload.model_copy(update={"mass": 0.0, "inertia": (0.0,) * 6}))
         return whole(bare) - rigid.torques(motion.q, motion.dq, motion.ddq)[0]
 
     bodied = replace(model, standard=standard)
-    parts = joint_parts(bodied, kind, _motions(result), friction)
+    parts = joint_parts(bodied, kind, motions_of(result), friction)
     robot = LinkFile(model.geometry, bodies_of(standard), tuple(part.friction for part in parts))
     remarks: list[str] = []
     described = []
@@ -321,7 +321,7 @@ def link_file_torque(robot: LinkFile) -> TorqueOf:
     return torque_of
 
 
-def _motions(result: Identification) -> list[Motion]:
+def motions_of(result: Identification) -> list[Motion]:
     """The motion of the identification sessions, decimated rows."""
     record = result.fitted.record
     motions = []
@@ -335,7 +335,7 @@ def _motions(result: Identification) -> list[Motion]:
     return motions
 
 
-def _module_of(model: ExportedModel) -> ModuleType:
+def module_of(model: ExportedModel) -> ModuleType:
     """The exported Python module, made in memory."""
     module = ModuleType("exported")
     exec(compile(python_code(model), "exported", "exec"), module.__dict__)

@@ -208,3 +208,23 @@ def test_every_cause_is_complete_aborted_or_faulted():
     assert [cause for cause, status in statuses.items() if status == "complete"] == [StopCause.PLAN_DONE]
     aborted = {cause for cause, status in statuses.items() if status == "aborted"}
     assert aborted == {StopCause.OPERATOR, StopCause.DEAD_PARENT}
+
+
+@settings(max_examples=40, deadline=None)
+@given(behind=st.floats(-2e-3, 2e-3), cuts=st.lists(st.integers(0, 300), max_size=6))
+def test_an_axis_that_must_follow_closely_is_held_against_where_it_should_have_arrived(rig, behind, cuts):
+    """At any speed: the way of a cycle, which the newest setpoint is ahead, is no error."""
+    within, speed = 1e-3, 0.8
+    time = time_of(rig, 0.4)
+    rows = rows_of(rig, 0.1 + speed * time)
+    arrives = rows_of(rig, 0.1 + speed * (time - rig.cycle) + behind)
+    rows["position"] = arrives["position"]
+    monitor = LimitMonitor(rig, np.array([within]))
+    edges = sorted({0, len(rows), *(cut % (len(rows) + 1) for cut in cuts)})
+    reasons = [monitor.check(rows[start:end]) for start, end in itertools.pairwise(edges)]
+    told = next((reason for reason in reasons if reason is not None), None)
+    if abs(abs(behind) - within) > 5e-5:
+        assert (told is not None) == (abs(behind) > within)
+    if told is not None:
+        assert told.cause is StopCause.LIMIT
+        assert "following error grows" in told.words

@@ -16,7 +16,9 @@ class Sent:
         self.frames: list[tuple[int, int, int]] = []
         drives = [
             SimpleNamespace(
-                receive=SimpleNamespace(can_id=0x200 + node), packed=lambda word, target: (word, target)
+                receive=SimpleNamespace(can_id=0x200 + node),
+                packed=lambda word, target: (word, target),
+                takes_torque_offset=False,
             )
             for node in (5, 6)
         ]

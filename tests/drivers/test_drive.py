@@ -180,6 +180,26 @@ def test_the_stream_is_what_the_drive_confirmed(open_bench):
         stream.find("temperature")
 
 
+def test_a_torque_offset_is_mapped_beside_the_target_where_it_is_asked_for(open_bench):
+    bench = open_bench()
+    stream = bench.drive.map_stream(CSP, torque_offset=True)
+    assert [(entry.index, entry.byte_offset) for entry in stream.receive.entries] == [
+        (0x6040, 0),
+        (0x607A, 2),
+        (0x60B2, 6),
+    ]
+    assert stream.packed_with_offset(0x0F, -2, -3) == b"\x0f\x00\xfe\xff\xff\xff\xfd\xff"
+    assert stream.setpoint(0x0F, -2) == b"\x0f\x00\xfe\xff\xff\xff\x00\x00"
+    assert not bench.drive.map_stream(CSP).takes_torque_offset
+
+
+def test_a_torque_offset_that_a_dead_session_left_is_cleared(open_bench):
+    bench = open_bench()
+    bench.drive.sdo.write(0x60B2, 0, "int16", 250, "the session before")
+    bench.drive.clear_torque_offset()
+    assert bench.drive.sdo.read(0x60B2, 0, "int16", "looking") == 0
+
+
 def test_a_mapping_that_reads_back_differently_is_an_error(open_bench, monkeypatch):
     bench = open_bench()
     honest = bench.node.get_data

@@ -1,0 +1,212 @@
+"""The proof on the drive: a model's torque along a plan, refused where it may do harm, and what it did to the following error.
+
+The torque is checked before anything moves: the bodies behind it must be possible, friction must take energy, and the plan
+must stay within the speeds and loads that the model was identified at. While it is sent the axes are watched as in every
+session, with a limit of the following error drawn from the drive of the same plan without it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daq.excitation.excitation_plan import ExcitationPlan
+from daq.following_error import FollowingError
+from daq.rig import Rig
+from daq.torque_offset import TorqueOffset, torque_offset
+from identify.dynamics.inverse_dynamics import InverseDynamics
+from identify.export.bodies import feasible_standard
+from identify.export.exported_model import exported_model
+from identify.export.planned_torque import PlannedTorque, planned_torque
+from identify.export.record_error import Motion
+from identify.export.write import motions_of
+from identify.identification import Identification
+from identify.recording import InputError
+from identify.recording.experiment_file import Payload
+from identify.results.compensation import FollowingPart, JointFollowing
+
+Array = NDArray[np.float64]
+Part = Literal["whole", "friction"]
+
+BEYOND = 1.05
+"""times the largest speed or load of the record, up to which a model is believed"""
+SLOW, FAST = 0.10, 0.35
+"""of the plan's top speed: below it slow, above it fast"""
+
+
+@dataclass(frozen=True)
+class TorqueAhead:
+    """What is sent along a plan, and the motion that it belongs to; a row for each cycle.
+
+    motion : as planned, at the middle of the interval in which the torque acts
+    torque : what the model gives there
+    """
+
+    offset: TorqueOffset
+    motion: Motion
+    torque: PlannedTorque
+    remarks: tuple[str, ...]
+
+
+def torque_ahead(
+    result: Identification, rig: Rig, plan: ExcitationPlan, payload: Payload, part: Part, share: float
+) -> TorqueAhead:
+    """A model's torque along a plan, ready to be sent.
+
+    Raises InputError: the model is of another robot, impossible, or not known at the plan's speeds and loads; the rig file
+        lacks what the torque is scaled by; the extra `feasible` is not installed.
+    """
+    _same_robot(result, rig)
+    cycles = int(np.floor(plan.duration / rig.cycle)) + 1
+    # a target is reached one cycle after it has taken effect; the torque beside it acts meanwhile
+    times = np.maximum((np.arange(cycles) - 0.5) * rig.cycle, 0.0)
+    planned = plan.setpoints(times)
+    motion = Motion(times, planned.position, planned.velocity, planned.acceleration, None, payload)
+    model = exported_model(result)
+    torque = planned_torque(model, motion)
+    names = model.geometry.names
+    _within_what_is_known(names, torque, motion, [(m, planned_torque(model, m)) for m in motions_of(result)])
+    _possible(result, motion, torque)
+    offset = torque_offset(rig, torque.whole if part == "whole" else torque.beside, share)
+    remarks = [*model.remarks]
+    if model.lost:
+        lost = ", ".join(f"{effect}@{names[joint]}" for effect, joint in model.lost)
+        remarks.append(f"not sent, for they have no formula of the state: {lost}")
+    for name, bounded in zip(names, offset.bounded, strict=True):
+        if bounded > 0:
+            remarks.append(f"{name}: {100 * bounded:.0f} % of the plan asked for more than the bound")
+    return TorqueAhead(offset, motion, torque, tuple(remarks))
+
+
+def _same_robot(result: Identification, rig: Rig) -> None:
+    experiment = result.experiment
+    theirs = [joint.name for joint in experiment.robot.joints]
+    ours = [axis.joint for axis in rig.axes]
+    if theirs != ours:
+        raise InputError(
+            f"experiment {experiment.name}: its joints are {', '.join(theirs)}; rig {rig.name} has {', '.join(ours)}"
+        )
+    if not np.allclose(experiment.drive_gain, rig.drive_gain, rtol=1e-3):
+        raise InputError(
+            f"experiment {experiment.name}: its drive gains are not those of rig {rig.name}; torque would be scaled wrongly"
+        )
+
+
+def _within_what_is_known(
+    names: Sequence[str],
+    torque: PlannedTorque,
+    motion: Motion,
+    known: list[tuple[Motion, PlannedTorque]],
+) -> None:
+    speeds = np.max([np.abs(own.dq).max(axis=0) for own, _ in known], axis=0)
+    loads = np.max([np.abs(own.rigid).max(axis=0) for _, own in known], axis=0)
+    asked = (
+        ("speed", np.abs(motion.dq).max(axis=0), speeds),
+        ("load", np.abs(torque.rigid).max(axis=0), loads),
+    )
+    for what, planned, recorded in asked:
+        for name, here, there in zip(names, planned, recorded, strict=True):
+            if here > BEYOND * there:
+                raise InputError(
+                    f"{name}: the plan's largest {what}, {here:.3g}, is beyond what the model was identified at, {there:.3g};"
+                    " its friction is not known there"
+                )
+
+
+def _possible(result: Identification, motion: Motion, torque: PlannedTorque) -> None:
+    """Raises InputError: no bodies give such torque, or friction drives."""
+    model = exported_model(result)
+    standard, kept = feasible_standard(result, model)
+    if not kept:
+        bare = motion_without_payload(motion)
+        (own,) = InverseDynamics(model.geometry, [model.standard]).torques(bare.q, bare.dq, bare.ddq)
+        (near,) = InverseDynamics(model.geometry, [standard]).torques(bare.q, bare.dq, bare.ddq)
+        off = np.sqrt(np.mean((own - near) ** 2, axis=0))
+        size = np.sqrt(np.mean(torque.whole**2, axis=0))
+        norm = np.where(result.fitted.fit.norm > 0, result.fitted.fit.norm, 1.0)
+        believed = result.fitted.fit.residual / norm
+        for name, here, whole, error in zip(model.geometry.names, off, size, believed, strict=True):
+            if here > error * whole:
+                raise InputError(
+                    f"{name}: no bodies with mass have the identified base parameters; the nearest give a torque that is"
+                    f" {100 * here / whole:.1f} % off, more than the model's own error of {100 * error:.1f} %"
+                )
+    work = (torque.beside * motion.dq).sum(axis=0)
+    for name, here in zip(model.geometry.names, work, strict=True):
+        if here < 0:
+            raise InputError(
+                f"{name}: along this plan the model's friction would drive the joint, which no friction does"
+            )
+
+
+def motion_without_payload(motion: Motion) -> Motion:
+    """The same motion, the last link bare."""
+    bare = motion.payload.model_copy(update={"mass": 0.0, "inertia": (0.0,) * 6})
+    return Motion(motion.t, motion.q, motion.dq, motion.ddq, motion.temperature, bare)
+
+
+def following_limits(rig: Rig, without: FollowingError) -> NDArray[np.float64]:
+    """(n,) rad or m: following error at which a drive with torque sent ahead is stopped: twice the peak without it."""
+    stated = np.array([axis.limits.following_error for axis in rig.axes])
+    resolution = np.abs(rig.position_matrix).sum(axis=1)
+    return np.minimum(stated, 2.0 * without.peak() + 2.0 * resolution)
+
+
+def compared(
+    rig: Rig, ahead: TorqueAhead, without: FollowingError, with_: FollowingError
+) -> tuple[JointFollowing, ...]:
+    """Following errors of both drives of the plan over the cycles that both have."""
+    _, first, second = np.intersect1d(without.cycle, with_.cycle, return_indices=True)
+    if not len(first):
+        return ()
+    cycle = without.cycle[first]
+    before, after = without.error[first], with_.error[second]
+    speed, load = ahead.motion.dq[cycle], ahead.torque.rigid[cycle]
+    return tuple(
+        JointFollowing(
+            joint=axis.joint,
+            unit="m" if rig.robot.joints[joint].type == "prismatic" else "rad",
+            rms_without=_rms(before[:, joint]),
+            rms_with=_rms(after[:, joint]),
+            peak_without=float(np.nanmax(np.abs(before[:, joint]))),
+            peak_with=float(np.nanmax(np.abs(after[:, joint]))),
+            largest_offset=float(ahead.offset.largest[joint]),
+            bounded=float(ahead.offset.bounded[joint]),
+            speeds=_parts(_by_speed(speed[:, joint]), before[:, joint], after[:, joint]),
+            quadrants=_parts(
+                _by_quadrant(speed[:, joint], load[:, joint]), before[:, joint], after[:, joint]
+            ),
+        )
+        for joint, axis in enumerate(rig.axes)
+    )
+
+
+def _by_speed(speed: Array) -> list[tuple[str, NDArray[np.bool_]]]:
+    share = np.abs(speed) / max(float(np.abs(speed).max()), 1e-12)
+    return [
+        (f"below {100 * SLOW:.0f} % of the top speed", share < SLOW),
+        (f"{100 * SLOW:.0f} to {100 * FAST:.0f} %", (share >= SLOW) & (share < FAST)),
+        (f"above {100 * FAST:.0f} %", share >= FAST),
+    ]
+
+
+def _by_quadrant(speed: Array, load: Array) -> list[tuple[str, NDArray[np.bool_]]]:
+    return [("driving its load", speed * load > 0), ("driven by its load", speed * load < 0)]
+
+
+def _parts(
+    listed: list[tuple[str, NDArray[np.bool_]]], before: Array, after: Array
+) -> tuple[FollowingPart, ...]:
+    return tuple(
+        FollowingPart(
+            where=words, samples=int(rows.sum()), rms_without=_rms(before[rows]), rms_with=_rms(after[rows])
+        )
+        for words, rows in listed
+        if rows.any()
+    )
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.nanmean(values**2)))

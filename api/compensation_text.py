@@ -1,0 +1,39 @@
+"""A proof on the drive as text for the terminal."""
+
+from collections.abc import Iterator
+
+from identify.results.compensation import CompensationDocument
+
+
+def compensation_text(document: CompensationDocument) -> str:
+    """`compensate --json` as text."""
+    return "\n".join(_lines(document))
+
+
+def _lines(document: CompensationDocument) -> Iterator[str]:
+    sent = "model" if document.part == "whole" else "friction alone"
+    yield (
+        f"{document.rig}, payload {document.payload}: torque of {document.model} ({sent}) from {document.experiment} sent"
+        f" ahead, at most {100 * document.share:g} % of the current limit"
+    )
+    if not document.completed:
+        yield f"stopped: {document.reason}"
+    for joint in document.joints:
+        yield ""
+        yield f"{joint.joint}: following error, root mean square (largest {joint.largest_offset:.3g} A sent)"
+        yield f"  {'':34s} {'without':>12s} {'with':>12s}"
+        rows = [("all of the plan", joint.rms_without, joint.rms_with)]
+        rows += [(own.where, own.rms_without, own.rms_with) for own in (*joint.speeds, *joint.quadrants)]
+        rows.append(("peak", joint.peak_without, joint.peak_with))
+        for words, without, with_ in rows:
+            yield f"  {words:34s} {_figure(without, joint.unit):>12s} {_figure(with_, joint.unit):>12s}{_change(without, with_)}"
+    yield ""
+    yield f"stored in {document.folder}"
+
+
+def _figure(value: float | None, unit: str) -> str:
+    return "–" if value is None else f"{1e3 * value:.4f} m{unit}"
+
+
+def _change(without: float | None, with_: float | None) -> str:
+    return "" if not without or with_ is None else f"  {100 * (with_ / without - 1):+.0f} %"

@@ -1,0 +1,54 @@
+"""How far behind its setpoints a recorded axis was, cycle by cycle of the plan."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.recording.session_hdf5 import CYCLE, MATRIX, POSITION, POSITION_CAME, SETPOINT, VALID
+
+
+@dataclass(frozen=True)
+class FollowingError:
+    """Setpoint less position while a plan was driven; NaN where a position did not come.
+
+    cycle : (M,) cycle of the plan, from 0
+    error : (M, n) rad or m
+    """
+
+    cycle: NDArray[np.int64]
+    error: NDArray[np.float64]
+
+    def rms(self) -> NDArray[np.float64]:
+        """(n,) rad or m."""
+        return np.sqrt(np.nanmean(self.error**2, axis=0))
+
+    def peak(self) -> NDArray[np.float64]:
+        """(n,) rad or m, magnitude."""
+        return np.nanmax(np.abs(self.error), axis=0)
+
+
+def following_error(recording: Path, counts: NDArray[np.int32]) -> FollowingError:
+    """Of a recording (HDF5), while its setpoints were the plan's: (L, n) `counts`, a row for each cycle.
+
+    A setpoint takes effect at one SYNC and is reached at the next, so the position at a SYNC is held against the setpoint of
+    the one before.
+    """
+    with h5py.File(recording, "r") as file:
+        cycle = np.asarray(file[CYCLE], np.int64)
+        position = file[POSITION]
+        assert isinstance(position, h5py.Dataset)
+        matrix = np.asarray(position.attrs[MATRIX])
+        encoder, setpoint = np.asarray(position, float), np.asarray(file[SETPOINT], float)
+        came = (np.asarray(file[VALID]) & POSITION_CAME) != 0
+    encoder[~came] = np.nan
+    follows = np.flatnonzero(np.diff(cycle) == 1)
+    # both are counts of one encoder, whose zero drops out
+    error = (setpoint[follows] - encoder[follows + 1]) @ matrix.T
+    place = cycle[follows] - cycle[0]
+    kept = np.zeros(len(place), bool)
+    inside = place < len(counts)
+    kept[inside] = (setpoint[follows[inside]] == counts[place[inside]]).all(axis=1)
+    return FollowingError(place[kept], error[kept])

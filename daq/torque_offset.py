@@ -1,0 +1,81 @@
+"""Torques that are sent ahead of a motion, as the drives take them: object 0x60B2 beside the target, at every SYNC."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daq.rig import Rig
+from identify.recording.errors import InputError
+
+RAMP = 0.5
+"""s in which the torque is faded in where a plan begins, and out where it ends"""
+
+
+@dataclass(frozen=True)
+class TorqueOffset:
+    """What is sent in each cycle of a plan.
+
+    counts  : (L, n) int16, per mille of the rated torque
+    largest : (n,) A, magnitude
+    bounded : (n,) part of the cycles in which the share of the current limit was less than the torque asked for
+    """
+
+    counts: NDArray[np.int16]
+    largest: NDArray[np.float64]
+    bounded: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SentAhead:
+    """What a session sends beside its setpoints, and how closely the axes must follow meanwhile.
+
+    counts         : (L, n) int16, per mille of the rated torque, a row for each cycle of the plan
+    follows_within : (n,) rad or m: the motion is stopped where a position is further than this from the setpoint of the SYNC
+                     before, at which the axis should have arrived
+    """
+
+    counts: NDArray[np.int16]
+    follows_within: NDArray[np.float64]
+
+
+def torque_offset(rig: Rig, torque: NDArray[np.float64], share: float) -> TorqueOffset:
+    """Joint torques (L, n), N m or N, as torque offsets: bounded, faded in and out, in the drives' unit.
+
+    share : of each axis's current limit, 0 to 1
+
+    Raises InputError: the rig file does not say what a drive's rated torque is.
+    """
+    if not 0.0 < share <= 1.0:
+        raise InputError(f"--share {share:g}: a part of the current limit, above 0 and at most 1, is wanted")
+    current = np.linalg.solve(rig.drive_gain, torque.T).T
+    limit = share * np.array([axis.limits.current for axis in rig.axes])
+    within = np.clip(current, -limit, limit)
+    cycles = np.arange(len(torque))
+    fade = np.clip(np.minimum(cycles, cycles[::-1]) * rig.cycle / RAMP, 0.0, 1.0)
+    sent = within * fade[:, None]
+    counts = np.rint(sent * _per_mille(rig))
+    most = np.iinfo(np.int16).max
+    if np.abs(counts).max(initial=0.0) > most:
+        raise InputError(
+            f"rig {rig.name}: the torque asked for is more than 0x60B2 holds; look at the rated torque"
+        )
+    return TorqueOffset(
+        counts.astype(np.int16), np.abs(sent).max(axis=0), np.mean(np.abs(current) > limit, axis=0)
+    )
+
+
+def _per_mille(rig: Rig) -> NDArray[np.float64]:
+    """(n,) per mille of the rated torque for each A of command."""
+    found: list[float] = []
+    for axis, profile in zip(rig.axes, rig.profiles, strict=True):
+        if axis.rated_torque is not None:
+            of_one = axis.torque_constant / axis.rated_torque
+        elif axis.rated_current is not None:
+            of_one = 1.0 / axis.rated_current
+        else:
+            raise InputError(
+                f"rig {rig.name}: axis {axis.joint}: rated_torque or rated_current is wanted, for 0x60B2 is in per mille of it"
+            )
+        found.append(1000.0 * of_one * profile.current_reference.sign)
+    return np.array(found)

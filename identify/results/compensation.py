@@ -1,0 +1,64 @@
+"""A plan driven without and with the model's torque sent ahead: the document of `coulomb compensate --json`."""
+
+from typing import Literal
+
+from pydantic import Field
+
+from identify.results.document import Document, Figure, Part
+
+
+class FollowingPart(Part):
+    """Following errors in a part of the motion, root mean squares."""
+
+    where: str = Field(description="in words", examples=["below 10 % of the top speed"])
+    samples: int = Field(description="cycles in both drives of the plan", examples=[812])
+    rms_without: Figure = Field(description="rad or m, without torque sent ahead", examples=[7.6e-5])
+    rms_with: Figure = Field(description="rad or m, with it", examples=[1.9e-5])
+
+
+class JointFollowing(Part):
+    """Following errors of one joint, over the cycles that both drives of the plan have."""
+
+    joint: str = Field(description="name of the joint", examples=["j3"])
+    unit: Literal["rad", "m"] = Field(description="of the errors", examples=["rad"])
+    rms_without: Figure = Field(description="root mean square without torque sent ahead", examples=[7.6e-5])
+    rms_with: Figure = Field(description="with it", examples=[1.9e-5])
+    peak_without: Figure = Field(description="magnitude, without", examples=[2.9e-4])
+    peak_with: Figure = Field(description="magnitude, with it", examples=[1.7e-4])
+    largest_offset: Figure = Field(description="A, magnitude of what was sent", examples=[10.5])
+    bounded: Figure = Field(
+        description="part of the plan in which the share of the current limit was less than the model asked for",
+        examples=[0.0],
+    )
+    speeds: tuple[FollowingPart, ...] = Field(description="by speed")
+    quadrants: tuple[FollowingPart, ...] = Field(description="driving and driven by its load")
+
+
+class CompensationDocument(Document):
+    """The document of `coulomb compensate --json`: does the model make this machine follow better?"""
+
+    MADE_BY = "coulomb compensate --json"
+
+    experiment: str = Field(description="the model's", examples=["rx130l-joint3"])
+    rig: str = Field(description="name of the rig", examples=["rx130l-joint3-simulated"])
+    payload: str = Field(description="what was carried", examples=["disk-3.5"])
+    model: str = Field(description="as it was asked for", examples=["load-velocity"])
+    part: Literal["whole", "friction"] = Field(description="what of the model was sent ahead")
+    share: float = Field(description="of the current limit, the bound of what is sent", examples=[0.5])
+    recording_without: str = Field(
+        description="recording without torque sent ahead", examples=["session-00.h5"]
+    )
+    recording_with: str | None = Field(
+        description="recording with it; null where nothing was recorded", examples=["session-01.h5"]
+    )
+    completed: bool = Field(description="whether the plan was driven to its end with torque sent ahead")
+    reason: str = Field(description="why the second drive of the plan ended")
+    following_limits: tuple[float, ...] = Field(
+        description="rad or m by joint: following error at which the second drive of the plan was to be stopped",
+        examples=[[0.003]],
+    )
+    joints: tuple[JointFollowing, ...] = Field(
+        description="of each joint; none where nothing can be compared"
+    )
+    folder: str = Field(description="where recordings, this document and the picture are")
+    remarks: tuple[str, ...] = Field(description="what the reader must know")

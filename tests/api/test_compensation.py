@@ -1,0 +1,175 @@
+"""The proof on the drive: a model's torque sent ahead over the (virtual) bus makes the simulated RX130L follow better; what could
+do harm is refused before, or stopped."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from api.compensation import following_limits, torque_ahead
+from api.compensation_run import DOCUMENT, PICTURE, CompensationRun
+from daq.excitation.standard_plan import standard_plan
+from daq.following_error import FollowingError
+from daq.rig import Rig
+from daq.session_events import SessionState
+from daq.session_workflow import PayloadSession
+from daq.torque_offset import RAMP, torque_offset
+from identify.identification import identify
+from identify.recording import InputError, load_experiment
+from identify.results.compensation import CompensationDocument
+
+RIG = "rx130l-joint3-simulated"
+PAYLOAD = "disk-3.5"
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return Rig.load(RIG)
+
+
+@pytest.fixture(scope="module")
+def plan(rig):
+    """Shorter than what is identified from."""
+    return standard_plan(rig, 18.1)
+
+
+def drive(session):
+    with session:
+        assert session.check().ok
+        session.confirm_payload(session.payload.mass)
+        session.arm()
+        session.start()
+        return session.wait(200.0)
+
+
+@pytest.fixture(scope="module")
+def experiment(rig, tmp_path_factory):
+    """Two payload sessions of the same machine."""
+    folder = tmp_path_factory.mktemp("proof") / "rx130l"
+    motion = standard_plan(rig, 25.0)
+    for name in ("none", "disk-7"):
+        assert drive(PayloadSession(rig, folder, motion, rig.payload(name), "operator")) is SessionState.DONE
+    return folder
+
+
+@pytest.fixture(scope="module")
+def result(experiment):
+    return identify(load_experiment(experiment), "load-velocity")
+
+
+def proof(rig, experiment, plan, ahead):
+    """Both drives of the plan, and what is stored of them."""
+    run = CompensationRun(rig, experiment, plan, rig.payload(PAYLOAD), "operator", ahead, seed=3)
+    assert drive(run.without()) is SessionState.DONE
+    state = drive(run.with_torque())
+    return state, run, run.document("rx130l", "load-velocity", "whole", 0.6)
+
+
+def test_the_model_halves_the_following_error_and_the_usual_one_does_less(rig, experiment, plan, result):
+    payload = rig.payload(PAYLOAD)
+    state, run, found = proof(rig, experiment, plan, torque_ahead(result, rig, plan, payload, "whole", 0.6))
+    assert state is SessionState.DONE
+    (joint,) = found.joints
+    assert joint.rms_with < 0.5 * joint.rms_without
+    assert joint.peak_with < joint.peak_without
+    assert joint.bounded == 0.0
+    assert {own.where for own in joint.quadrants} == {"driving its load", "driven by its load"}
+    assert all(own.rms_with < own.rms_without for own in (*joint.speeds, *joint.quadrants))
+    assert CompensationDocument.model_validate_json((run.folder / DOCUMENT).read_text()) == found
+    assert b"<svg" in (run.folder / PICTURE).read_bytes()
+    # the pair stands with the experiment, and is no session that the model is fitted to
+    assert run.folder.parent.parent == experiment
+    assert [entry.role for entry in load_experiment(run.folder).sessions] == ["validation"] * 2
+    assert len(load_experiment(experiment).sessions) == 2
+    usual = identify(load_experiment(experiment), "usual")
+    _, _, less = proof(rig, experiment, plan, torque_ahead(usual, rig, plan, payload, "whole", 0.6))
+    assert joint.rms_with < less.joints[0].rms_with < less.joints[0].rms_without
+
+
+def test_a_wrong_model_is_stopped_before_it_does_harm(rig, experiment, plan, result):
+    """Friction and gravity with the wrong sign: the error may double, and no more, before the axis is brought to rest."""
+    ahead = torque_ahead(result, rig, plan, rig.payload(PAYLOAD), "whole", 0.6)
+    wrong = replace(ahead, offset=torque_offset(rig, -2.0 * ahead.torque.whole, 0.6))
+    state, run, found = proof(rig, experiment, plan, wrong)
+    assert state is SessionState.FAULTED
+    assert not found.completed
+    assert "following error" in found.reason
+    (joint,) = found.joints
+    assert joint.peak_with < 3.0 * joint.peak_without + 1e-4
+    assert joint.peak_with < 0.1 * rig.axes[0].limits.following_error
+    # what was sent is gone: the same plan without it runs as it did
+    assert drive(run.without()) is SessionState.DONE
+
+
+def test_what_is_sent_is_bounded_faded_and_in_the_drive_s_unit(rig):
+    torque = np.full((2000, 1), 200.0)
+    sent = torque_offset(rig, torque, 0.5)
+    per_mille = 200.0 / (95.0 * 0.37) * 0.37 / 2.22 * 1000.0
+    assert sent.counts[1000, 0] == round(per_mille)
+    assert sent.counts[0, 0] == sent.counts[-1, 0] == 0
+    fading = int(RAMP / rig.cycle)
+    assert np.all(np.diff(sent.counts[:fading, 0]) >= 0)
+    assert sent.bounded[0] == 0.0
+    bounded = torque_offset(rig, torque, 0.1)
+    assert bounded.largest[0] == pytest.approx(0.1 * 18.0)
+    assert bounded.bounded[0] == 1.0
+    for share in (0.0, 1.5, float("nan")):
+        with pytest.raises(InputError, match="--share"):
+            torque_offset(rig, torque, share)
+
+
+def test_a_second_drive_may_double_the_error_of_the_first_and_never_pass_the_rig_s_limit(rig):
+    (limit,) = following_limits(rig, FollowingError(np.arange(10), np.full((10, 1), 3e-4)))
+    assert 6e-4 < limit < 7e-4
+    large = FollowingError(np.arange(10), np.full((10, 1), 0.2))
+    assert following_limits(rig, large)[0] == rig.axes[0].limits.following_error
+
+
+def test_models_that_may_not_be_sent_are_refused_before_anything_moves(rig, plan, result, experiment):
+    payload = rig.payload(PAYLOAD)
+    heavier = payload.model_copy(update={"mass": 40.0})
+    with pytest.raises(InputError, match="load"):
+        torque_ahead(result, rig, plan, heavier, "whole", 0.6)
+    scaled = rig.axes[0].model_copy(update={"torque_constant": 0.5})
+    with pytest.raises(InputError, match="drive gains"):
+        torque_ahead(result, rig.model_copy(update={"axes": (scaled,)}), plan, payload, "whole", 0.6)
+    other = Rig.load("tx40-simulated")
+    with pytest.raises(InputError, match="joints are"):
+        torque_ahead(result, other, plan, payload, "whole", 0.6)
+
+
+def test_friction_that_drives_is_refused(rig, plan, experiment):
+    """A record whose commands have the sign of their friction turned round."""
+    loaded = load_experiment(experiment)
+    usual = identify(loaded, "usual")
+    fit = usual.fitted.fit
+    chi = fit.chi.copy()
+    for slot, columns in zip(usual.fitted.slots, usual.fitted.observation.slot_columns, strict=True):
+        if slot.term.effect.name in ("viscous", "coulomb"):
+            chi[columns] *= -1.0
+    turned = replace(usual, fitted=replace(usual.fitted, fit=replace(fit, chi=chi)))
+    with pytest.raises(InputError, match="would drive"):
+        torque_ahead(turned, rig, plan, rig.payload(PAYLOAD), "whole", 0.6)
+
+
+def test_the_command_drives_twice_and_says_what_came_of_it(experiment):
+    command = [sys.executable, "-m", "api", "compensate", RIG, "--experiment", str(experiment)]
+    done = subprocess.run(
+        [*command, "--payload", PAYLOAD, "--seconds", "18.1", "--part", "friction", "--yes", "--json"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    found = CompensationDocument.model_validate(json.loads(done.stdout))
+    assert found.part == "friction"
+    assert found.joints[0].rms_with < found.joints[0].rms_without
+    unknown = subprocess.run(
+        [*command, "--payload", "nothing", "--yes"], capture_output=True, text=True, check=False
+    )
+    assert unknown.returncode == 2
+    assert unknown.stderr.count("\n") == 1
