@@ -31,7 +31,7 @@ def import_(
         list[Path],
         typer.Argument(
             metavar="FILE...",
-            help="Table in text (CSV of any dialect, plain or gzip) or MAT file; each is a session.",
+            help="Table in text (CSV of any dialect, plain or gzip), MAT, Parquet, MDF or a recording of ROS; each is a session.",
         ),
     ],
     out: Annotated[Path | None, typer.Option(help="Folder of the experiment to make.")] = None,

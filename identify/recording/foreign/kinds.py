@@ -6,6 +6,7 @@ from pathlib import Path
 
 from identify.recording.errors import InputError
 from identify.recording.foreign.csv_dialect import CsvOptions
+from identify.recording.foreign.mdf import is_mdf, read_mdf
 from identify.recording.foreign.rosbag import is_rosbag, read_rosbag
 from identify.recording.foreign.table import ForeignTable
 
@@ -14,7 +15,7 @@ HDF5 = b"\x89HDF"
 
 
 def read_foreign(path: Path, options: CsvOptions | None = None) -> ForeignTable:
-    """Read a table in text of any dialect (plain or gzip), a MAT file of any version, Parquet, or a recording of ROS.
+    """Read a table in text of any dialect (plain or gzip), a MAT file of any version, Parquet, MDF, or a recording of ROS.
 
     Raises InputError: the file cannot be read or holds no column of numbers; names what would help.
     """
@@ -29,6 +30,8 @@ def read_foreign(path: Path, options: CsvOptions | None = None) -> ForeignTable:
             return read_rosbag(path)
         if path.is_dir():
             raise InputError(f"{path}: is a folder; give a file")
+        if is_mdf(start):
+            return read_mdf(path)
         if start.startswith(b"PAR1"):
             from identify.recording.foreign.parquet import read_parquet
 
