@@ -1,6 +1,8 @@
 import pytest
 from pydantic import ValidationError
 
+from drivers.cia402 import Mode, State
+from drivers.drive import Drive
 from drivers.errors import DriverError
 from drivers.object_dictionary import ObjectDictionaryError, load_object_dictionary
 from drivers.profile import GENERIC, DriveProfile, ProfileError, load_profile, profile_names
@@ -15,6 +17,23 @@ def test_every_profile_that_comes_with_the_software_says_where_its_objects_are_f
         assert reference is None or reference.source
     dictionary = load_object_dictionary(profile.object_dictionary, 5)
     assert dictionary[0x1000].default == 0x00020192
+
+
+def test_a_profile_of_standard_objects_is_mapped_enabled_and_scaled_on_a_simulated_drive(open_bench, axis):
+    bench = open_bench(axis(rated_torque=2.5))
+    drive = Drive(bench.network, 5, load_profile("zeroerr-erob"))
+    drive.produce_heartbeat(0.05)
+    stream = drive.map_stream(Mode.CYCLIC_SYNCHRONOUS_POSITION)
+    assert [(entry.name, entry.index) for pdo in stream.transmit for entry in pdo.entries] == [
+        ("position", 0x6064),
+        ("command", 0x6074),
+        ("statusword", 0x6041),
+    ]
+    assert drive.command_scale() == pytest.approx(2.5e-3)
+    drive.set_nmt_state("OPERATIONAL")
+    drive.set_mode(Mode.CYCLIC_SYNCHRONOUS_POSITION)
+    drive.enable()
+    assert drive.state() is State.OPERATION_ENABLED
 
 
 def test_the_generic_profile_is_torque_demand_in_per_mille_of_rated_torque():
