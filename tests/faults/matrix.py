@@ -24,6 +24,7 @@ class Fault:
 
     parts : fault commands of object 0x2010 and their values, which begin together
     goes_on : whether a motion may go on with it
+    harmless_before : whether it may where it happened before the session was armed
     mischief : what happens beside, or instead: to a process or a clock
     changes : of the rig's settings, for the fault to be seen in simulated time
     judged : whether the way and the time to rest are; not where the wall clock decides, of which simulated time knows nothing
@@ -32,6 +33,7 @@ class Fault:
     name: str
     parts: tuple[tuple[str, int], ...] = ()
     goes_on: bool = False
+    harmless_before: bool = False
     kind: str = "bus"
     mischief: Mischief | None = None
     changes: tuple[tuple[str, Any], ...] = ()
@@ -130,7 +132,8 @@ class Cell:
         if outcome.trace.fault_at is None:
             return found
         done = outcome.reason.cause is StopCause.PLAN_DONE
-        if done and not self.fault.goes_on:
+        early = self.fault.harmless_before and self.phase in ("before", "checked")
+        if done and not self.fault.goes_on and not early:
             found.append("the plan went on")
         if self.fault.judged and not done and not alarmed and not self.fault.goes_on:
             if outcome.powered_for > LONGEST:
