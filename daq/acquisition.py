@@ -163,6 +163,8 @@ class Acquisition:
             return StopReason(StopCause.BUS, check.problems), {}
         ahead = self.order.ahead
         streams = drives.configure(torque_offset=ahead is not None)
+        for axis, drive in zip(self.rig.axes, drives.drives, strict=True):
+            remarks += [f"joint {axis.joint} (node {axis.node}): {said}" for said in drive.set_up_remarks]
         receiver = open_receiver(self.rig, streams)
         closing.callback(receiver.close)
         within = None if ahead is None else ahead.follows_within

@@ -16,6 +16,7 @@ from daq.bus_load import bit_rate, bus_load
 from daq.power_off import AxisPower, PowerCut, PowerReport, read_power
 from daq.rig import Axis, Rig
 from daq.safety import StopCause, StopReason
+from daq.stopping_watch import expected_deceleration
 from drivers.bus import open_bus, pass_ids
 from drivers.bus_claim import BusClaim
 from drivers.canopen_network import CanopenNetwork
@@ -226,9 +227,32 @@ class RigDrives:
                     + ("" if ok else f"; the rig file says {believed:g}: one of them is wrong"),
                 )
             )
+        items += [(True, sentence) for sentence in self._braking(axis, drive)]
         if axis.homing == "drive":
             items.append(self._homed(drive))
         return items
+
+    def _braking(self, axis: Axis, drive: Drive) -> list[str]:
+        """What is to be said about the drive's quick stop beside what a stop must show (`daq.stopping_watch`)."""
+        index = self.rig.axes.index(axis)
+        stated, expected = axis.limits.quick_stop_deceleration, expected_deceleration(axis.limits)
+        unit = "m" if self.rig.robot.joints[index].type == "prismatic" else "rad"
+        counts = drive.quick_stop_deceleration()
+        must = f"a stop must brake with {expected:.3g} {unit}/s², else power is cut"
+        if counts is None:
+            if stated is not None:
+                return []
+            return [
+                f"limits.quick_stop_deceleration is not stated, and the drive does not tell it (0x6085): {must}; state what "
+                "it does"
+            ]
+        braking = counts * float(np.abs(self.rig.position_matrix[:, index]).max())
+        if braking >= expected:
+            return []
+        return [
+            f"its quick stop (0x6085) is {counts}, {braking:.3g} {unit}/s² if that is in counts: weaker than expected, for "
+            f"{must}; state what it does as limits.quick_stop_deceleration"
+        ]
 
     def state_before_writing(self, drive: Drive) -> State:
         """What the drive says of itself. Only one in NMT STOPPED, where it cannot answer, is made able to first."""

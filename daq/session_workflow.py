@@ -139,7 +139,8 @@ class PayloadSession:
         self._progress = Progress(0, len(self._counts), 0.0)
         self._ring = f"{rig.name[:24]}-{secrets.token_hex(6)}"
         self._clock_source = ""
-        self._remarks: tuple[str, ...] = ()
+        self.remarks: tuple[str, ...] = ()
+        """what is to be known of this computer and of the drives' set-up, once the rig was checked"""
         self._changed = threading.Condition()
         self._sending = threading.Lock()
         self._closing = threading.Event()
@@ -261,7 +262,7 @@ class PayloadSession:
                 clock_source=self._clock_source,
                 role=self.role,
                 weighed_mass=self.weighed_mass,
-                remarks=self._remarks,
+                remarks=self.remarks,
             )
             # Attached while the writer lives: what the recorder, should it die, has not written is then still ours to save.
             self._rows = RingReader(f"{self._ring}-rows")
@@ -431,7 +432,7 @@ class PayloadSession:
         match told.what:
             case "checked":
                 assert told.check is not None
-                self._remarks, self._clock_source = told.remarks, told.clock_source
+                self.remarks, self._clock_source = told.remarks, told.clock_source
                 if told.check.ok:
                     self._enter(SessionState.CHECKED, "; ".join(["the rig is ready", *told.remarks]))
                 with self._changed:

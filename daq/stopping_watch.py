@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.rig import Rig
+from daq.rig import Limits, Rig
 from daq.samples import COMMAND_CAME, POSITION_CAME
 from drivers.cia402 import State
 
@@ -31,6 +31,11 @@ _LASTING = 3
 """rows: one wrong sample is no motion"""
 
 
+def expected_deceleration(limits: Limits) -> float:
+    """rad/s² or m/s² with which an axis must brake once it was told to stop."""
+    return limits.quick_stop_deceleration or RAMP_SHARE * limits.acceleration
+
+
 class StoppingWatch:
     """Keeps the newest positions of every axis; judges them once it was told that the axes should stop."""
 
@@ -44,8 +49,7 @@ class StoppingWatch:
         acceleration = np.array([limit.acceleration for limit in limits])
         self._window = max(2, round(rig.supervision.window / rig.cycle))
         self._reaction = REACTION + 3 * rig.cycle
-        stated = [limit.quick_stop_deceleration or RAMP_SHARE * limit.acceleration for limit in limits]
-        self._ramp = np.array(stated)
+        self._ramp = np.array([expected_deceleration(limit) for limit in limits])
         # The speed lags by half a window, and an axis may have gone on accelerating until the drive took the command.
         span = self._window * rig.cycle
         self._rise = acceleration * rig.supervision.acceleration_margin * (span + 2 * rig.cycle)

@@ -11,7 +11,7 @@ from drivers import cia402
 from drivers.canopen_network import CanopenNetwork, nmt_state_in_words
 from drivers.cia402 import Command, Mode
 from drivers.emergency import Emergency
-from drivers.errors import DriveError
+from drivers.errors import DriveError, DriverError
 from drivers.fixed_mapping import stream_of_fixed_mapping
 from drivers.object_dictionary import dictionary_to_drive_by
 from drivers.process_data import (
@@ -120,6 +120,13 @@ class Drive(StateMachine):
     def emergencies(self) -> tuple[Emergency, ...]:
         """EMCY objects received so far, oldest first."""
         return tuple(self.watch.emergencies)
+
+    def quick_stop_deceleration(self) -> int | None:
+        """Quick stop deceleration, object 0x6085, in the drive's own unit: counts/s² with most; None where it is not told."""
+        try:
+            return self.sdo.read(0x6085, 0, "uint32", "reading the quick stop deceleration")
+        except DriverError:
+            return None
 
     def position(self) -> int:
         """Actual position in counts, read now by SDO."""

@@ -99,6 +99,8 @@ def conduct(console: Any, session: "PayloadSession", weigh: Callable[[], float],
             for item in check.items:
                 mark = "[green]ok[/]" if item.ok else "[red]no[/]"
                 console.print(f"{mark} {item.what}: {item.words}", highlight=False)
+            for remark in session.remarks:
+                console.print(f"[yellow]note[/] {remark}", highlight=False)
             if not check.ok:
                 raise typer.Exit(1)
             session.confirm_payload(weigh())

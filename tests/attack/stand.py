@@ -8,6 +8,7 @@ import contextlib
 import os
 import signal
 import socket
+import ssl
 import subprocess
 import sys
 import threading
@@ -100,7 +101,7 @@ class Stand:
     data: Path
     process: "subprocess.Popen[bytes]"
     tokens: dict[str, str]
-    verify: str | bool = True
+    verify: "ssl.SSLContext | bool" = True
     browsers: list[httpx.Client] = field(default_factory=list)
 
     def client(self, name: str | None = None, timeout: float = PATIENCE) -> httpx.Client:
@@ -201,7 +202,9 @@ def running_service(
     process = subprocess.Popen(
         [sys.executable, "-m", "tests.attack.serve", str(data), str(port), str(descriptors), *extra], cwd=ROOT
     )
-    scheme, verify = ("http", True) if tls is None else ("https", str(tls[0]))
+    scheme, verify = "http", True
+    if tls is not None:
+        scheme, verify = "https", ssl.create_default_context(cafile=tls[0])
     stand = Stand(f"{scheme}://localhost:{port}", data, process, tokens, verify)
     try:
         wait_until(lambda: _answers(stand))

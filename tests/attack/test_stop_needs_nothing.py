@@ -8,6 +8,7 @@ import os
 import signal
 import socket
 import sqlite3
+import ssl
 import subprocess
 import sys
 import threading
@@ -20,7 +21,7 @@ import httpx
 import pytest
 from websockets.sync.client import connect
 
-from tests.attack.stand import ROOT, Axis, Stand, comes_to_rest, wait_until
+from tests.attack.stand import ROOT, Axis, Stand, comes_to_rest, running_service, wait_until
 
 LONGEST = 0.6
 """s from the stop until the axis rests"""
@@ -246,3 +247,48 @@ def test_the_audit_row_of_a_stop_follows_once_the_database_takes_it(stand: Stand
                 return any(row["action"] == "POST /rigs/{rig}/stop" for row in root.get("/audit").json())
 
             wait_until(logged, 30)
+
+
+def test_under_tls_the_stop_has_a_port_of_its_own_that_a_frozen_loop_does_not_touch(tmp_path):
+    certificate, key = tmp_path / "certificate.pem", tmp_path / "key.pem"
+    names = "subjectAltName=DNS:localhost,IP:127.0.0.1"
+    request = "openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=localhost"
+    files = ["-addext", names, "-keyout", str(key), "-out", str(certificate)]
+    subprocess.run([*request.split(), *files], check=True, capture_output=True)
+    with running_service(tmp_path, tls=(certificate, key)) as stand:
+        browser = stand.browser("vera")
+        page = browser.get("/pages/rig")
+        port = int(page.headers["Stop-Port"])
+        assert f'name="stop-port" content="{port}"' in page.text
+        assert f"https://localhost:{port}" in page.headers["Content-Security-Policy"]
+        with stand.motion() as axis, loop_frozen(stand):
+            wait_until(lambda: axis.speed_at(axis.rows[-1][0]) > 0.3, 10)
+            pressed = time.monotonic()
+            # As the page asks: another origin of the same host, with the cookie and nothing else.
+            answer = httpx.post(
+                f"https://localhost:{port}/pages/stop",
+                headers={"Origin": stand.address, "Sec-Fetch-Site": "same-site"},
+                cookies=browser.cookies,
+                verify=ssl.create_default_context(cafile=certificate),
+                timeout=2,
+            )
+            assert answer.json()["stopped"] == ["bench"]
+            assert answer.headers["Access-Control-Allow-Origin"] == stand.address
+            assert _rest(axis, pressed) < LONGEST
+            # At the service's own port too, by a new connection.
+            with httpx.Client(verify=ssl.create_default_context(cafile=certificate), timeout=2) as client:
+                token = {"Authorization": f"Bearer {stand.tokens['vera']}"}
+                assert client.post(f"{stand.address}/rigs/bench/stop", headers=token).is_success
+
+
+def test_a_stranger_and_a_foreign_page_stop_nothing(stand: Stand):
+    with stand.motion() as axis:
+        with stand.client() as stranger:
+            assert stranger.post("/pages/stop").status_code == 401
+        foreign = stand.browser("vera")
+        headers = {"Origin": "http://evil.example", "Sec-Fetch-Site": "cross-site"}
+        assert foreign.post("/pages/stop", headers=headers).status_code == 403
+        assert axis.speed_at(axis.rows[-1][0]) > 0.1
+        with stand.client("vera") as vera:
+            assert vera.post("/rigs/bench/stop").json() == {"stopped": True}
+        comes_to_rest(axis)

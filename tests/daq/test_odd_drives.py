@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from daq.rig import Rig
+from daq.rig_drives import RigDrives
 from daq.session_events import SessionState, StepOutOfTurn
 from daq.session_workflow import PayloadSession
+from daq.simulated_rig import simulated_rig
 from identify.recording import load_experiment
 
 
@@ -34,6 +36,8 @@ def test_an_odd_drive_runs_a_session(tmp_path, rig, short_plan, oddities, said):
         check = session.check()
         assert check.ok, check.problems
         assert said in "; ".join(item.words for item in check.items)
+        unchanged = "; ".join(session.remarks)
+        assert ("its PDO mapping cannot be changed" in unchanged) == ("fixed_pdos" in oddities)
         session.confirm_payload(0.0)
         session.arm()
         session.start()
@@ -43,6 +47,26 @@ def test_an_odd_drive_runs_a_session(tmp_path, rig, short_plan, oddities, said):
     assert len(read.time) > 8000
     assert np.ptp(read.position) > 0.1
     assert np.ptp(read.command) > 0.1
+
+
+def test_a_quick_stop_that_is_weaker_than_a_stop_must_show_is_said_before_anything_moves(rig):
+    weak = {**rig.simulated["drives"][0], "quick_stop_deceleration": 95.0}  # 1 rad/s² of the joint
+    weaker = rig.model_copy(update={"simulated": {**rig.simulated, "drives": [weak]}})
+
+    def said(of: Rig) -> str:
+        with simulated_rig(of, of.payload("none")):
+            drives = RigDrives(of)
+            try:
+                return "; ".join(item.words for item in drives.check().items)
+            finally:
+                drives.close()
+
+    assert "quick_stop_deceleration" not in said(rig)
+    assert "1 rad/s² if that is in counts: weaker than expected" in said(weaker)
+    (axis,) = weaker.axes
+    stated = axis.limits.model_copy(update={"quick_stop_deceleration": 0.9})
+    known = weaker.model_copy(update={"axes": (axis.model_copy(update={"limits": stated}),)})
+    assert "quick_stop_deceleration" not in said(known)
 
 
 def test_a_cycle_that_the_drive_cannot_be_told_is_named_with_the_one_that_it_has(tmp_path, rig, short_plan):

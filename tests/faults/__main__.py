@@ -24,12 +24,12 @@ Printed by `make faults`; not edited by hand.
 BENCH = f"""## On the bus, in processes and clocks: the axis
 
 Every cell is a whole acquisition on the virtual bus, with the plant in view: RX130L joint 3 with its brake, which closes 50 ms
-after power is off; in simulated time but for the rows *bus stands still*. A fault begins in the phase that the column names: before the
-rig is checked, after that, armed and without power (*streaming*), with power, in slow and in fast motion, while an operator's
-stop brakes. Of every cell is asked: at the end the axis has no power and rests, in truth, or a person was told to press the
-emergency stop; a fault that must stop the motion does, within {LONGEST:g} s of power and {FARTHEST:g} rad (not asked where the
-wall clock decides). A cell says what ended the motion, whether power was cut, the way of the joint since the fault and for how
-long it still had power.
+after power is off; in simulated time but for the rows *bus stands still*. A fault begins in the phase that the column names:
+before the rig is checked, after that, armed and without power (*streaming*), with power, in slow and in fast motion, while an
+operator's stop brakes. Of every cell is asked: at the end the axis has no power and rests, in truth, or a person was told to
+press the emergency stop; a fault that must stop the motion does, within {LONGEST:g} s of power and {FARTHEST:g} rad (not asked
+where the wall clock decides). A cell says what ended the motion, whether power was cut, the way of the joint since the fault
+and for how long it still had power.
 
 """
 SESSIONS = """## Files and processes of whole sessions: what was measured

@@ -3,6 +3,7 @@
 import pytest
 
 from daq.safety import StopCause
+from drivers.safety_output import SafetyOutputSettings
 from tests.faults.bench import bench_rig, is_safe, run
 
 
@@ -95,3 +96,23 @@ def test_an_axis_without_a_brake_falls_when_its_power_goes():
     assert not outcome.powered
     assert outcome.travel > 0.5
     assert "power was cut" in outcome.reason.words
+
+
+def test_a_cut_uses_the_output_that_the_rig_file_names(tmp_path):
+    """A drive that obeys nothing: the relay is what is left, and the alarm stays, for nothing can be read back."""
+    relay = tmp_path / "relay"
+    relay.write_bytes(b"")
+    rig = bench_rig(**fast(("run-away", 1_500_000), ("disobey", 1), ("deaf-to-nmt", 1)))
+    output = SafetyOutputSettings(path=str(relay), write="A00101A2")
+    outcome = run(rig.model_copy(update={"safety_output": output}))
+    assert relay.read_bytes().startswith(bytes.fromhex("A00101A2"))
+    assert "press the emergency stop" in outcome.ended_alarm
+
+
+def test_without_a_cut_the_output_is_left_alone(tmp_path):
+    relay = tmp_path / "relay"
+    relay.write_bytes(b"")
+    output = SafetyOutputSettings(path=str(relay), write="A00101A2")
+    outcome = run(bench_rig().model_copy(update={"safety_output": output}))
+    assert outcome.reason.cause is StopCause.PLAN_DONE
+    assert relay.read_bytes() == b""
