@@ -34,7 +34,7 @@ from identify.recording import Experiment
 from identify.results.diagnosis import DiagnosisDocument, NotApplicable
 from identify.results.document import Json
 from identify.results.unseen_motion import EffectOnMotion
-from identify.validation.noise_floor import noise_floors
+from identify.validation.noise_floor import NoiseFloor, noise_floors
 
 Array = NDArray[np.float64]
 
@@ -66,7 +66,7 @@ class Diagnosis:
 
     def document(self) -> DiagnosisDocument:
         """The contract's `diagnose --json`, section 3."""
-        floors = [joint.noise_floor for joint in self.joints]
+        floors = [None if (floor := joint.noise_floor) is None else floor.value for joint in self.joints]
         return DiagnosisDocument(
             experiment=self.experiment.name,
             model=self.model,
@@ -161,7 +161,13 @@ def diagnose_record(
         added = _settled(present, added)
     held = {term.key: reason for term, _ in added if (reason := made_by_recording(present, term))}
     added.sort(key=lambda row: row[0].key in held)
-    floors = noise_floors(record)
+    floors = noise_floors(
+        record,
+        {
+            entry.file: np.column_stack([parts[place].residual for parts in screening.predictions])
+            for place, entry in enumerate(present.entries)
+        },
+    )
     checked = predict_sessions(present, record.entries("validation"))
     unseen = [[parts[joint] for parts in checked] for joint in range(record.joints)]
     joints = tuple(
@@ -302,7 +308,7 @@ def _conclude(
     evidence: dict[tuple[str, int], Finding],
     forward: dict[tuple[str, int], Finding],
     last: Sequence[Finding],
-    floor: float | None,
+    floor: NoiseFloor | None,
     unseen: Sequence[Prediction],
     doubts: dict[str, tuple[str, ...]],
 ) -> JointDiagnosis:
@@ -310,7 +316,8 @@ def _conclude(
     missing = tuple(term for term in missing if term.key not in held)
     before, after = first.predictions[joint], final.predictions[joint]
     structure = tuple(leftover_structure(after))
-    outcome = verdict(mean_error(before), mean_error(bounded(after)), floor, structure, bool(missing))
+    level = None if floor is None else floor.value
+    outcome = verdict(mean_error(before), mean_error(bounded(after)), level, structure, bool(missing))
     variable, free = first.best_free_function(joint)
     failing = unseen if outcome == "adequate" and fails_on_unseen(after, unseen) else []
     outcome = "unexplained" if failing else outcome

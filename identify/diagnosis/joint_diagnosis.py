@@ -9,6 +9,7 @@ from identify.diagnosis.structure import Structure
 from identify.effects.model import Term
 from identify.results import diagnosis as documents
 from identify.results.diagnosis import Verdict, Where
+from identify.validation.noise_floor import NoiseFloor
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class JointDiagnosis:
     rivals: dict[str, tuple[str, ...]]
     structure: tuple[Structure, ...]
     where: tuple[Where, ...]
-    noise_floor: float | None
+    noise_floor: NoiseFloor | None
     superfluous: tuple[str, ...]
     probable: JointProbabilities
     cautions: dict[str, str] = field(default_factory=dict)
@@ -47,7 +48,10 @@ class JointDiagnosis:
             candidates=self._candidates(self.findings),
             evidence=self._candidates(self.evidence),
             where=self.where,
-            noise_floor=self.noise_floor,
+            noise_floor=None if self.noise_floor is None else self.noise_floor.value,
+            noise_floor_interval=None
+            if self.noise_floor is None
+            else (self.noise_floor.low, self.noise_floor.high),
             structure=tuple(
                 documents.LeftoverStructure(
                     variables=each.variables, share=each.share, deviation=each.deviation, found=each.found

@@ -124,8 +124,14 @@ class JointDiagnosis(Part):
     )
     where: tuple[Where, ...] = Field(description="where the error sits, the most striking first")
     noise_floor: Figure = Field(
-        description="relative error that noise alone would leave; null without repeated motion",
+        description="relative error that noise alone would leave, from what the model with the missing effects leaves of "
+        "repeated motion; null without repeats",
         examples=[0.031],
+    )
+    noise_floor_interval: tuple[float, float] | None = Field(
+        default=None,
+        description="of the noise floor, 95 %; null where there is none",
+        examples=[[0.029, 0.033]],
     )
     structure: tuple[LeftoverStructure, ...] = Field(description="what could still be predicted of the error")
     superfluous: tuple[str, ...] = Field(

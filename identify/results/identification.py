@@ -19,8 +19,14 @@ class JointError(Part):
     relative_error: Figure = Field(description="on the sessions of the fit", examples=[0.0733])
     relative_error_validation: Figure = Field(description="on the validation sessions", examples=[0.081])
     noise_floor: Figure = Field(
-        description="relative error that noise alone would leave, from repeated motion; null without repeats",
+        description="relative error that noise alone would leave, from what the model leaves of repeated motion; null without "
+        "repeats",
         examples=[0.031],
+    )
+    noise_floor_interval: tuple[float, float] | None = Field(
+        default=None,
+        description="of the noise floor, 95 %; null where there is none",
+        examples=[[0.029, 0.033]],
     )
 
 

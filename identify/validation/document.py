@@ -27,7 +27,14 @@ def identification_document(result: Identified) -> IdentificationDocument:
     fitted, record = result.fitted, result.fitted.record
     training = block_errors(fitted.observation, fitted.fit.chi)
     checked = None if result.validation is None else block_errors(result.validation, fitted.fit.chi)
-    floors = noise_floors(record)
+    files = [entry.file for entry in record.entries()]
+    floors = noise_floors(
+        record,
+        {
+            file: np.column_stack([result.predictions[file, joint].residual for joint in record.joint_names])
+            for file in files
+        },
+    )
     described = column_names(fitted)
     squares = session_squares(result)
     entries = [entry for entry in result.experiment.sessions if entry.file in squares]
@@ -51,7 +58,8 @@ def identification_document(result: Identified) -> IdentificationDocument:
                 joint=name,
                 relative_error=ratio(*training[:, joint].sum(0)),
                 relative_error_validation=None if checked is None else ratio(*checked[:, joint].sum(0)),
-                noise_floor=floors[joint],
+                noise_floor=None if (floor := floors[joint]) is None else floor.value,
+                noise_floor_interval=None if floor is None else (floor.low, floor.high),
             )
             for joint, name in enumerate(record.joint_names)
         ),

@@ -1,7 +1,7 @@
-"""How small the error can become: the part of the measurement that does not repeat when the motion does."""
+"""How small the error can become: the part of what a model leaves that does not repeat when the motion does."""
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,8 @@ LEAST_COVERED = 0.2
 """Part of a session that its repeated stretch must cover to speak for all of it."""
 TURNING = 3
 """samples to either side of a reversal that do not count"""
+STRETCHES = 20
+"""of the phase, whose scatter gives the interval of a floor"""
 FEWEST_PHASES = 100
 """degrees of freedom behind a joint's noise floor"""
 MOST_STEPS = 20
@@ -38,32 +40,77 @@ ENOUGH_MOTION = 0.15
 """Part of the range of motion that a repeated stretch must cover; standing still repeats trivially."""
 
 
-def noise_floors(record: Record) -> list[float | None]:
+@dataclass(frozen=True)
+class NoiseFloor:
+    """Relative norm of what does not repeat when the motion does, and the interval (95 %) that repeats leave open.
+
+    value : part of the measured torque
+    """
+
+    value: float
+    low: float
+    high: float
+
+
+def noise_floors(record: Record, residuals: Mapping[str, Array]) -> list[NoiseFloor | None]:
     """For every joint the relative norm of what does not repeat; None where no motion repeats.
 
-    Where a session, or a stretch of it, repeats its motion, the torque at the same phase of different periods
-    differs by noise only, whatever the model. With K periods the mean over periods takes away 1/K of the noise; the
-    estimate is corrected for it.
+    residuals : by file of the sessions of the fit (samples, joints), what a fitted model leaves of the torque, N m or N
+
+    Where a session, or a stretch of it, repeats its motion, what a model leaves at the same phase of different periods
+    differs by noise only: whatever the model cannot say comes again. Of the torque itself that holds only where the motion
+    comes again exactly. In closed loop it answers every disturbance, and the torques of two repeats differ by what the
+    controller made of it as well; the model takes the difference of the motions into account. With K periods the mean over
+    periods takes away 1/K of the noise; the estimate is corrected for it. It is no higher than the model's own error on
+    the same sessions, which holds the noise too.
+
+    The interval is that of the scatter between stretches of the phase, each of them independent of the others.
     """
-    residual = np.zeros(record.joints)
-    measured = np.zeros(record.joints)
-    repeats = np.zeros(record.joints, bool)
+    count = record.joints
+    noise, measured, left = np.zeros(count), np.zeros(count), np.zeros(count)
+    variance = np.zeros(count)
+    repeats = np.zeros(count, bool)
     for entry in record.entries():
         samples = record.samples[entry.file]
         stretch = repeated_stretch(samples)
         if stretch is None:
             continue
-        repeated, period = stretch
-        scatter, freedom = phase_scatter(repeated, period)
-        for joint in np.flatnonzero(freedom > FEWEST_PHASES):
+        found, period = stretch
+        residual = residuals[entry.file]
+        first = int(np.searchsorted(samples.time, found.time[0]))
+        repeated = replace(found, measured=residual[first : first + len(found.time)])
+        squares, freedom = phase_scatter(repeated, period)
+        whole = freedom.sum(0)
+        for joint in np.flatnonzero(whole > FEWEST_PHASES):
             moving = samples.moving[:, joint]
-            residual[joint] += scatter[joint] * moving.sum()
+            scatter = squares[:, joint].sum() / whole[joint]
+            stretches = len(squares)
+            apart = squares[:, joint] - scatter * freedom[:, joint]
+            deviation = np.sqrt(stretches / (stretches - 1) * float(apart @ apart)) / whole[joint]
+            noise[joint] += scatter * moving.sum()
+            variance[joint] += (deviation * moving.sum()) ** 2
             measured[joint] += np.sum(samples.measured[moving, joint] ** 2)
+            left[joint] += np.sum(residual[moving, joint] ** 2)
             repeats[joint] = True
     return [
-        float(np.sqrt(residual[joint] / measured[joint])) if repeats[joint] and measured[joint] > 0 else None
-        for joint in range(record.joints)
+        _floor(noise[joint], variance[joint], left[joint], measured[joint])
+        if repeats[joint] and measured[joint] > 0
+        else None
+        for joint in range(count)
     ]
+
+
+def _floor(noise: float, variance: float, left: float, measured: float) -> NoiseFloor:
+    """From sums of squares; the interval from Student's quantile on the logarithm, which keeps it above zero."""
+    from scipy.stats import t
+
+    spread = float(t.ppf(0.975, STRETCHES - 1)) * float(np.sqrt(variance)) / max(noise, 1e-300)
+    power = min(noise, left)
+    low, high = noise * np.exp(-spread), noise * np.exp(spread)
+    value, low, high = (
+        float(np.sqrt(each / measured)) for each in (power, min(low, power), max(high, power))
+    )
+    return NoiseFloor(value, low, high)
 
 
 def repeated_stretch(samples: Samples) -> tuple[Samples, float] | None:
@@ -156,7 +203,8 @@ def _speeds_differ(velocity: Array, period: float) -> float:
 
 
 def phase_scatter(samples: Samples, period: float) -> tuple[Array, NDArray[np.int64]]:
-    """Variance of the torque between periods at the same phase, (joints,), N² m², and degrees of freedom behind it.
+    """Squared differences of the `measured` between periods at the same phase, N² m², and degrees of freedom behind
+    them, by stretch of the phase (STRETCHES, joints).
 
     The samples lie at other phases in each period; a cubic spline reads them at the same ones. The period is
     refined to where the positions scatter least. Phases at which a joint is about to turn round in any period are left
@@ -171,7 +219,7 @@ def phase_scatter(samples: Samples, period: float) -> tuple[Array, NDArray[np.in
 
     def scatter_of_position(candidate: float) -> float:
         squares, freedom = _scatter(position, clock[-1], candidate, step)
-        return float((squares / np.maximum(freedom, 1)).sum())
+        return float((squares.sum(0) / np.maximum(freedom.sum(0), 1)).sum())
 
     bounds = (period - step, period + step)
     # SciPy's stubs know the result only as a dictionary
@@ -182,8 +230,7 @@ def phase_scatter(samples: Samples, period: float) -> tuple[Array, NDArray[np.in
     def is_steady(times: Array) -> NDArray[np.bool_]:
         return steady[np.clip(np.round(times / step).astype(int), 0, len(steady) - 1)]
 
-    squares, freedom = _scatter(CubicSpline(clock, samples.measured), clock[-1], period, step, is_steady)
-    return squares / np.maximum(freedom, 1), freedom
+    return _scatter(CubicSpline(clock, samples.measured), clock[-1], period, step, is_steady)
 
 
 def _steady(samples: Samples) -> NDArray[np.bool_]:
@@ -205,22 +252,26 @@ def _scatter(
     step: float,
     counted: Callable[[Array], NDArray[np.bool_]] | None = None,
 ) -> tuple[Array, NDArray[np.int64]]:
-    """Squared differences between periods at the same phase of a (samples, joints) course, and degrees of freedom.
+    """Squared differences between periods at the same phase of a (samples, joints) course, and degrees of freedom, by
+    stretch of the phase (STRETCHES, joints).
 
     counted : whether a joint's value at a time counts; a phase does where it counts in every period
     """
     phases = np.arange(0.0, period - 0.5 * step, step)
-    squares: Array | float = 0.0
-    freedom: NDArray[np.int64] | int = 0
+    joints = course(phases[:1]).shape[1]
+    squares = np.zeros((STRETCHES, joints))
+    freedom = np.zeros((STRETCHES, joints), np.int64)
+    stretch = np.arange(len(phases)) * STRETCHES // max(1, len(phases))
     whole = int(duration / period)
     rest = phases[phases + whole * period <= duration]
-    for part, repeats in ((phases[: len(rest)], whole + 1), (phases[len(rest) :], whole)):
+    for own, repeats in ((slice(0, len(rest)), whole + 1), (slice(len(rest), None), whole)):
+        part = phases[own]
         if repeats >= FEWEST_REPEATS and len(part):
             times = [part + index * period for index in range(repeats)]
             stack = np.array([course(each) for each in times])
             valid = np.ones(stack.shape[1:], bool)
             if counted is not None:
                 valid = np.logical_and.reduce([counted(each) for each in times])
-            squares = squares + np.sum((stack - stack.mean(0)) ** 2 * valid, axis=(0, 1))
-            freedom = freedom + (repeats - 1) * valid.sum(0)
-    return np.asarray(squares), np.asarray(freedom)
+            np.add.at(squares, stretch[own], np.sum((stack - stack.mean(0)) ** 2 * valid, axis=0))
+            np.add.at(freedom, stretch[own], (repeats - 1) * valid)
+    return squares, freedom

@@ -51,6 +51,8 @@ class LoopArm:
     seed: int = 0
     duration: float = 40.0
     motion: str = "fourier"
+    period: float | None = None
+    """s after which what is asked for comes again; None where it does not"""
 
 
 def draw_arm(random: np.random.Generator, **fixed: object) -> LoopArm:
@@ -77,6 +79,14 @@ def draw_arm(random: np.random.Generator, **fixed: object) -> LoopArm:
 def reference(arm: LoopArm, random: np.random.Generator, time: Array) -> tuple[Array, Array, Array]:
     """Position, velocity and acceleration asked for, rad."""
     q, dq, ddq = np.zeros_like(time), np.zeros_like(time), np.zeros_like(time)
+    if arm.period is not None:
+        for harmonic in range(1, 7):
+            pulse = 2 * np.pi * harmonic / arm.period
+            size, phase = random.uniform(0.1, 0.5) / harmonic, random.uniform(0, 2 * np.pi)
+            q += size * np.sin(pulse * time + phase)
+            dq += size * pulse * np.cos(pulse * time + phase)
+            ddq -= size * pulse**2 * np.sin(pulse * time + phase)
+        return q, dq, ddq
     if arm.motion == "fourier":
         for harmonic in range(1, 7):
             pulse = 2 * np.pi * 0.1 * harmonic * random.uniform(0.9, 1.1)
@@ -99,8 +109,13 @@ def reference(arm: LoopArm, random: np.random.Generator, time: Array) -> tuple[A
     return q, dq, ddq
 
 
-def simulate(arms: list[LoopArm]) -> list[list[tuple[Array, Array, Array]]]:
-    """Time, recorded position and recorded command of every session of every arm; all arms of one duration."""
+def simulate(
+    arms: list[LoopArm], disturbances: list[Array] | None = None
+) -> list[list[tuple[Array, Array, Array]]]:
+    """Time, recorded position and recorded command of every session of every arm; all arms of one duration.
+
+    disturbances : is given that of every session, one arm after the other, N m
+    """
     runs = [(arm, index, mass) for arm in arms for index, mass in enumerate(arm.payloads)]
     time = np.arange(round(arms[0].duration / STEP)) * STEP
     made = [reference(arm, np.random.default_rng([arm.seed, index]), time) for arm, index, _ in runs]
@@ -128,6 +143,7 @@ def simulate(arms: list[LoopArm]) -> list[list[tuple[Array, Array, Array]]]:
     held = np.zeros(len(runs))
     feed = np.where(kind == "cascade", 0.0, 1.0)
     positions, torques = np.empty((len(runs), len(time))), np.empty((len(runs), len(time)))
+    pushed = np.empty((len(runs), len(time)))
     viscous, coulomb, stiction = of("viscous"), of("coulomb"), of("stiction")
     for index in range(len(time)):
         disturbance = keep * disturbance + np.sqrt(1 - keep**2) * loudness * noise[:, index]
@@ -135,13 +151,15 @@ def simulate(arms: list[LoopArm]) -> list[list[tuple[Array, Array, Array]]]:
         held += off * STEP
         ahead = feed * own * asked[:, 2, index] + damped * (asked[:, 1, index] - dq)
         torque = ahead + stiff * off + integral * held  # the amplifier follows within the period
-        positions[:, index], torques[:, index] = q, torque
+        positions[:, index], torques[:, index], pushed[:, index] = q, torque, disturbance
         for _ in range(2):
             slide = coulomb + stiction * np.exp(-np.abs(dq) / 0.05)
             friction = viscous * dq + slide * np.tanh(dq / 2e-3)
             ddq = (torque + disturbance - moment * np.cos(q) - friction) / inertia
             dq = dq + 0.5 * STEP * ddq
             q = q + 0.5 * STEP * dq
+    if disturbances is not None:
+        disturbances.extend(pushed)
     found: list[list[tuple[Array, Array, Array]]] = [[] for _ in arms]
     place = {id(arm): number for number, arm in enumerate(arms)}
     for row, (arm, *_) in enumerate(runs):

@@ -1,8 +1,11 @@
 """The noise floor against what the plant's noise is: on a joint that has nothing but the usual model, the fit's error."""
 
+import numpy as np
 import pytest
+from scipy.signal import butter, sosfiltfilt
 
 from identify import identify, load_experiment
+from tests.plants.closed_loop import STEP, draw_arm, simulate, write_arm
 from tests.plants.single_joint import record, write_experiment
 
 
@@ -33,3 +36,62 @@ def test_slow_ways_there_and_back_are_no_repeats(tmp_path, seed):
     found = identified(tmp_path / "joint", {}, seed=seed, rate=250.0, repeats=1, pace=0.8)
     floor = found.joints[0].noise_floor
     assert floor is None or floor == pytest.approx(found.relative_error, rel=0.2)
+
+
+def _low_passed(values, cutoff):
+    """The band that identification looks at, by another filter; ends left out."""
+    away = round(1.0 / STEP)
+    return sosfiltfilt(butter(4, cutoff, fs=1 / STEP, output="sos"), values)[away:-away]
+
+
+@pytest.fixture(scope="module")
+def answered(tmp_path_factory):
+    """Ten machines whose soft controllers answer disturbances of 7 %, so that repeats of the motion differ: each with its
+    document and the noise that it was simulated with, part of the torque."""
+    random = np.random.default_rng(3)
+    arms = [
+        draw_arm(
+            random,
+            bandwidth=2.5,
+            amplitude=0.07,
+            payloads=(0.0, 3.0),
+            duration=24.0,
+            period=float(random.uniform(5, 8)),
+        )
+        for _ in range(10)
+    ]
+    disturbances = []
+    sessions = simulate(arms, disturbances)
+    folder = tmp_path_factory.mktemp("answered")
+    found = []
+    for number, (arm, recorded) in enumerate(zip(arms, sessions, strict=True)):
+        document = identify(load_experiment(write_arm(folder / str(number), arm, recorded))).document()
+        cutoff = next(
+            choice.value for choice in document.signals if "decim" in choice.name or "parallel" in choice.name
+        )
+        noise = [_low_passed(pushed, cutoff) for pushed in disturbances[2 * number : 2 * number + 2]]
+        torque = [_low_passed(command * arm.drive_gain, cutoff) for _, _, command in recorded]
+        truth = np.linalg.norm(np.concatenate(noise)) / np.linalg.norm(np.concatenate(torque))
+        found.append((document.joints[0], float(truth)))
+    return found
+
+
+def test_in_closed_loop_the_floor_is_the_disturbance_and_not_what_the_controller_makes_of_it(answered):
+    """Their torques differ by as little as 0.7 times the disturbance, which the motion answers too."""
+    known = [(joint, truth) for joint, truth in answered if joint.noise_floor is not None]
+    assert len(known) >= 6  # where the repeats differ too much there is none
+    near = [joint.noise_floor == pytest.approx(truth, rel=0.15) for joint, truth in known]
+    assert np.mean(near) >= 0.9
+    inside = [
+        joint.noise_floor_interval[0] <= truth <= joint.noise_floor_interval[1] for joint, truth in known
+    ]
+    assert np.mean(inside) >= 0.6
+
+
+def test_no_floor_lies_above_the_error_of_the_model(answered):
+    for joint, _ in answered:
+        if joint.noise_floor is None:
+            assert joint.noise_floor_interval is None
+        else:
+            assert joint.noise_floor_interval[0] <= joint.noise_floor <= joint.noise_floor_interval[1]
+            assert joint.noise_floor <= joint.relative_error * (1 + 1e-9)
