@@ -63,6 +63,7 @@ def test_a_figure_that_is_not_finite_is_null():
         "relative_error": None,
         "relative_error_validation": None,
         "noise_floor": None,
+        "noise_floor_interval": None,
     }
 
 
