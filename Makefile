@@ -10,7 +10,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 
-.PHONY: demo test test-random mutants lint docs setup setup-test lock blind faults attack benchmark clean
+.PHONY: demo test test-random mutants lint docs setup setup-test lock blind sensitivity faults attack benchmark clean
 
 demo: setup
 	$(BIN)/coulomb demo
@@ -80,6 +80,10 @@ blind: setup-test
 
 # What other scripts import, or start in a process of their own:
 COMPANIONS := benchmarks/process_cost.py benchmarks/figaroh_on_a_record.py benchmarks/refit_per_candidate.py benchmarks/pysindy_on_a_record.py
+
+# Every constant of the diagnosis halved and doubled on a reduced bench; half an hour.
+sensitivity: setup-test
+	$(BIN)/python -m tests.sensitivity --write docs/diagnosis.md
 
 benchmark: setup-test
 	for script in $(filter-out $(COMPANIONS),$(wildcard benchmarks/*.py)); do \

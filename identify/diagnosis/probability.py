@@ -22,10 +22,10 @@ from identify.results.diagnosis import Verdict
 Array = NDArray[np.float64]
 
 ALONE = 0.5
-"""Prior probability that the model misses nothing on a joint; the candidates share the rest. Halved or doubled it moves a
-probability of one half by a sixth, and none that is near 0 or 1."""
+"""Prior probability that the model misses nothing on a joint; the candidates share the rest. An effect that the data and
+this prior put at one half is at three quarters with 0.25, and at one quarter with 0.75."""
 DRAWS = 400
-"""of the bootstrap; the scatter of a probability over them is below 0.02"""
+"""of the bootstrap; the scatter of a probability over them is at most 0.5/√400 = 0.025"""
 LONGEST_MEMORY = 0.25
 """Part of a session over which the residual's autocorrelation is summed."""
 SURE = 0.98
@@ -83,10 +83,9 @@ def needed(before: HeldOut, after: HeldOut, samples: float) -> float:
 
 
 RIVAL = 0.5
-"""Share of a rival beside 1 of the effect that is named: on the blind bench the named one of a pair that the evidence
-does not decide between is the cause in two cases of three."""
+"""Share of a rival beside 1 of the effect that is named; a choice that was not measured."""
 STRUCTURE_RIGHT = 0.9
-"""Part of the joints with an uncatalogued cause that are called unexplained (blind bench), and the other way round."""
+"""Part of the joints with an uncatalogued cause that are called unexplained (docs/blind.md), and the other way round."""
 
 
 @dataclass(frozen=True)

@@ -44,7 +44,7 @@ def diagnose_blindly(case: Case | RigCase) -> Score:
         seconds = time.perf_counter() - began
     missing = said.missing
     beside = [name for name in missing if not any(_same(hidden, name, said) for hidden in case.names)]
-    return Score(case, said.verdict, tuple(missing), _right(case, said), tuple(beside), seconds)
+    return Score(case, said.verdict, tuple(missing), is_right(case, said), tuple(beside), seconds)
 
 
 def of_a_joint(seed: int, index: int) -> Score:
@@ -61,7 +61,8 @@ def of_a_rig(seed: int, index: int) -> Score:
         return Score(case, f"not recorded: {reason}", (), False, (), 0.0)
 
 
-def _right(case: Case | RigCase, said: JointDiagnosis) -> bool:
+def is_right(case: Case | RigCase, said: JointDiagnosis) -> bool:
+    """Whether a diagnosis of a case is right, as docs/blind.md says."""
     missing = said.missing
     if case.kind.endswith("null"):
         return said.verdict == "adequate" and not missing
