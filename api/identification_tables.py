@@ -113,6 +113,8 @@ def _sessions(document: IdentificationDocument) -> Table:
     )
     for own in document.sessions:
         table.add_row(own.file, own.payload, own.role, _percent(own.relative_error))
+    for left_out in document.excluded:
+        table.add_row(left_out.file, left_out.payload, f"excluded: {left_out.reason}", "")
     if len(document.payloads) > 1:
         for own in document.payloads:
             table.add_row(

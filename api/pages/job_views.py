@@ -18,19 +18,24 @@ JOB_TITLES = {
     "separate": "Looking for the experiment that tells them apart",
     "improve": "Adding effects step by step",
     "plan": "Planning the motion",
+    "refit": "Fitting earlier versions to all sessions",
 }
+
+BESIDE = ("separate", "refit")
+"""Kinds of jobs that run beside a verdict that stands, and are shown in a place of their own."""
 
 
 def job_state(jobs: JobRunner, experiment: str, joint: str, ended: Job | None = None) -> Context:
     """What "what is missing" says of jobs: the one under way, or why the one that has just ended found nothing.
 
-    The search for the next experiment runs beside a verdict that stands, and is shown in its own place.
+    What runs beside a verdict that stands is shown in its own place: `again` are earlier versions fitted again.
     """
-    running = jobs.active(experiment)
-    if running is not None and running.kind == "separate":
-        running = None
+    unfinished = jobs.unfinished(experiment)
+    running = next((job for job in unfinished if job.kind not in BESIDE), None)
+    again = next((job for job in unfinished if job.kind == "refit"), None)
     return {
         "running": job_context(running, experiment, joint) if running else None,
+        "again": job_context(again, experiment, joint) if again else None,
         "failed": ended.words if ended is not None and ended.state in ("failed", "lost") else None,
     }
 

@@ -42,7 +42,7 @@ def counted_errors(
             samples=len(of_shown.time),
             rms=float(np.sqrt(np.mean(of_shown.error**2))) if len(of_shown.time) else None,
             rms_measured=float(np.sqrt(np.mean(of_shown.measured**2))) if len(of_shown.time) else None,
-            tables=tables(samples, stored.payload_of, stored.identification_files),
+            tables=tables(samples, stored.payload_of, stored.files_of_fit(models[0])),
         )
 
     return _counted.get((*(model.folder for model in models), joint, tuple(files)), count)

@@ -16,6 +16,7 @@ from api.pages.rival_effects import rival_effects_context
 from api.pages.stored_models import StoredExperiment
 from api.service import access
 from api.service.accounts import User
+from api.service.model_workflow import FIT_AGAIN
 
 router = APIRouter(prefix=f"{PREFIX}/experiments/{{experiment}}/missing", include_in_schema=False)
 
@@ -32,7 +33,7 @@ def find(request: Request, user: access.Operator, experiment: str, joint: JointC
     """
     service = access.service_of(request)
     joint = StoredExperiment(service.experiments, experiment).joint_or_first(joint)
-    job = service.jobs.active(experiment)
+    job = next((each for each in service.jobs.unfinished(experiment) if each.kind != FIT_AGAIN), None)
     if job is None:
         job = service.models.separate(experiment, user.name, joint)
     return _answer(request, user, experiment, joint, job.id if job.kind == "separate" else None)

@@ -10,7 +10,7 @@ from fastapi.responses import HTMLResponse, RedirectResponse, Response
 from api.pages.choices import RigChoice, chosen_rig
 from api.pages.form_input import input_errors_as_problems
 from api.pages.job_views import JOB_TITLES
-from api.pages.layout import frame, session_link
+from api.pages.layout import LAST_EXPERIMENT, frame, session_link
 from api.pages.plan_view import plan_view, purpose_words
 from api.pages.rendering import PREFIX, Context, page
 from api.service import access
@@ -39,10 +39,16 @@ def new_session_page(
     experiment: Choice = None,
     payload: Choice = None,
     plan: Choice = None,
+    drawn_for: Choice = None,
 ) -> Response:
-    """The form; while a session is being prepared on the rig, that session."""
+    """The form; while a session is being prepared on the rig, that session.
+
+    drawn_for : the rig that the form was drawn for; once another is chosen, what was chosen for it no longer holds
+    """
     service = access.service_of(request)
     rig_id = chosen_rig(request, rig)
+    if drawn_for is not None and drawn_for != rig_id:
+        experiment = payload = plan = None
     active = service.sessions.active(rig_id)
     if active is not None and not active.state.ended and rig is None:
         return RedirectResponse(session_link(active.experiment, active.id))
@@ -51,7 +57,7 @@ def new_session_page(
         settings = service.rigs.rig(rig_id)
     except InputError as error:
         raise Problem(422, f"The rig's file is wrong: {error}") from error
-    choice = _chosen(request, service, settings, experiment, payload, plan)
+    choice = _chosen(request, service, settings, rig_id, experiment, payload, plan)
     context |= choice | {"rigs": list(service.rigs.files()), "rig_id": rig_id, "settings": settings}
     context["waiting"] = _waiting(service, choice["experiment"])
     return page(request, "new_session.html", **context)
@@ -170,6 +176,7 @@ def _chosen(
     request: Request,
     service: Service,
     settings: Rig,
+    rig_id: str,
     experiment: str | None,
     payload: str | None,
     plan: str | None,
@@ -177,8 +184,7 @@ def _chosen(
     """The choices of the form and what is chosen, with the preview of the plan."""
     joints = [axis.joint for axis in settings.axes]
     rows = [row for row in service.experiments.rows() if not row.problem and row.joints == joints]
-    wanted = experiment or request.session.get("experiment")
-    chosen = next((row for row in rows if row.id == wanted), rows[0] if rows and experiment != NEW else None)
+    chosen = _experiment(service, rows, rig_id, experiment, request.session.get(LAST_EXPERIMENT))
     plans = [(each, service.plans.plan(each)) for each in service.plans.ids()]
     plans = [(each, made) for each, made in plans if made.joints == tuple(joints)]
     made = next(((each, one) for each, one in plans if each == plan), plans[0] if plans else None)
@@ -195,6 +201,7 @@ def _chosen(
     view = plan_view(made[1], settings, known_payload, measured, document) if made else None
     return {
         "experiments": rows,
+        "other_rig": service.catalogue.other_rig(chosen.id, rig_id) if chosen is not None else None,
         "experiment": chosen,
         "payloads": list(known.values()),
         "payload": known_payload,
@@ -205,6 +212,18 @@ def _chosen(
         "purpose": purpose_words(service.plans.report(made[0])) if made else None,
         "measured": [row for row in sessions if row.file is not None],
     }
+
+
+def _experiment(
+    service: Service, rows: list[Any], rig: str, asked: str | None, last: str | None
+) -> Any | None:
+    """The experiment that was asked for; else, of those whose sessions were measured on this rig alone, the one that was
+    looked at last, or that was changed last. None for a new one: another rig's is never taken by itself."""
+    if asked is not None:
+        return next((row for row in rows if row.id == asked), None)
+    own = [row for row in rows if service.catalogue.rigs(row.id) == [rig]]
+    own = [row for row in own if service.catalogue.other_rig(row.id, rig) is None]
+    return next((row for row in own if row.id == last), own[0] if own else None)
 
 
 def _waiting(service: Service, experiment: Any) -> dict[str, str] | None:

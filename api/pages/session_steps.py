@@ -129,6 +129,9 @@ def _steps(request: Request, user: User, experiment: str, session: str) -> Conte
     rig_check = live.rig_check if live is not None else None
     return {
         "session": row,
+        "other_rig": service.catalogue.other_rig(experiment, row.rig)
+        if live is None or live.file is None
+        else None,
         "state": state,
         "reached": STATES.index(state),
         "reason": (live.reason if live is not None else row.reason) or "",

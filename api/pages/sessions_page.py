@@ -2,9 +2,13 @@
 file; and the upload of a whole experiment.
 """
 
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Annotated, Literal
+from urllib.parse import urlencode
 
-from fastapi import APIRouter, File, Form, Request, UploadFile
+from fastapi import APIRouter, File, Form, Query, Request, UploadFile
 from fastapi.responses import HTMLResponse, Response
 
 from api.pages.experiment_frame import experiment_context
@@ -14,14 +18,14 @@ from api.pages.rendering import PREFIX, Context, page
 from api.pages.stored_models import StoredExperiment
 from api.service import access
 from api.service.accounts import User
-from api.service.database import SessionRow
-from api.service.folder_description import INCOMPLETE
 from api.service.payload_sessions import ENDED_EARLY, RECORDING
 from api.service.problems import Problem
 from api.service.service import Service
+from api.service.session_catalogue import CatalogueEntry
 from daq.session_events import SessionState
 from identify.recording import Payload
 from identify.recording.plain_text import check_printable
+from identify.results.identification import SessionError
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
 
@@ -31,6 +35,8 @@ MEBIBYTE = 1024 * 1024
 
 ON_THEIR_WAY = frozenset(state.value for state in SessionState if not state.ended)
 """States of a session that is being prepared or measured."""
+USES = {"identification": "fit", "validation": "check"}
+"""Role of a session -> what models do with it."""
 STATE_WORDS = {
     "measured": ("good", "measured"),
     "complete": ("good", "measured"),
@@ -44,10 +50,98 @@ STATE_WORDS = {
 """State of a session -> its colour, and what an operator calls it; others are on their way to be measured."""
 
 
+SORTED = ("id", "started", "rig", "payload", "plan", "use", "state", "seconds", "lost", "error")
+"""Columns that the catalogue can be sorted by."""
+FILTERED = ("rig", "operator", "payload", "plan", "use", "state")
+"""Columns that the catalogue can be filtered by."""
+Word = Annotated[str, Query(max_length=255)]
+
+
+@dataclass(frozen=True)
+class CatalogueChoice:
+    """How the catalogue is to be shown: by which column, in which order, which sessions.
+
+    only : column -> the value that it must have
+    text : what must stand in a session's id, note, reason or payload
+    """
+
+    sort: str = "id"
+    descending: bool = False
+    only: Mapping[str, str] = field(default_factory=dict)
+    text: str = ""
+
+    def applied(self, entries: list[Context]) -> list[Context]:
+        """The sessions that are chosen, in order; those that have no value there come last."""
+        chosen = [row for row in entries if all(row[name] == value for name, value in self.only.items())]
+        if self.text:
+            wanted = self.text.casefold()
+            searched = ("id", "note", "reason", "payload", "excluded", "plan", "operator")
+            chosen = [
+                row for row in chosen if any(wanted in str(row[name] or "").casefold() for name in searched)
+            ]
+        empty = [row for row in chosen if row[self.sort] in (None, "")]
+        given = [row for row in chosen if row[self.sort] not in (None, "")]
+        return sorted(given, key=lambda row: row[self.sort], reverse=self.descending) + empty
+
+    def query(self, sort: str) -> dict[str, str]:
+        """The address's query for another column; the same column turns the order round."""
+        turned = sort == self.sort and not self.descending
+        shown = {"sort": sort, "order": "down" if turned else "up", "text": self.text, **self.only}
+        return {name: value for name, value in shown.items() if value}
+
+
 @router.get("/experiments/{experiment}/sessions")
-def sessions_page(request: Request, user: access.Viewer, experiment: str) -> HTMLResponse:
-    """The page."""
-    return page(request, "sessions.html", **_context(request, user, experiment))
+def sessions_page(
+    request: Request,
+    user: access.Viewer,
+    experiment: str,
+    sort: Word = "id",
+    order: Word = "up",
+    text: Word = "",
+    rig: Word = "",
+    operator: Word = "",
+    payload: Word = "",
+    plan: Word = "",
+    use: Word = "",
+    state: Word = "",
+) -> HTMLResponse:
+    """The catalogue of sessions, as it was asked for."""
+    given = dict(zip(FILTERED, (rig, operator, payload, plan, use, state), strict=True))
+    wanted = CatalogueChoice(
+        sort if sort in SORTED else "id",
+        order == "down",
+        {name: value for name, value in given.items() if value},
+        text,
+    )
+    return page(request, "sessions.html", **_context(request, user, experiment, wanted))
+
+
+@router.post("/experiments/{experiment}/sessions/{session}/change")
+def change(
+    request: Request,
+    user: access.Operator,
+    experiment: str,
+    session: str,
+    use: Annotated[Literal["fit", "check", "excluded"], Form()],
+    reason: Annotated[str, Form(max_length=500)] = "",
+    note: Annotated[str, Form(max_length=2000)] = "",
+) -> HTMLResponse:
+    """Fit models to a session, only check them on it, or exclude it with a reason; and keep a note beside it."""
+    catalogue = access.service_of(request).catalogue
+    with input_errors_as_problems():
+        entry = catalogue.entry(experiment, session)
+        if use == "excluded":
+            if reason.strip() != entry.excluded:
+                catalogue.exclude(experiment, session, reason, user.name)
+        elif entry.measured:
+            catalogue.set_role(
+                experiment, session, "identification" if use == "fit" else "validation", user.name
+            )
+            if entry.excluded is not None:
+                catalogue.include(experiment, session, user.name)
+        if note.strip() != entry.note:
+            catalogue.write_note(experiment, session, note)
+    return page(request, "sessions_body.html", **_context(request, user, experiment))
 
 
 @router.post("/experiments/{experiment}/sessions/{session}/recover")
@@ -108,28 +202,43 @@ def add_experiment(request: Request, user: access.Operator, file: Annotated[Uplo
     return Response(status_code=204, headers={"HX-Redirect": experiment_link(row.id, "sessions")})
 
 
-def _context(request: Request, user: User, experiment: str) -> Context:
+def _context(request: Request, user: User, experiment: str, wanted: CatalogueChoice | None = None) -> Context:
     service = access.service_of(request)
     stored = StoredExperiment(service.experiments, experiment)
     shown = stored.current()
-    errors = {each.file: each.relative_error for each in shown.document.sessions} if shown else {}
-    rows = [_session(service, experiment, row, errors) for row in service.experiments.sessions(experiment)]
+    fitted = {each.file: each for each in shown.document.sessions} if shown else {}
+    entries = [
+        _session(service, experiment, entry, fitted) for entry in service.catalogue.entries(experiment)
+    ]
+    wanted = wanted or CatalogueChoice()
     context = frame(request, user, "sessions", experiment)
     context |= experiment_context(stored, stored.joint_names[0], shown, "sessions")
     return context | {
-        "rows": rows,
-        "cut_off": [row for row in rows if row["recoverable"]],
+        "rows": wanted.applied(entries),
+        "choice": wanted,
+        "choices": {name: _values(entries, name) for name in FILTERED},
+        "sort_links": {
+            name: f"{experiment_link(experiment, 'sessions')}?{urlencode(wanted.query(sort=name))}"
+            for name in SORTED
+        },
+        "all_rows": entries,
+        "rigs": list(dict.fromkeys(row["rig"] for row in entries if row["rig"])),
+        "cut_off": [row for row in entries if row["recoverable"]],
         "payloads": stored.declared.payloads,
         "upload_limit": service.settings.upload_limit,
+        "here_link": experiment_link(experiment, "sessions"),
         "add_link": experiment_link(experiment, "sessions/import"),
     }
 
 
-def _session(service: Service, experiment: str, row: SessionRow, errors: dict[str, float | None]) -> Context:
+def _session(
+    service: Service, experiment: str, entry: CatalogueEntry, fitted: Mapping[str, SessionError]
+) -> Context:
+    row, facts = entry.row, entry.facts
     tone, words = STATE_WORDS.get(row.state, ("idle", row.state))
     if row.state in ENDED_EARLY and not row.file:
         words = words.replace("kept, not used", "nothing was measured")
-    elif row.state in ENDED_EARLY and row.file and not row.file.startswith(INCOMPLETE):
+    elif row.state in ENDED_EARLY and entry.measured:
         words = words.replace("kept, not used", "used as far as it goes")
     link = experiment_link(experiment, f"sessions/{row.id}")
     active = service.sessions.active(row.rig or "")
@@ -140,27 +249,50 @@ def _session(service: Service, experiment: str, row: SessionRow, errors: dict[st
     )
     file = service.experiments.folder(experiment) / row.file if row.file else None
     there = file is not None and file.is_file()
-    formats = []
-    if there and file is not None:
-        formats = [("original", file.suffix.lstrip(".").upper())]
-        formats += [("csv", "CSV")] if file.suffix == ".h5" and row.state != RECORDING else []
-        formats += [("raw", "raw frames")] if file.with_suffix(".log").is_file() else []
+    of_fit = fitted.get(row.file or "")
     return {
         "id": row.id,
-        "payload": row.payload,
+        "payload": row.payload["name"],
+        "mass": row.payload["mass"],
+        "weighed": row.weighed,
+        "rig": entry.rig or "",
+        "operator": facts.operator or "",
+        "plan": entry.plan or "",
+        "started": facts.started,
+        "seconds": facts.seconds if facts.seconds is not None else of_fit.duration if of_fit else None,
+        "lost": facts.lost,
+        "note": entry.note,
+        "excluded": entry.excluded,
+        "use": "excluded" if entry.excluded is not None else USES[row.role] if entry.measured else "not used",
         "role": row.role,
         "tone": tone,
         "state": "the robot moves" if under_way and row.state == RECORDING else words,
         "reason": row.reason or "",
-        "error": errors.get(row.file or ""),
+        "error": of_fit.relative_error if of_fit else None,
         "megabytes": file.stat().st_size / MEBIBYTE if there and file is not None else None,
         "downloads": [
             {"name": name, "link": f"/experiments/{experiment}/recordings/{row.id}?format={kind}"}
-            for kind, name in formats
+            for kind, name in (_formats(file, row.state) if there and file is not None else ())
         ],
         "recoverable": row.state == RECORDING and not under_way,
         "recover_link": f"{link}/recover",
-        "admissible": row.state in ENDED_EARLY and there and (row.file or "").startswith(INCOMPLETE),
+        "admissible": row.state in ENDED_EARLY and there and not entry.measured,
         "admit_link": f"{link}/admit",
-        "go_on_link": link if row.file is None and row.state in ON_THEIR_WAY else None,
+        "continue_link": link if row.file is None and row.state in ON_THEIR_WAY else None,
+        "changeable": entry.measured,
+        "noted": row.file is not None,
+        "link": link,
     }
+
+
+def _formats(file: Path, state: str) -> list[tuple[str, str]]:
+    """Forms in which a recording can be had: REST's word and a person's."""
+    formats = [("original", file.suffix.lstrip(".").upper())]
+    formats += [("csv", "CSV")] if file.suffix == ".h5" and state != RECORDING else []
+    formats += [("raw", "raw frames")] if file.with_suffix(".log").is_file() else []
+    return formats
+
+
+def _values(entries: list[Context], name: str) -> list[str]:
+    """What the sessions have under a name, each once, in their order."""
+    return list(dict.fromkeys(row[name] for row in entries if row[name]))

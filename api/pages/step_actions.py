@@ -8,7 +8,7 @@ from fastapi.responses import HTMLResponse, Response
 
 from api.pages.choices import EffectChoice, JointChoice
 from api.pages.experiment_frame import experiment_context
-from api.pages.job_views import failed_fit, job_context, job_state, news_context, standing_fit
+from api.pages.job_views import BESIDE, failed_fit, job_context, job_state, news_context, standing_fit
 from api.pages.layout import frame
 from api.pages.missing_body import body_context
 from api.pages.rendering import PREFIX, page
@@ -16,7 +16,7 @@ from api.pages.stored_models import StoredExperiment
 from api.service import access
 from api.service.accounts import User
 from api.service.jobs import Job, JobRunner
-from api.service.problems import Problem
+from api.service.model_workflow import FIT_AGAIN, SEARCHES
 
 router = APIRouter(prefix=f"{PREFIX}/experiments/{{experiment}}", include_in_schema=False)
 
@@ -39,8 +39,17 @@ def diagnose(
 ) -> HTMLResponse:
     """Ask what the current model misses. The page asks by itself: what is computed already is followed."""
     service = access.service_of(request)
-    if service.jobs.active(experiment) is None:
+    if all(job.kind == FIT_AGAIN for job in service.jobs.unfinished(experiment)):
         service.models.diagnose(experiment, user.name)
+    return body(request, user, experiment, joint)
+
+
+@router.post("/steps/fit-earlier")
+def fit_earlier(
+    request: Request, user: access.Operator, experiment: str, joint: JointChoice = None
+) -> HTMLResponse:
+    """Fit the versions again whose error is of other data than the current one's."""
+    access.service_of(request).models.fit_earlier_again(experiment, user.name)
     return body(request, user, experiment, joint)
 
 
@@ -121,7 +130,7 @@ def news(
     if fit != seen:
         return Response(headers={"HX-Refresh": "true"})
     job = service.jobs.active(experiment)
-    if job is not None and job.kind == "separate":
+    if job is not None and job.kind in BESIDE:
         job = None  # shown in its own place, and no other page waits for it
     failed = failed_fit(service.jobs, experiment) if job is None and not fit else None
     return page(request, "news.html", **news_context(experiment, fit, job, failed))
@@ -143,22 +152,21 @@ def body(
 
 
 def _set_searches_aside(jobs: JobRunner, experiment: str) -> None:
-    """A step of the model does not wait for the search for what is missing, nor for that of the next experiment: they are
-    cancelled, and begun again for what is then the current model."""
-    active = jobs.active(experiment)
-    if active is None or active.kind not in ("diagnose", "separate"):
-        return
+    """A step of the model does not wait for the search for what is missing, nor for that of the next experiment, nor for
+    earlier versions that are fitted again: they are cancelled, and begun again for what is then the current model."""
     over = threading.Event()
 
+    def searching() -> bool:
+        return any(job.kind in SEARCHES for job in jobs.unfinished(experiment))
+
     def watch(job: Job) -> None:
-        if job.id == active.id and job.state.final:
+        if job.experiment == experiment and job.state.final and not searching():
             over.set()
 
     jobs.listen(watch)
     try:
-        jobs.cancel(active.id)
-        over.wait(CANCEL_TIMEOUT)
-    except Problem:
-        pass  # it has just ended by itself
+        jobs.cancel_kinds(experiment, SEARCHES)
+        if searching():
+            over.wait(CANCEL_TIMEOUT)
     finally:
         jobs.unlisten(watch)

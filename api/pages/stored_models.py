@@ -67,8 +67,12 @@ class StoredExperiment:
 
     @property
     def identification_files(self) -> set[str]:
-        """Files of the sessions that fits use; the others only check them."""
-        return {entry.file for entry in self.declared.sessions if entry.role == "identification"}
+        """Files of the sessions that fits use; others only check them, or are excluded."""
+        return {
+            entry.file
+            for entry in self.declared.sessions
+            if entry.role == "identification" and entry.excluded is None
+        }
 
     def model(self, identifier: str) -> ShownModel:
         """A version by id. Raises the problem 404."""
@@ -96,6 +100,10 @@ class StoredExperiment:
         if joint not in self.joint_names:
             raise Problem(404, f"The robot has no joint {joint}; it has {', '.join(self.joint_names)}.")
         return joint
+
+    def files_of_fit(self, model: ShownModel) -> set[str]:
+        """Session files that the model's newest fit was made of; it was only checked on the others."""
+        return {entry.file for entry in model.document.sessions if entry.role == "identification"}
 
     def fitted_files(self, model: ShownModel) -> list[str]:
         """Session files that the model's newest fit has seen, in the experiment's order."""

@@ -13,6 +13,7 @@ from api.service.job_process import Progress
 from api.service.model_story import IDENTIFICATION_FILE, data_fingerprint
 from api.service.prediction_files import write_candidate, write_prediction
 from identify.recording import load_experiment
+from identify.recording.experiment_file import EXPERIMENT_FILE, read_experiment_file
 from identify.results.diagnosis import DiagnosisDocument
 from identify.results.identification import IdentificationDocument
 from identify.results.improvement import ImprovementDocument
@@ -60,13 +61,12 @@ def fit(progress: Progress, experiment: str, model: str, add: list[str], output:
     document = result.document()
     folder = Path(output)
     folder.mkdir(parents=True)
-    pairs = [
-        (entry, joint) for entry in range(len(loaded.sessions)) for joint in range(len(loaded.robot.joints))
-    ]
-    for done, (session, joint) in enumerate(pairs):
+    places = _places(experiment)
+    pairs = [(entry, joint) for entry in loaded.sessions for joint in range(len(loaded.robot.joints))]
+    for done, (entry, joint) in enumerate(pairs):
         progress(0.8 + 0.2 * done / len(pairs), "storing measured and predicted torque")
-        entry, name = loaded.sessions[session], loaded.robot.joints[joint].name
-        write_prediction(folder, session, joint, result.prediction(entry.file, name))
+        name = loaded.robot.joints[joint].name
+        write_prediction(folder, places[entry.file], joint, result.prediction(entry.file, name))
     (folder / IDENTIFICATION_FILE).write_text(document.json_text(indent=1), encoding="utf-8")
     return FitFound(document, data)
 
@@ -87,11 +87,13 @@ def diagnose(
         for joint in range(len(found.joints))
         for finding in shown_findings(found, joint, PICTURED)
     ]
+    places = _places(experiment)
     for done, (joint, finding) in enumerate(looks):
         progress(0.85 + 0.15 * done / len(looks), "looking at what each effect would leave")
         rank = 1 + found.joints[joint].findings.index(finding)
-        for session, prediction in enumerate(predictions_with(found, finding, loaded.sessions)):
-            write_candidate(Path(output), session, joint, rank, prediction.predicted)
+        predictions = predictions_with(found, finding, loaded.sessions)
+        for entry, prediction in zip(loaded.sessions, predictions, strict=True):
+            write_candidate(Path(output), places[entry.file], joint, rank, prediction.predicted)
     return found.document()
 
 
@@ -131,6 +133,12 @@ def improve(
         fitted = fit(_part(progress, begin, end), experiment, model, add, str(output))
         versions.append(ImprovedVersion(add, change, fitted))
     return ImprovementFound(document, versions)
+
+
+def _places(experiment: str) -> dict[str, int]:
+    """Session file -> its place in the experiment's file, which stays when a session is excluded."""
+    declared = read_experiment_file(Path(experiment) / EXPERIMENT_FILE)
+    return {session.file: place for place, session in enumerate(declared.sessions)}
 
 
 def _part(progress: Progress, begin: float, end: float) -> Progress:

@@ -5,7 +5,7 @@ import queue
 import secrets
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import Any
@@ -211,11 +211,23 @@ class JobRunner:
         tasks = [self._tasks.get(row.id) for row in rows]
         return [task.job if task else _job_of(row) for task, row in zip(tasks, rows, strict=True)]
 
-    def active(self, experiment: str) -> Job | None:
-        """The first job of an experiment that is not final yet."""
+    def unfinished(self, experiment: str) -> list[Job]:
+        """Jobs of an experiment that are not final, the one under way first."""
         with self._lock:
             jobs = [task.job for task in self._tasks.values()]
-        return next((job for job in jobs if job.experiment == experiment and not job.state.final), None)
+        return [job for job in jobs if job.experiment == experiment and not job.state.final]
+
+    def active(self, experiment: str) -> Job | None:
+        """The first job of an experiment that is not final yet."""
+        return next(iter(self.unfinished(experiment)), None)
+
+    def cancel_kinds(self, experiment: str, kinds: Collection[str]) -> None:
+        """Cancel every job of these kinds of an experiment that is not final yet."""
+        with self._lock:
+            tasks = list(self._tasks.values())
+        for task in tasks:
+            if task.job.experiment == experiment and task.job.kind in kinds and not task.job.state.final:
+                task.cancelled.set()
 
     def cancel(self, identifier: str) -> Job:
         """Cancel a job. Raises the problem 404 for an unknown id and 409 for a job that has ended."""

@@ -10,6 +10,7 @@ is not said of the next one: more sessions may show more.
 """
 
 import hashlib
+import threading
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
@@ -26,6 +27,9 @@ from identify.results.reading import Kind, read_document
 
 IDENTIFICATION_FILE = "identification.json"
 """in the folder of a fit"""
+
+_changing = threading.RLock()
+"""Held while a story is read and written: jobs store from threads of their own while people undo and redo."""
 
 Cause = Literal["fit", "effect added", "effect removed", "improved"]
 
@@ -82,6 +86,16 @@ class Story(BaseModel):
     def current(self) -> ModelVersion | None:
         """The current version, or None before the first fit."""
         return self.version(self.line[-1]) if self.line else None
+
+    @property
+    def shown(self) -> list[str]:
+        """Ids of the versions that the error is shown of: those that lead to the current one, then those undone."""
+        return [*self.line, *reversed(self.undone)]
+
+    def stale(self, data: str) -> list[ModelVersion]:
+        """Shown versions, the newest first, whose newest fit is not of the data with the fingerprint `data`."""
+        versions = [self.version(each) for each in reversed(self.shown)]
+        return [each for each in versions if each.fit.data != data]
 
     def version(self, identifier: str) -> ModelVersion:
         """The version with that id. Raises the problem 404."""
@@ -141,45 +155,49 @@ class ModelStory:
         parent: str | None = None,
     ) -> ModelVersion:
         """Append a version to the line; what was undone before can no longer be redone."""
-        story = self.read()
-        version = ModelVersion(
-            id=self.next_version_id(),
-            model=model,
-            add=add,
-            cause=cause,
-            change=change,
-            parent=parent if parent is not None else (story.line[-1] if story.line else None),
-            user=user,
-            created=now_text(),
-            fits=[fit],
-        )
-        self._write(story, versions=[*story.versions, version], line=[*story.line, version.id], undone=[])
-        return version
+        with _changing:
+            story = self.read()
+            version = ModelVersion(
+                id=self.next_version_id(),
+                model=model,
+                add=add,
+                cause=cause,
+                change=change,
+                parent=parent if parent is not None else (story.line[-1] if story.line else None),
+                user=user,
+                created=now_text(),
+                fits=[fit],
+            )
+            self._write(story, versions=[*story.versions, version], line=[*story.line, version.id], undone=[])
+            return version
 
     def add_fit(self, identifier: str, fit: Fit) -> ModelVersion:
         """Append a fit to a version."""
-        story = self.read()
-        version = story.version(identifier)
-        version = version.model_copy(update={"fits": [*version.fits, fit]})
-        versions = [version if each.id == identifier else each for each in story.versions]
-        self._write(story, versions=versions)
-        return version
+        with _changing:
+            story = self.read()
+            version = story.version(identifier)
+            version = version.model_copy(update={"fits": [*version.fits, fit]})
+            versions = [version if each.id == identifier else each for each in story.versions]
+            self._write(story, versions=versions)
+            return version
 
     def undo(self) -> ModelVersion:
         """Go back to the version before. Raises the problem 409 if there is none."""
-        story = self.read()
-        if len(story.line) < 2:
-            raise Problem(409, "There is nothing to undo: this is the first model.")
-        self._write(story, line=story.line[:-1], undone=[*story.undone, story.line[-1]])
-        return story.version(story.line[-2])
+        with _changing:
+            story = self.read()
+            if len(story.line) < 2:
+                raise Problem(409, "There is nothing to undo: this is the first model.")
+            self._write(story, line=story.line[:-1], undone=[*story.undone, story.line[-1]])
+            return story.version(story.line[-2])
 
     def redo(self) -> ModelVersion:
         """Take back the last undo. Raises the problem 409 if there is none."""
-        story = self.read()
-        if not story.undone:
-            raise Problem(409, "There is nothing to redo.")
-        self._write(story, line=[*story.line, story.undone[-1]], undone=story.undone[:-1])
-        return story.version(story.undone[-1])
+        with _changing:
+            story = self.read()
+            if not story.undone:
+                raise Problem(409, "There is nothing to redo.")
+            self._write(story, line=[*story.line, story.undone[-1]], undone=story.undone[:-1])
+            return story.version(story.undone[-1])
 
     def identification(self, identifier: str) -> IdentificationDocument:
         """What the version's newest fit found. Raises InputError if its file was damaged."""

@@ -10,7 +10,7 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from api.service.experiment_store import ExperimentStore
-from api.service.jobs import Arguments, Job, JobRunner
+from api.service.jobs import Arguments, Job, JobRunner, JobState
 from api.service.model_story import Cause, ModelStory, ModelVersion, data_fingerprint
 from api.service.problems import Problem
 from api.service.refit import fit_entry, fresh_folder, next_refit, store_refit
@@ -25,6 +25,10 @@ if TYPE_CHECKING:  # the service does not load what its processes compute with
     from api.service.computations import FitFound, ImprovementFound
 
 COMPUTATIONS = "api.service.computations"
+FIT_AGAIN = "refit"
+"""Kind of the jobs that fit earlier versions again, so that errors of versions are of the same data."""
+SEARCHES = ("diagnose", "separate", FIT_AGAIN)
+"""Kinds of jobs that give way to a change of the data or the model, and are begun again after it."""
 NO_RIVALS = "Only weak candidates explain the data alike here; no experiment is worth running for them."
 
 
@@ -131,15 +135,18 @@ class ModelWorkflow:
 
     def refit(self, experiment: str, user: str) -> Job:
         """Fit the current model (at first the usual one) over all sessions so far; what happens by itself
-        after every session. Waits for its turn if something is computed."""
+        after every session. Waits for its turn if something is computed; the earlier versions follow."""
         self._experiments.folder(experiment)
+        self._jobs.cancel_kinds(experiment, SEARCHES)  # of data that are no longer all there are
 
         def arguments() -> Arguments:
             refit = next_refit(self.story(experiment))
             return self._fit_arguments(experiment, refit.version, refit.fit, refit.model, refit.add)
 
         def store(found: "FitFound") -> Json:
-            return {"model": store_refit(self.story(experiment), found, user).id}
+            version = store_refit(self.story(experiment), found, user)
+            self._fit_earlier_again(experiment, user)
+            return {"model": version.id}
 
         return self._jobs.submit(
             "identify",
@@ -151,6 +158,14 @@ class ModelWorkflow:
             repeated=True,
         )
 
+    def fit_earlier_again(self, experiment: str, user: str) -> Job | None:
+        """Fit the versions again whose error is of other data than the current one's; None where all are of the same.
+
+        One job for each, the newest version first; each begins the next.
+        """
+        self._refuse_overlap(experiment)
+        return self._fit_earlier_again(experiment, user)
+
     # --- what is missing
 
     def diagnose(self, experiment: str, user: str, identifier: str | None = None) -> Job:
@@ -161,6 +176,7 @@ class ModelWorkflow:
 
         def store(document: DiagnosisDocument) -> Json:
             story.store_diagnosis(version.id, document)
+            self._fit_earlier_again(experiment, user)
             return {"model": version.id, "diagnosis": version.id}
 
         def arguments() -> Arguments:
@@ -213,6 +229,7 @@ class ModelWorkflow:
                 advice=NO_RIVALS,
             )
             story.store_next_experiment(version.id, joints.index(joint), document or nothing)
+            self._fit_earlier_again(experiment, user)
             return {"model": version.id, "joint": joint}
 
         return self._jobs.submit(
@@ -249,6 +266,7 @@ class ModelWorkflow:
                     fit=fit_entry("f1", step.fit),
                 )
             standing = story.read().line[-1]
+            self._fit_earlier_again(experiment, user)
             return {"model": standing, "improvement": found.improvement.to_json()}
 
         return self._jobs.submit(
@@ -269,7 +287,10 @@ class ModelWorkflow:
 
     def _refuse_overlap(self, experiment: str) -> None:
         self._experiments.folder(experiment)
-        if (job := self._jobs.active(experiment)) is not None:
+        self._jobs.cancel_kinds(experiment, (FIT_AGAIN,))  # begun again once what is asked for is done
+        others = [each for each in self._jobs.unfinished(experiment) if each.kind != FIT_AGAIN]
+        if others:
+            job = others[0]
             raise Problem(
                 409, f"The job {job.kind} of this experiment is not done yet; wait or cancel it.", job=job.id
             )
@@ -303,10 +324,34 @@ class ModelWorkflow:
         def store(found: "FitFound") -> Json:
             fit = fit_entry("f1", found)
             version = story.add_version(model=model, add=add, cause=cause, change=change, user=user, fit=fit)
+            self._fit_earlier_again(experiment, user)
             return {"model": version.id}
 
         return self._jobs.submit(
             "identify", f"{COMPUTATIONS}:fit", arguments, store, user=user, experiment=experiment
+        )
+
+    def _fit_earlier_again(self, experiment: str, user: str) -> Job | None:
+        """The next version that is to be fitted again, as a job; also called by the job before, as it ends."""
+        story = self.story(experiment)
+        stale = story.read().stale(data_fingerprint(story.folder.parent))
+        waiting = [job for job in self._jobs.unfinished(experiment) if job.state == JobState.QUEUED]
+        if not stale or waiting:
+            return None
+        version = stale[0]
+
+        def arguments() -> Arguments:
+            fit = f"f{len(story.read().version(version.id).fits) + 1}"
+            return self._fit_arguments(experiment, version.id, fit, version.model, version.add)
+
+        def store(found: "FitFound") -> Json:
+            number = len(story.read().version(version.id).fits) + 1
+            story.add_fit(version.id, fit_entry(f"f{number}", found))
+            self._fit_earlier_again(experiment, user)
+            return {"model": version.id}
+
+        return self._jobs.submit(
+            FIT_AGAIN, f"{COMPUTATIONS}:fit", arguments, store, user=user, experiment=experiment
         )
 
     def _refit_if_stale(self, experiment: str, user: str, version: ModelVersion) -> Job | None:

@@ -23,6 +23,8 @@ from api.service.rig_operators import RigOperators
 from api.service.rig_stop import RigStop
 from api.service.rig_store import RigStore
 from api.service.separating_plans import SeparatingPlanner
+from api.service.session_catalogue import SessionCatalogue
+from api.service.session_facts import FileFacts
 from api.service.session_samples import SessionSamples
 from api.service.settings import ServiceSettings
 from api.service.sign_in_throttle import SignInThrottle
@@ -45,6 +47,7 @@ class Service:
     disk: DiskBudget
     jobs: JobRunner
     models: ModelWorkflow
+    catalogue: SessionCatalogue
     rigs: RigStore
     claims: BusClaims
     operators: RigOperators
@@ -102,6 +105,7 @@ def create_service(settings: ServiceSettings) -> Service:
         disk=DiskBudget(settings.data_folder, settings.disk_budget),
         jobs=jobs,
         models=models,
+        catalogue=SessionCatalogue(experiments, models, FileFacts(ConfinedReader(settings.upload_limits))),
         rigs=rigs,
         claims=claims,
         operators=operators,

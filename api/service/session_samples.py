@@ -28,35 +28,37 @@ class SessionSamples:
     def __init__(self, folder: Path, reader: ConfinedReader) -> None:
         self._folder = folder
         self._reader = reader
-        self._held: SessionCache[tuple[str, int, int, int], Session] = SessionCache()
+        self._held: SessionCache[tuple[str, int, int], Session] = SessionCache()
 
-    def read(self, experiment_folder: Path, file: str, place: int) -> Session:
-        """The session in that file, at that place of the experiment, read now or held.
+    def read(self, experiment_folder: Path, file: str) -> Session:
+        """The session in that file, which the experiment lists, read now or held.
 
         Raises InputError if it cannot be read, and the problem 413 where that takes more memory or time than there is.
         """
         changed = (experiment_folder / file).stat().st_mtime_ns
         settings = (experiment_folder / "experiment.yaml").stat().st_mtime_ns
-        key = (str(experiment_folder / file), changed, settings, place)
-        return self._held.get(key, lambda: self._mapped(experiment_folder, place))
+        key = (str(experiment_folder / file), changed, settings)
+        return self._held.get(key, lambda: self._mapped(experiment_folder, file))
 
-    def _mapped(self, experiment_folder: Path, place: int) -> Session:
+    def _mapped(self, experiment_folder: Path, file: str) -> Session:
         self._folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=self._folder) as output:
             try:
                 session: Session = self._reader(
-                    READ, experiment=str(experiment_folder), place=place, output=output
+                    READ, experiment=str(experiment_folder), file=file, output=output
                 )
             except LimitExceeded as error:
                 raise Problem(413, f"The recording cannot be shown here: {error}.") from error
-            samples = {file.stem: np.load(file, mmap_mode="r") for file in Path(output).glob("*.npy")}
+            samples = {saved.stem: np.load(saved, mmap_mode="r") for saved in Path(output).glob("*.npy")}
         return replace(session, **samples)
 
 
-def read_session(progress: Progress, experiment: str, place: int, output: str) -> Session:
+def read_session(progress: Progress, experiment: str, file: str, output: str) -> Session:
     """Read a session in a process of its own; its samples are left in `output`, one .npy each, and further columns out."""
     loaded = load_experiment(Path(experiment))
-    session = loaded.read(loaded.sessions[place])
+    session = loaded.read(
+        next(entry for entry in (*loaded.sessions, *loaded.excluded) if entry.file == file)
+    )
     columns = {
         field.name: value
         for field in fields(session)

@@ -159,21 +159,22 @@ def _copy(source: IO[bytes], target: IO[bytes], allowance: Allowance, most: int 
 
 def _check_sessions(experiment: Experiment, folder: Path, allowance: Allowance) -> None:
     """Read every session once: what cannot be read is not stored."""
-    names = [entry.file for entry in experiment.sessions]
+    listed = (*experiment.sessions, *experiment.excluded)
+    names = [entry.file for entry in listed]
     names += [str(path.relative_to(folder)) for path in experiment.effects]
     given = {path.name for path in folder.iterdir()}
     for name in names:
         if name not in given:  # also a name with folders in it
             raise InputError(f"{EXPERIMENT_FILE}: sessions: {name!r} is not a file of the upload")
-    ids = [session_id(entry.file) for entry in experiment.sessions]
-    for path in (folder / entry.file for entry in experiment.sessions):
+    ids = [session_id(entry.file) for entry in listed]
+    for path in (folder / entry.file for entry in listed):
         if ids.count(session_id(path.name)) > 1:
             raise InputError(f"{EXPERIMENT_FILE}: sessions: two files are called {session_id(path.name)}")
         if path.name.endswith(".gz"):
             _count_decompressed(path, allowance)
         elif path.name.endswith(HDF5_ENDINGS):
             _check_hdf5(path, allowance)
-    for entry in experiment.sessions:
+    for entry in listed:
         experiment.read(entry)
 
 

@@ -11,6 +11,7 @@ from identify.recording.experiment_file import (
     Robot,
     SignalCutoffs,
     append_session,
+    change_session,
     write_experiment,
 )
 from identify.recording.session import Session, SessionEntry
@@ -28,6 +29,7 @@ __all__ = [
     "SessionEntry",
     "SignalCutoffs",
     "append_session",
+    "change_session",
     "load_experiment",
     "write_experiment",
 ]

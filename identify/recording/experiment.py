@@ -35,10 +35,13 @@ class Experiment:
     """The experiment file."""
     robot: Robot
     sessions: tuple[SessionEntry, ...]
+    """Those that take part, in the order of the file."""
     payloads: tuple[Payload, ...]
     signals: SignalCutoffs
     effects: tuple[Path, ...]
     """Files of the user's own effects."""
+    excluded: tuple[SessionEntry, ...] = ()
+    """Sessions that the file lists and excludes: models neither use them nor are checked on them."""
     _held: SessionCache[SessionEntry, Session] = field(
         default_factory=lambda: SessionCache(), compare=False, repr=False
     )
@@ -95,24 +98,34 @@ def experiment_from(declared: ExperimentFile, file: Path) -> Experiment:
     Raises InputError: a session's or an effect's file is not there.
     """
     payloads = {payload.name: payload for payload in declared.payloads}
-    for kind, names in (
-        ("sessions", [session.file for session in declared.sessions]),
-        ("effects", declared.effects),
-    ):
-        for index, name in enumerate(names):
-            if not (file.parent / name).is_file():
-                raise InputError(f"{file}: {kind}[{index}]: there is no file '{name}' in {file.parent}")
+    needed = [
+        (f"sessions[{index}]", session.file)
+        for index, session in enumerate(declared.sessions)
+        if session.excluded is None
+    ]
+    needed += [(f"effects[{index}]", name) for index, name in enumerate(declared.effects)]
+    for place, name in needed:
+        if not (file.parent / name).is_file():
+            raise InputError(f"{file}: {place}: there is no file '{name}' in {file.parent}")
+    listed = [
+        SessionEntry(
+            session.file,
+            file.parent / session.file,
+            payloads[session.payload],
+            session.role,
+            session.excluded,
+        )
+        for session in declared.sessions
+    ]
     return Experiment(
         name=declared.name,
         path=file,
         robot=declared.robot,
-        sessions=tuple(
-            SessionEntry(session.file, file.parent / session.file, payloads[session.payload], session.role)
-            for session in declared.sessions
-        ),
+        sessions=tuple(entry for entry in listed if entry.excluded is None),
         payloads=declared.payloads,
         signals=declared.signals,
         effects=tuple(file.parent / name for name in declared.effects),
+        excluded=tuple(entry for entry in listed if entry.excluded is not None),
     )
 
 

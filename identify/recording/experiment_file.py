@@ -139,6 +139,8 @@ class DeclaredSession(_Settings):
     file: Word
     payload: Word
     role: Literal["identification", "validation"] = "identification"
+    excluded: Word | None = None
+    """Why no model is to use the session; None where it takes part in its role."""
 
 
 class SignalCutoffs(_Settings):
@@ -292,6 +294,25 @@ def write_experiment(folder: Path, experiment: ExperimentFile) -> Path:
     text = yaml.safe_dump(document, sort_keys=False, allow_unicode=True, default_flow_style=None, width=110)
     write_atomically(path, text.encode())
     return path
+
+
+def change_session(folder: Path, file: str, **changes: str | None) -> ExperimentFile:
+    """Change what `sessions` says of one file (`role`, `excluded`); returns what now stands there.
+
+    Raises InputError: the experiment is not valid, would not be after the change, or lists no such file.
+    """
+    path = folder / EXPERIMENT_FILE
+    experiment = read_experiment_file(path)
+    if file not in {session.file for session in experiment.sessions}:
+        raise InputError(f"{path}: sessions: '{file}' is not listed")
+    document = experiment.model_dump() | {
+        "sessions": [
+            item.model_dump() | (changes if item.file == file else {}) for item in experiment.sessions
+        ],
+    }
+    changed = check_settings(ExperimentFile, document, {}, path)
+    write_experiment(folder, changed)
+    return changed
 
 
 def append_session(folder: Path, session: DeclaredSession, payload: Payload | None = None) -> ExperimentFile:

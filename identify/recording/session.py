@@ -24,6 +24,8 @@ class SessionEntry:
     payload: Payload
     role: str
     """identification or validation"""
+    excluded: str | None = None
+    """Why no model is to use it; None for those that take part."""
 
 
 @dataclass(frozen=True)

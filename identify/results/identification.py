@@ -37,6 +37,17 @@ class SessionError(Part):
     payload: str = Field(description="name of the payload", examples=["none"])
     role: Role = Field(description="how the session was used", examples=["identification"])
     relative_error: Figure = Field(description="‖Y − Wχ‖ / ‖Y‖, part of the measured torque", examples=[0.07])
+    duration: Figure = Field(
+        default=None, description="s of samples; null in documents of earlier versions", examples=[60.0]
+    )
+
+
+class ExcludedSession(Part):
+    """A session that the experiment lists and excludes: the model neither uses it nor is checked on it."""
+
+    file: str = Field(description="of the recording, in the experiment's folder", examples=["session-02.h5"])
+    payload: str = Field(description="name of the payload", examples=["disk"])
+    reason: str = Field(description="as whoever excluded it gave it", examples=["the payload was loose"])
 
 
 class Parameter(Part):
@@ -236,6 +247,9 @@ class IdentificationDocument(Document):
     )
     joints: tuple[JointError, ...] = Field(description="errors of each joint")
     sessions: tuple[SessionError, ...] = Field(description="errors of each session")
+    excluded: tuple[ExcludedSession, ...] = Field(
+        default=(), description="sessions that the experiment excludes, with the reason"
+    )
     parameters: tuple[Parameter, ...] = Field(description="what was estimated")
     condition_number: Figure = Field(description="of the scaled observation matrix", examples=[31.2])
     samples: int = Field(description="decimated rows of the fit, over all joints", examples=[6021])

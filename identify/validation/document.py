@@ -9,6 +9,7 @@ from identify.estimation.small_algebra import single_threaded
 from identify.results.effect import EffectOnJoint
 from identify.results.identification import (
     EffectConstants,
+    ExcludedSession,
     IdentificationDocument,
     JointError,
     SessionError,
@@ -69,8 +70,13 @@ def identification_document(result: Identified) -> IdentificationDocument:
                 payload=entry.payload.name,
                 role=result.role_of(entry),
                 relative_error=ratio(*squares[entry.file]),
+                duration=record.facts(entry).duration,
             )
             for entry in entries
+        ),
+        excluded=tuple(
+            ExcludedSession(file=entry.file, payload=entry.payload.name, reason=entry.excluded or "")
+            for entry in result.experiment.excluded
         ),
         parameters=tuple(parameter.document() for parameter in result.parameters),
         condition_number=fitted.fit.condition_number,

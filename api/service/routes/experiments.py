@@ -1,14 +1,15 @@
 """Experiments: folders with a robot, payloads and sessions."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, cast
 
 from fastapi import APIRouter, File, Form, Path, Request, Response, UploadFile
 from pydantic import BaseModel, Field
 
 from api.service import access
-from api.service.database import ExperimentRow, SessionRow
+from api.service.database import ExperimentRow
 from api.service.openapi import ResourceRoute, problems
 from api.service.routes.jobs import JobView
+from api.service.session_catalogue import CatalogueEntry
 from api.stored_experiments import EXPERIMENT_ID
 from identify.recording import Payload
 from identify.recording.plain_text import Printable
@@ -38,11 +39,42 @@ class SessionSummary(BaseModel):
     reason: str | None = Field(description="why it ended so, in words", examples=[None])
     rig: str | None = Field(examples=["rx130l-joint3-simulated"])
     plan: str | None = Field(examples=["joint3-sinusoids"])
+    started: str | None = Field(
+        description="ISO 8601, UTC; null where the file does not say", examples=["2026-11-22T15:04:05+00:00"]
+    )
+    operator: str | None = Field(description="who measured it", examples=["ada"])
+    seconds: float | None = Field(
+        description="from the first sample to the last; null where not known", examples=[60.0]
+    )
+    lost: float | None = Field(
+        description="share of the drives' answers that did not come, 0 to 1", examples=[0.0002]
+    )
+    excluded: str | None = Field(
+        description="why no model uses it; null where it takes part in its role", examples=[None]
+    )
+    note: str = Field(description="what somebody wrote about it", examples=["second try, colder"])
 
     @classmethod
-    def of(cls, row: SessionRow) -> "SessionSummary":
-        """The view of an index row."""
-        return cls.model_validate(row, from_attributes=True)
+    def of(cls, entry: CatalogueEntry) -> "SessionSummary":
+        """The view of an entry of the catalogue."""
+        row, facts = entry.row, entry.facts
+        return cls(
+            id=row.id,
+            file=row.file,
+            payload=row.payload,
+            weighed=row.weighed,
+            role=cast(Literal["identification", "validation"], row.role),
+            state=row.state,
+            reason=row.reason,
+            rig=entry.rig,
+            plan=entry.plan,
+            started=facts.started,
+            operator=facts.operator,
+            seconds=facts.seconds,
+            lost=facts.lost,
+            excluded=entry.excluded,
+            note=entry.note,
+        )
 
 
 class ExperimentSummary(BaseModel):
@@ -87,9 +119,9 @@ class Imported(BaseModel):
 
 def view(request: Request, identifier: str) -> ExperimentView:
     """The whole of one experiment. Raises the problem 404."""
-    experiments = access.service_of(request).experiments
-    row = experiments.row(identifier)
-    sessions = [SessionSummary.of(each) for each in experiments.sessions(identifier)]
+    service = access.service_of(request)
+    row = service.experiments.row(identifier)
+    sessions = [SessionSummary.of(each) for each in service.catalogue.entries(identifier)]
     return ExperimentView(**ExperimentSummary.of(row).model_dump(), payloads=row.payloads, sessions=sessions)
 
 

@@ -67,8 +67,8 @@ def _path(request: Request, experiment: str, session: str) -> Path:
 
 def _samples(request: Request, experiment: str, session: str) -> Session:
     experiments = service_of(request).experiments
-    place, entry = experiments.session_place(experiment, session)
-    return service_of(request).samples.read(experiments.folder(experiment), entry.file, place)
+    _place, entry = experiments.session_place(experiment, session)
+    return service_of(request).samples.read(experiments.folder(experiment), entry.file)
 
 
 def _formats(path: Path) -> list[RecordingFormat]:

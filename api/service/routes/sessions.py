@@ -7,9 +7,11 @@ from pydantic import BaseModel, Field, model_validator
 
 from api.service import access
 from api.service.access import client_address, service_of
+from api.service.database import SessionRow
 from api.service.openapi import ResourceRoute, problems
 from api.service.problems import Problem
 from api.service.routes.experiments import ExperimentId, SessionId, SessionSummary
+from api.service.routes.jobs import JobView
 from api.service.routes.rigs import Stopped
 from identify.recording.experiment_file import Payload
 from identify.results.document import Json
@@ -69,6 +71,31 @@ class RigCheckView(BaseModel):
     items: list[Json] = Field(examples=[[{"what": "node 3", "ok": True, "words": "answers, homed"}]])
 
 
+class SessionChange(BaseModel):
+    """What is to be changed of a measured session; what is left out stays."""
+
+    excluded: Annotated[
+        str | None,
+        Field(
+            max_length=500,
+            description="why no model is to use it; null includes it again",
+            examples=["the payload was loose"],
+        ),
+    ] = None
+    role: Annotated[
+        Literal["identification", "validation"] | None,
+        Field(description="fit models to it, or only check them on it", examples=[None]),
+    ] = None
+    note: Annotated[str | None, Field(max_length=2000, examples=["second try, colder"])] = None
+
+
+class ChangedSession(BaseModel):
+    """A session after a change, and the job that fits the models again where the data have changed."""
+
+    session: SessionSummary
+    job: JobView | None
+
+
 @router.post("/experiments/{experiment}/sessions", status_code=201, responses=problems(409, 507))
 def create_session(
     request: Request, response: Response, user: access.Operator, experiment: ExperimentId, new: NewSession
@@ -86,13 +113,13 @@ def create_session(
     )
     service.live.tell(new.rig)
     response.headers["Location"] = f"/experiments/{experiment}/sessions/{row.id}"
-    return SessionSummary.of(row)
+    return _summary(request, row)
 
 
 @router.get("/experiments/{experiment}/sessions")
 def list_sessions(request: Request, _user: access.Viewer, experiment: ExperimentId) -> list[SessionSummary]:
     """The sessions of an experiment, measured or being prepared."""
-    return [SessionSummary.of(row) for row in service_of(request).experiments.sessions(experiment)]
+    return [SessionSummary.of(entry) for entry in service_of(request).catalogue.entries(experiment)]
 
 
 @router.get("/experiments/{experiment}/sessions/{session}")
@@ -100,7 +127,33 @@ def get_session(
     request: Request, _user: access.Viewer, experiment: ExperimentId, session: SessionId
 ) -> SessionSummary:
     """One session."""
-    return SessionSummary.of(service_of(request).experiments.session(experiment, session))
+    return SessionSummary.of(service_of(request).catalogue.entry(experiment, session))
+
+
+@router.patch("/experiments/{experiment}/sessions/{session}", responses=problems(409))
+def change_session(
+    request: Request,
+    user: access.Operator,
+    experiment: ExperimentId,
+    session: SessionId,
+    change: SessionChange,
+) -> ChangedSession:
+    """Exclude a measured session from all models or include it again, change its role, or write a note. Models are fitted
+    again where the data have changed; the reason of an exclusion is kept with the data."""
+    catalogue = service_of(request).catalogue
+    given = change.model_fields_set
+    job = None
+    if "note" in given:
+        catalogue.write_note(experiment, session, change.note or "")
+    if "role" in given and change.role is not None:
+        job = catalogue.set_role(experiment, session, change.role, user.name)
+    if "excluded" in given:
+        if change.excluded is not None:
+            job = catalogue.exclude(experiment, session, change.excluded, user.name)
+        elif catalogue.entry(experiment, session).excluded is not None:
+            job = catalogue.include(experiment, session, user.name)
+    entry = catalogue.entry(experiment, session)
+    return ChangedSession(session=SessionSummary.of(entry), job=JobView.of(job) if job else None)
 
 
 @router.delete("/experiments/{experiment}/sessions/{session}", status_code=204, responses=problems(409))
@@ -131,7 +184,7 @@ def weigh(
     def mass() -> float:
         return typed if typed is not None else service.scale.weigh()
 
-    return SessionSummary.of(service.sessions.weigh(experiment, session, user, mass))
+    return _summary(request, service.sessions.weigh(experiment, session, user, mass))
 
 
 @router.post("/experiments/{experiment}/sessions/{session}/confirm", responses=problems(409))
@@ -139,7 +192,7 @@ def confirm(
     request: Request, user: access.Operator, experiment: ExperimentId, session: SessionId
 ) -> SessionSummary:
     """Confirm that this payload is mounted. The weighed mass must be the payload's."""
-    return SessionSummary.of(service_of(request).sessions.confirm(experiment, session, user))
+    return _summary(request, service_of(request).sessions.confirm(experiment, session, user))
 
 
 @router.post("/experiments/{experiment}/sessions/{session}/arm", responses=problems(409, 503))
@@ -148,7 +201,7 @@ def arm(
 ) -> SessionSummary:
     """Start recorder and monitors; the next step moves the robot."""
     sessions = service_of(request).sessions
-    return SessionSummary.of(sessions.arm(experiment, session, user, client_address(request)))
+    return _summary(request, sessions.arm(experiment, session, user, client_address(request)))
 
 
 @router.post("/experiments/{experiment}/sessions/{session}/start", responses=problems(409, 503))
@@ -157,7 +210,7 @@ def start(
 ) -> SessionSummary:
     """Move the robot."""
     sessions = service_of(request).sessions
-    return SessionSummary.of(sessions.start(experiment, session, user, client_address(request)))
+    return _summary(request, sessions.start(experiment, session, user, client_address(request)))
 
 
 @router.post("/experiments/{experiment}/sessions/{session}/stop", responses=problems(409))
@@ -176,7 +229,7 @@ def recover(
     request: Request, user: access.Operator, experiment: ExperimentId, session: SessionId
 ) -> SessionSummary:
     """Finish a recording whose process died: what was measured until then becomes a session's file."""
-    return SessionSummary.of(service_of(request).sessions.recover(experiment, session, user))
+    return _summary(request, service_of(request).sessions.recover(experiment, session, user))
 
 
 @router.post("/experiments/{experiment}/sessions/{session}/admit", responses=problems(409))
@@ -184,4 +237,9 @@ def admit(
     request: Request, user: access.Operator, experiment: ExperimentId, session: SessionId
 ) -> SessionSummary:
     """Use a session that a limit, a fault or somebody ended, after a look at it; all sessions are identified anew."""
-    return SessionSummary.of(service_of(request).sessions.admit(experiment, session, user))
+    return _summary(request, service_of(request).sessions.admit(experiment, session, user))
+
+
+def _summary(request: Request, row: SessionRow) -> SessionSummary:
+    """The session of an index row as the catalogue knows it."""
+    return SessionSummary.of(service_of(request).catalogue.entry(row.experiment, row.id))

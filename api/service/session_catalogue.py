@@ -1,0 +1,199 @@
+"""The catalogue of an experiment's sessions: what is known of each, and whether and as what models use it.
+
+Whether a session takes part, and in which role, stands in the experiment's own file, for the identifier to read wherever
+it runs. Notes stand beside it:
+
+    notes.yaml      session file -> what somebody wrote about it; no model depends on it
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import yaml
+
+from api.service.database import SessionRow
+from api.service.experiment_store import ExperimentStore
+from api.service.folder_description import INCOMPLETE
+from api.service.jobs import Job
+from api.service.model_workflow import ModelWorkflow
+from api.service.problems import Problem
+from api.service.session_facts import FileFacts, SessionFacts
+from daq.experiment_folder import changing
+from identify.recording import InputError, change_session
+from identify.recording.atomic_file import write_atomically
+from identify.recording.experiment_file import DeclaredSession
+
+NOTES = "notes.yaml"
+Role = Literal["identification", "validation"]
+
+
+@dataclass(frozen=True)
+class CatalogueEntry:
+    """One session. `excluded` is the reason, None where it takes part; `note` is empty where nobody wrote one."""
+
+    row: SessionRow
+    facts: SessionFacts
+    excluded: str | None
+    note: str
+
+    @property
+    def rig(self) -> str | None:
+        """The rig that it was measured on; None for one that was measured elsewhere."""
+        return self.row.rig or self.facts.rig
+
+    @property
+    def plan(self) -> str | None:
+        """The plan that was driven."""
+        return self.row.plan or self.facts.plan
+
+    @property
+    def measured(self) -> bool:
+        """Whether the experiment's file lists it: whole, or admitted although it ended early."""
+        return self.row.file is not None and not self.row.file.startswith(INCOMPLETE)
+
+
+class SessionCatalogue:
+    """Sessions of all experiments."""
+
+    def __init__(self, experiments: ExperimentStore, models: ModelWorkflow, facts: FileFacts) -> None:
+        self._experiments = experiments
+        self._models = models
+        self._facts = facts
+
+    def entries(self, experiment: str) -> list[CatalogueEntry]:
+        """All sessions, by their ids. Raises the problem 404."""
+        return self._described(experiment, self._experiments.sessions(experiment))
+
+    def entry(self, experiment: str, session: str) -> CatalogueEntry:
+        """One session. Raises the problem 404."""
+        return self._described(experiment, [self._experiments.session(experiment, session)])[0]
+
+    def rigs(self, experiment: str) -> list[str]:
+        """The rigs that the sessions of an experiment were measured on, each once, the newest last."""
+        entries = sorted(self.entries(experiment), key=lambda entry: entry.row.created)
+        rigs = [entry.rig for entry in entries if entry.rig is not None]
+        return list(dict.fromkeys(reversed(rigs)))[::-1]
+
+    def other_rig(self, experiment: str, rig: str) -> str | None:
+        """The warning, in words that name both, where an experiment's sessions were measured on another rig than `rig`."""
+        sessions = [entry for entry in self.entries(experiment) if entry.measured]
+        rigs = list(dict.fromkeys(entry.rig for entry in sessions if entry.rig != rig))
+        if not rigs:
+            return None
+        names = " and ".join(each or "a rig that is not named" for each in rigs)
+        return (
+            f"The sessions of {self._experiments.row(experiment).name} were measured on {names}; the rig chosen is {rig}. "
+            "One model of two machines describes neither: choose a new experiment, unless it is the same machine."
+        )
+
+    def exclude(self, experiment: str, session: str, reason: str, user: str) -> Job:
+        """Let no model use a session; all models are fitted again. The reason is kept in the experiment's file.
+
+        Raises the problem 404, 409 (it was not measured, or no session would be left to fit), 422 (no reason).
+        """
+        reason = " ".join(reason.split())
+        if not reason:
+            raise Problem(422, "Give the reason why the session is excluded: it is kept with the data.")
+        entry = self._listed(experiment, session)
+        self._require_another(experiment, entry, "exclude")
+        return self._change(experiment, entry, user, excluded=reason)
+
+    def include(self, experiment: str, session: str, user: str) -> Job:
+        """Let models use an excluded session again. Raises the problem 404, 409 (it is not excluded)."""
+        entry = self._listed(experiment, session)
+        if entry.excluded is None:
+            raise Problem(409, f"The session {session} is not excluded; there is nothing to change.")
+        return self._change(experiment, entry, user, excluded=None)
+
+    def set_role(self, experiment: str, session: str, role: Role, user: str) -> Job | None:
+        """Fit models to a session, or only check them on it; None where it has that role. Raises the problem 404, 409."""
+        entry = self._listed(experiment, session)
+        if entry.row.role == role:
+            return None
+        if role == "validation":
+            self._require_another(experiment, entry, "check only on")
+        return self._change(experiment, entry, user, role=role)
+
+    def write_note(self, experiment: str, session: str, note: str) -> None:
+        """Keep a note beside a session, or remove it with an empty one. Raises the problem 404, 409 (not measured)."""
+        row = self._experiments.session(experiment, session)
+        if row.file is None:
+            raise Problem(409, f"The session {session} is {row.state}: write the note once it is measured.")
+        folder = self._experiments.folder(experiment)
+        with changing(folder):
+            notes = read_notes(folder) | {row.file.rpartition("/")[2]: note.strip()}
+            kept = {file: words for file, words in notes.items() if words}
+            write_atomically(folder / NOTES, yaml.safe_dump(kept, allow_unicode=True).encode())
+
+    # --- inside
+
+    def _described(self, experiment: str, rows: list[SessionRow]) -> list[CatalogueEntry]:
+        folder = self._experiments.folder(experiment)
+        declared, notes = self._declared(experiment), read_notes(folder)
+        facts = self._facts.of([folder / (row.file or "not measured") for row in rows])
+        return [
+            CatalogueEntry(
+                row=row,
+                facts=known,
+                excluded=declared[row.file].excluded if row.file in declared else None,
+                note=notes.get((row.file or "").rpartition("/")[2], ""),
+            )
+            for row, known in zip(rows, facts, strict=True)
+        ]
+
+    def _declared(self, experiment: str) -> dict[str, DeclaredSession]:
+        """File -> what the experiment's file says of it; nothing where somebody broke that file, which is said elsewhere."""
+        try:
+            return {each.file: each for each in self._experiments.declared(experiment).sessions}
+        except InputError:
+            return {}
+
+    def _listed(self, experiment: str, session: str) -> CatalogueEntry:
+        entry = self.entry(experiment, session)
+        if not entry.measured:
+            raise Problem(
+                409,
+                f"The session {session} is {entry.row.state}: no model uses it. Measure it, recover it or admit it first.",
+            )
+        return entry
+
+    def _require_another(self, experiment: str, entry: CatalogueEntry, verb: str) -> None:
+        """Refuse to take the last session from the fit."""
+        left = [
+            other
+            for other in self.entries(experiment)
+            if other.measured
+            and other.row.id != entry.row.id
+            and other.excluded is None
+            and other.row.role == "identification"
+        ]
+        if not left and entry.excluded is None and entry.row.role == "identification":
+            raise Problem(
+                409,
+                f"{entry.row.id} is the only session that models are fitted to. Measure or include another, then {verb} it.",
+            )
+
+    def _change(self, experiment: str, entry: CatalogueEntry, user: str, **changes: str | None) -> Job:
+        folder = self._experiments.folder(experiment)
+        with changing(folder):
+            change_session(folder, entry.row.file or "", **changes)
+        self._experiments.refresh(experiment)
+        return self._models.refit(experiment, user)
+
+
+def read_notes(folder: Path) -> dict[str, str]:
+    """Session file -> note. Raises InputError if somebody broke the file."""
+    try:
+        found = yaml.safe_load((folder / NOTES).read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return {}
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise InputError(f"{NOTES}: is not readable as YAML ({error}); correct or remove it") from error
+    if found is None:
+        return {}
+    if not isinstance(found, dict) or not all(
+        isinstance(each, str) for pair in found.items() for each in pair
+    ):
+        raise InputError(f"{NOTES}: must map session files to texts; correct or remove it")
+    return found
