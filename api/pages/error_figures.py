@@ -133,6 +133,14 @@ def _reach(bands: Sequence[ErrorBand]) -> float:
     return float(np.quantile(ends, 0.98)) * 1.1 if ends.size and ends.any() else 1.0
 
 
+def part_of_fit(models: Sequence[JointSamples], fitted: Collection[str]) -> list[JointSamples]:
+    """The samples of the sessions in `fitted`; all samples where none of those sessions is among them."""
+    files = [index for index, file in enumerate(models[0].files) if file in fitted]
+    if files and len(files) < len(models[0].files):
+        return [samples.where(np.isin(samples.session, files)) for samples in models]
+    return list(models)
+
+
 def tables(
     models: Sequence[JointSamples], payload_of: Mapping[str, str], fitted: Collection[str]
 ) -> dict[str, list[error_tables.ErrorRow]]:
@@ -141,10 +149,7 @@ def tables(
     fitted : files of the sessions that the fit has used; the others (validation) only stand in the table by session,
              unless nothing else is shown
     """
-    files = [index for index, file in enumerate(models[0].files) if file in fitted]
-    used = models
-    if files and len(files) < len(models[0].files):
-        used = [samples.where(np.isin(samples.session, files)) for samples in models]
+    used = part_of_fit(models, fitted)
     by_session = error_tables.by_session(models)
     return {
         "speed": error_tables.by_speed(used),

@@ -10,12 +10,12 @@ import numpy as np
 from markupsafe import Markup
 
 from api.pages.catalogue_words import effect_titles, entry_of
+from api.pages.constant_words import constant_words
 from api.pages.error_figures import JointUnits, effect_picture
 from api.pages.joint_samples import JointSamples
 from api.pages.model_figures import FIGURE_SAMPLES
 from api.pages.stored_models import ShownModel, StoredExperiment
-from api.pages.verdict_words import constant_words
-from identify.results.diagnosis import Candidate, JointDiagnosis
+from identify.results.diagnosis import Candidate, Estimate, JointDiagnosis
 
 
 @dataclass(frozen=True)
@@ -68,6 +68,8 @@ class SelectedEvidence:
     picture_words: str
     with_words: str | None
     errors: Errors
+    probability: float | None
+    estimates: tuple[Estimate, ...]
 
 
 def joint_diagnosis(stored: StoredExperiment, shown: ShownModel, joint: str) -> JointDiagnosis | None:
@@ -88,7 +90,8 @@ def selected_evidence(
     None where there is no effect to show.
     """
     candidates = {each.effect: each for each in diagnosis.candidates} if diagnosis else {}
-    units = JointUnits.of(stored.declared.robot.joints[stored.joint_names.index(joint)].type)
+    of_joint = stored.declared.robot.joints[stored.joint_names.index(joint)]
+    units, motor_ratio = JointUnits.of(of_joint.type), abs(of_joint.motor_ratio)
     added = (shown.version.change or "").split("@")[0] if shown.version.cause == "effect added" else None
     if effect is None:
         missing = diagnosis.missing if diagnosis else ()
@@ -108,7 +111,10 @@ def selected_evidence(
         candidate = None if earlier is None else earlier.candidate(effect)
         errors = replace(
             Errors.of(candidate),
-            relative_error_before=parent.joint(joint).relative_error,
+            # Errors of other data say nothing of the effect.
+            relative_error_before=parent.joint(joint).relative_error
+            if parent.version.fit.data == shown.version.fit.data
+            else None,
             relative_error_after=shown.joint(joint).relative_error,
         )
     else:
@@ -126,13 +132,21 @@ def selected_evidence(
         equation=known.equation if known else "",
         source=entry.source if entry else "",
         explanation=known.explanation if known else "",
-        constants=constant_words(candidate.constants, units) if candidate else [],
+        constants=constant_words(candidate.constants, units, motor_ratio) if candidate else [],
         caution=candidate.caution if candidate else None,
         picture=picture,
         picture_words=f"Residual over {over.label}",
         with_words=words,
         errors=errors,
+        probability=candidate.probability if candidate else None,
+        estimates=_known_estimates(candidate),
     )
+
+
+def _known_estimates(candidate: Candidate | None) -> tuple[Estimate, ...]:
+    """Sizes that were estimated beside the model; none where the diagnosis did not."""
+    given = candidate.estimates if candidate is not None and candidate.estimates is not None else ()
+    return tuple(each for each in given if each.value is not None)
 
 
 def _predicted(

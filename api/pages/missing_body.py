@@ -12,6 +12,7 @@ from api.pages.layout import experiment_link
 from api.pages.model_steps import step_chart, step_link
 from api.pages.rendering import Context
 from api.pages.rival_effects import rival_effects_context
+from api.pages.scope_words import scope_of_fit
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.pages.verdict_words import structure_words, verdict_of, where_words
 from identify.effects.model import IN_EVERY_MODEL
@@ -27,7 +28,7 @@ SHOWN_PLACES = 6
 
 @dataclass(frozen=True)
 class CandidateRow:
-    """A candidate in the list. `gain`: share of the squared unseen error above the floor that it takes away."""
+    """A candidate in the list. `gain`: part of the error on unseen motion that it takes away, 0 to 1."""
 
     candidate: Candidate
     title: str
@@ -65,20 +66,26 @@ def body_context(
     units = JointUnits.of(stored.declared.robot.joints[stored.joint_names.index(joint)].type)
     floor = shown.joint(joint).noise_floor
     titles = effect_titles()
-    candidates = _candidates(stored, diagnosis, joint, floor)
+    candidates = _candidates(stored, diagnosis, joint)
     where = sorted(diagnosis.where, key=lambda place: place.excess, reverse=True) if diagnosis else []
     superfluous = diagnosis.superfluous if diagnosis else ()
     line = [stored.model(identifier) for identifier in stored.story.line]
     before = line[-2] if len(line) > 1 else None
+    before_differs = before is not None and before.version.fit.data != shown.version.fit.data
     return {
         "verdict": verdict_of(diagnosis, floor, titles),
         "diagnosed": diagnosis is not None,
         "model_effects": _model_effects(stored, shown, joint, superfluous),
         "step_chart": step_chart(stored, joint, floor),
         "current": shown.joint(joint),
-        "previous_error": before.joint(joint).relative_error if before else None,
+        "previous_error": before.joint(joint).relative_error if before and not before_differs else None,
+        "previous_differs": before_differs,
+        "scope": scope_of_fit(shown),
+        "other_data": len(stored.story.stale(shown.version.fit.data)),
+        "fit_earlier_link": step_link(stored, "fit-earlier", joint),
         "noise_floor": floor,
         "candidates": candidates[:SHOWN_CANDIDATES],
+        "by_probability": any(row.candidate.probability is not None for row in candidates),
         "further": candidates[SHOWN_CANDIDATES:],
         "superfluous": [titles.get(name, name) for name in superfluous],
         "missing_steps": _missing_steps(diagnosis, titles),
@@ -113,9 +120,7 @@ def _missing_steps(diagnosis: JointDiagnosis | None, titles: Mapping[str, str]) 
     )
 
 
-def _candidates(
-    stored: StoredExperiment, diagnosis: JointDiagnosis | None, joint: str, floor: float | None
-) -> list[CandidateRow]:
+def _candidates(stored: StoredExperiment, diagnosis: JointDiagnosis | None, joint: str) -> list[CandidateRow]:
     if diagnosis is None:
         return []
     rows, titles = [], effect_titles()
@@ -125,7 +130,7 @@ def _candidates(
             CandidateRow(
                 candidate,
                 title=titles.get(candidate.effect, ""),
-                gain=_gain(candidate, floor),
+                gain=_gain(candidate),
                 first=candidate.effect == next(iter(diagnosis.missing), None),
                 link=f"{experiment_link(stored.id, 'missing')}?{query}",
                 fragment_link=f"{experiment_link(stored.id, 'missing/evidence')}?{query}",
@@ -135,13 +140,12 @@ def _candidates(
     return rows
 
 
-def _gain(candidate: Candidate, floor: float | None) -> float:
-    """Share of the squared unseen error above the floor that the effect takes away, 0 to 1."""
+def _gain(candidate: Candidate) -> float:
+    """Part of the error on unseen motion that the effect takes away, 0 to 1: the change that its evidence shows."""
     before, after = candidate.heldout_error_before, candidate.heldout_error_after
     if not before or after is None:
         return 0.0
-    rest = before**2 - (floor or 0.0) ** 2
-    return min(max((before**2 - after**2) / rest, 0.0), 1.0) if rest > 0 else 0.0
+    return min(max((before - after) / before, 0.0), 1.0)
 
 
 def _model_effects(

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from api.pages.error_figures import ErrorFigures, JointUnits, error_figures, tables
+from api.pages.error_figures import ErrorFigures, JointUnits, error_figures, part_of_fit, tables
 from api.pages.error_tables import ErrorRow
+from api.pages.joint_samples import relative_error
 from api.pages.lru_cache import LruCache
 from api.pages.stored_models import ShownModel, StoredExperiment
 
@@ -18,10 +19,11 @@ _drawn: LruCache[ErrorFigures] = LruCache(64)
 
 @dataclass(frozen=True)
 class CountedErrors:
-    """Tables of errors of one or two models, and the sizes of torque and error of the first over `samples` samples, in the
-    unit of the load; None where nothing moved."""
+    """Tables of errors of one or two models, and error, sizes of torque and error of the first over `samples` samples, in
+    the unit of the load; None where nothing moved. All are of the same samples: those of the fit, or of one session."""
 
     samples: int
+    relative_error: float | None
     rms: float | None
     rms_measured: float | None
     tables: dict[str, list[ErrorRow]]
@@ -37,12 +39,14 @@ def counted_errors(
 
     def count() -> CountedErrors:
         samples = [stored.samples(model, joint, files).in_fit for model in models]
-        of_shown = samples[0]
+        fitted = stored.files_of_fit(models[0])
+        of_shown = part_of_fit(samples, fitted)[0]
         return CountedErrors(
             samples=len(of_shown.time),
+            relative_error=relative_error(of_shown.measured, of_shown.error),
             rms=float(np.sqrt(np.mean(of_shown.error**2))) if len(of_shown.time) else None,
             rms_measured=float(np.sqrt(np.mean(of_shown.measured**2))) if len(of_shown.time) else None,
-            tables=tables(samples, stored.payload_of, stored.files_of_fit(models[0])),
+            tables=tables(samples, stored.payload_of, fitted),
         )
 
     return _counted.get((*(model.folder for model in models), joint, tuple(files)), count)

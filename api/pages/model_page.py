@@ -19,6 +19,7 @@ from api.pages.experiment_frame import experiment_context, no_model_page
 from api.pages.layout import experiment_link, frame
 from api.pages.model_figures import CountedErrors, counted_errors, figures_of
 from api.pages.rendering import PREFIX, Context, page
+from api.pages.scope_words import scope_of_fit, scope_of_session
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.service import access
 
@@ -54,7 +55,8 @@ def model_page(
         "versions": [stored.model(each.id) for each in stored.story.versions],
         "shown_version": shown.number,
         "beside_version": other.number if other else None,
-        "headline": _headline(shown, joint, numbers),
+        "headline": _headline(shown, joint, numbers, session),
+        "scope": scope_of_fit(shown) if session == ALL_SESSIONS else scope_of_session(shown, session),
         "units": units,
         "figures": figures_of(stored, models, first, joint, files, units),
         "tables": numbers.tables | {"joints": _by_joint(stored, models)},
@@ -98,19 +100,24 @@ def _session_choices(
     ]
 
 
-def _headline(shown: ShownModel, joint: str, numbers: CountedErrors) -> Context:
+def _headline(shown: ShownModel, joint: str, numbers: CountedErrors, session: str) -> Context:
+    """The figures above the plots: of the scope that the page names, or of the joint where they have no other."""
     part = shown.joint(joint)
+    whole = session == ALL_SESSIONS
     validation, floor = part.relative_error_validation, part.noise_floor
     return {
         "samples": numbers.samples,
         "rms": numbers.rms,
         "rms_measured": numbers.rms_measured,
-        "error": part.relative_error,
+        "error": part.relative_error if whole else numbers.relative_error,
         "error_note": f"model {shown.number}: {shown.words}",
+        "whole": whole,
         "validation": validation,
         "validation_note": "validation sessions" if validation is not None else "no validation session yet",
         "floor": floor,
-        "floor_note": "what no model can explain" if floor is not None else "needs motion that repeats",
+        "floor_note": "of the joint; what no model can explain"
+        if floor is not None
+        else "needs motion that repeats",
         "condition": shown.document.condition_number,
     }
 

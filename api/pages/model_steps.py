@@ -12,7 +12,8 @@ from api.pages.stored_models import StoredExperiment
 def step_chart(stored: StoredExperiment, joint: str, floor: float | None) -> Markup:
     """The staircase of one joint: the versions that stand, then those that were undone."""
     steps = []
-    for identifier in [*stored.story.line, *reversed(stored.story.undone)]:
+    data = stored.story.current.fit.data if stored.story.current else ""
+    for identifier in stored.story.shown:
         model = stored.model(identifier)
         part = model.joint(joint)
         if part.relative_error is None:
@@ -24,9 +25,16 @@ def step_chart(stored: StoredExperiment, joint: str, floor: float | None) -> Mar
                 relative_error_validation=part.relative_error_validation,
                 undone=identifier in stored.story.undone,
                 current=identifier == stored.story.line[-1],
+                other_data=None
+                if model.version.fit.data == data
+                else _sessions_words(model.version.fit.sessions),
             )
         )
     return draw_step_chart(steps, floor)
+
+
+def _sessions_words(sessions: int) -> str:
+    return f"of {sessions} session" + ("s" if sessions != 1 else "")
 
 
 def step_link(stored: StoredExperiment, step: str, joint: str, **further: str) -> str:

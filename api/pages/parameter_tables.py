@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 from api.pages.catalogue_words import effect_of_parameter
+from api.pages.constant_words import constant_words
 from api.pages.error_figures import JointUnits
 from api.pages.stored_models import ShownModel, StoredExperiment
-from api.pages.verdict_words import constant_words
 from identify.results.identification import Parameter
 
 
@@ -62,11 +62,10 @@ def effects_in_model(stored: StoredExperiment, shown: ShownModel) -> list[Effect
 def constants_in_words(stored: StoredExperiment, shown: ShownModel) -> list[tuple[str, str]]:
     """The nonlinear constants that the fit chose: (effect, joint where there are several, and what it is; its value)."""
     rows = []
-    types = {joint.name: joint.type for joint in stored.declared.robot.joints}
+    joints = {joint.name: joint for joint in stored.declared.robot.joints}
     for entry in shown.document.constants:
-        units = JointUnits.of(types[entry.joint])
-        on = f" {entry.joint}" if len(types) > 1 else ""
-        rows += [
-            (f"{entry.effect}{on}: {words}", value) for words, value in constant_words(entry.values, units)
-        ]
+        joint = joints[entry.joint]
+        on = f" {entry.joint}" if len(joints) > 1 else ""
+        chosen = constant_words(entry.values, JointUnits.of(joint.type), abs(joint.motor_ratio))
+        rows += [(f"{entry.effect}{on}: {words}", value) for words, value in chosen]
     return rows

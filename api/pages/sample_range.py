@@ -48,11 +48,31 @@ def samples_of_a_range(
         time_beside, behind = _visible(stored, other, joint, files, start, stop)
         if len(time_beside) == len(time):
             signals |= {f"{name} beside": behind[name] for name in ("predicted", "error")}
+    headers = window_figures(signals)
     origin, reduced = envelope(time, signals, points)
     head = np.array(origin, "<f8").tobytes() + np.array(reduced.shape, "<u4").tobytes()
     return Response(
-        head + np.ascontiguousarray(reduced, "<f4").tobytes(), media_type="application/octet-stream"
+        head + np.ascontiguousarray(reduced, "<f4").tobytes(),
+        media_type="application/octet-stream",
+        headers=headers,
     )
+
+
+def window_figures(signals: Mapping[str, np.ndarray]) -> dict[str, str]:
+    """Headers with the figures of the visible range, of the samples in which the joint moves: how many they are, the
+    relative error, and the error's root mean square in the unit of the load. Nothing where nothing moves."""
+    error = signals["error"]
+    moving = ~np.isnan(error)
+    samples = int(moving.sum())
+    size = float(np.linalg.norm(signals["measured"][moving]))
+    if not samples or not size:
+        return {}
+    left = float(np.linalg.norm(error[moving]))
+    return {
+        "X-Samples": str(samples),
+        "X-Relative-Error": repr(left / size),
+        "X-Error-RMS": repr(left / samples**0.5),
+    }
 
 
 def _visible(

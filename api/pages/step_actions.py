@@ -112,6 +112,11 @@ def progress(
     """How far the job is; when it has ended, the whole part of the page with what it found."""
     jobs = access.service_of(request).jobs
     found = jobs.get(job)
+    if found is not None and not found.state.final and found.kind == FIT_AGAIN:
+        stored = StoredExperiment(access.service_of(request).experiments, experiment)
+        left = len(stored.story.stale(stored.require_current().version.fit.data))
+        again = job_context(found, experiment, joint)
+        return page(request, "fitted_again.html", again=again, other_data=left)
     if found is not None and not found.state.final:
         return page(request, "job_progress.html", **job_context(found, experiment, joint))
     response = body(request, user, experiment, joint, ended=found)

@@ -99,37 +99,9 @@ def structure_words(joint: JointDiagnosis | None) -> str | None:
             "the rest, away from reversals: something happened then."
         )
     return (
-        f"{percent(found.share, 2)} of the power that is left{beyond} can be foretold from {listing(names)}, "
+        f"{percent(found.share, 2)} of the power that is left{beyond} can be predicted from {listing(names)}, "
         "without any model: it is not noise."
     )
-
-
-CONSTANT_WORDS = {
-    "stribeck_velocity": ("Stribeck velocity", "speed"),
-    "rotor_inertia": ("inertia that is no load", "inertia"),
-    "exponent": ("exponent", ""),
-    "power": ("exponent", ""),
-    "wave_number": ("waves per rad", ""),
-    "second_wave_number": ("second wave, per rad", ""),
-    "presliding_distance": ("distance of the give", "position"),
-    "play": ("play", "position"),
-    "threshold": ("from a load of", "load"),
-    "flank_load": ("load on the flank", "load"),
-    "time_constant": ("time constant", "time"),
-}
-"""Nonlinear constant of an effect -> words, and the dimension that its unit follows from."""
-
-
-def constant_words(constants: Mapping[str, float], units: JointUnits) -> list[tuple[str, str]]:
-    """(words, value with unit) of the constants that the search chose; those of the grid itself are left out."""
-    rows = []
-    for name, value in constants.items():
-        if name not in CONSTANT_WORDS or not value:
-            continue
-        words, dimension = CONSTANT_WORDS[name]
-        unit = f"{THIN}{units.of_dimension(dimension)}" if dimension else ""
-        rows.append((words, f"{significant(value, 3)}{unit}"))
-    return rows
 
 
 def where_words(place: Where, units: JointUnits) -> str:

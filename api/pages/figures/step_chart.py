@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import nan
 
 from markupsafe import Markup
 
@@ -14,13 +15,23 @@ LABEL_HEIGHT = 22.0
 
 @dataclass(frozen=True)
 class ModelStep:
-    """One model version: what it is called under the chart, its relative errors (fractions), and whether it is undone."""
+    """One model version: what it is called under the chart, its relative errors (fractions), and whether it is undone.
+
+    other_data : its error is of other data than the current version's (`2 sessions`); no line then leads to it, for a step
+                 between errors of different data says nothing of the model
+    """
 
     label: str
     relative_error: float
     relative_error_validation: float | None = None
     undone: bool = False
     current: bool = False
+    other_data: str | None = None
+
+    @property
+    def on_the_line(self) -> float | None:
+        """The error where it can be compared with the current one's."""
+        return self.relative_error if self.other_data is None else None
 
 
 def draw_step_chart(
@@ -59,7 +70,9 @@ def _staircase(steps: Sequence[ModelStep], left: float, slot: float, y: Scale) -
     done = [step for step in steps if not step.undone]
     content = []
     checked = [
-        (i, step.relative_error_validation) for i, step in enumerate(done) if step.relative_error_validation
+        (i, step.relative_error_validation)
+        for i, step in enumerate(done)
+        if step.relative_error_validation and step.other_data is None
     ]
     if checked:
         x, values = [], []
@@ -72,12 +85,14 @@ def _staircase(steps: Sequence[ModelStep], left: float, slot: float, y: Scale) -
         x, values = [], []
         for index, step in enumerate(chosen, start=max(offset, 0)):
             x += [left + index * slot, left + (index + 1) * slot]
-            values += [y(step.relative_error), y(step.relative_error)]
+            level = nan if step.on_the_line is None else y(step.on_the_line)
+            values += [level, level]
         if kind == "step" or len(chosen) > 1:
             content.append(element("path", d=path_data(x, values), class_=kind))
     for index, step in enumerate(steps):
         centre = left + (index + 0.5) * slot
         state = " now" if step.current else " undone" if step.undone else ""
+        state += " other-data" if step.other_data else ""
         content.append(element("circle", cx=centre, cy=y(step.relative_error), r=4.0, class_=f"node{state}"))
         content.append(
             text(
@@ -94,6 +109,8 @@ def _staircase(steps: Sequence[ModelStep], left: float, slot: float, y: Scale) -
             text(centre, y.start + 14 + 12 * row, words, "middle title" if step.current else "middle")
             for row, words in enumerate(_two_lines(step.label, slot))
         ]
+        if step.other_data:
+            content.append(text(centre, y(step.relative_error) + 17.0, step.other_data, "middle faint"))
     return content
 
 

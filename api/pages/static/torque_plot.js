@@ -59,6 +59,8 @@ class TorquePlot {
       const response = await fetch(`${this.link}&${query}`, { signal: this.pending.signal });
       if (!response.ok) throw new Error(`status ${response.status}`);
       this.data = decode(await response.arrayBuffer());
+      const figure = (name) => Number(response.headers.get(name) ?? NaN);
+      this.figures = { error: figure("X-Relative-Error"), rms: figure("X-Error-RMS") };
       this.range = range;
       if (!range) this.whole = [this.data.time[0], this.data.time.at(-1)];
       this.draw();
@@ -74,7 +76,10 @@ class TorquePlot {
 
   draw() {
     const [start, stop] = this.range ?? this.whole;
-    this.panel.querySelector("[data-range]").textContent = `${start.toFixed(2)} to ${stop.toFixed(2)} s`;
+    const short = (value) => String(+value.toPrecision(3));
+    const { error, rms } = this.figures;
+    const figures = this.range && Number.isFinite(error) ? `; this window: error ${short(100 * error)} %, ${short(rms)} ${this.unit} RMS` : "";
+    this.panel.querySelector("[data-range]").textContent = `${start.toFixed(2)} to ${stop.toFixed(2)} s${figures}`.replaceAll("-", "−");
     if (this.above) {
       this.above.setData([this.data.time, ...this.series("above")], false);
       this.beneath.setData([this.data.time, ...this.series("beneath")], false);

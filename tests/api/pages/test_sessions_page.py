@@ -52,7 +52,7 @@ def test_what_was_stopped_is_offered_for_use_and_refused_in_words_where_it_canno
     service.service.experiments.reindex()
     text = page_of(client, experiment)
     assert "stopped; kept, not used" in text
-    assert ">Use it</button>" in text
+    assert ">Use this session</button>" in text
     answer = client.post(f"/pages/experiments/{experiment}/sessions/session-02/admit", headers=HTML)
     assert answer.status_code == 409
     assert "cannot be used: cannot be judged" in answer.text

@@ -1,0 +1,28 @@
+"""What the figures of a view are of: all sessions of the fit, or one of them. Every view names it, once."""
+
+from api.pages.number_format import listing
+from api.pages.stored_models import ShownModel
+
+
+def scope_of_fit(shown: ShownModel) -> str:
+    """The sessions that a model was fitted to, in words; those it was only checked on, and those excluded."""
+    document = shown.document
+    fitted = [each.file for each in document.sessions if each.role == "identification"]
+    checked = [each.file for each in document.sessions if each.role == "validation"]
+    words = (
+        f"all {len(fitted)} sessions of the fit"
+        if len(fitted) != 1
+        else f"the only session of the fit, {fitted[0]}"
+    )
+    if checked:
+        words += f"; checked on {listing(checked)}"
+    if document.excluded:
+        words += f"; {listing(each.file for each in document.excluded)} excluded"
+    return words
+
+
+def scope_of_session(shown: ShownModel, file: str) -> str:
+    """One session, and what the model has to do with it."""
+    role = next((each.role for each in shown.document.sessions if each.file == file), "left out")
+    used = {"identification": "in the fit", "validation": "not in the fit, which is checked on it"}
+    return f"{file} only, {used.get(role, 'not in the fit')}"
