@@ -56,9 +56,7 @@ class SessionSamples:
 def read_session(progress: Progress, experiment: str, file: str, output: str) -> Session:
     """Read a session in a process of its own; its samples are left in `output`, one .npy each, and further columns out."""
     loaded = load_experiment(Path(experiment))
-    session = loaded.read(
-        next(entry for entry in (*loaded.sessions, *loaded.excluded) if entry.file == file)
-    )
+    session = loaded.read(next(entry for entry in (*loaded.sessions, *loaded.excluded) if entry.file == file))
     columns = {
         field.name: value
         for field in fields(session)

@@ -33,16 +33,59 @@ document.addEventListener("htmx:configRequest", (event) => {
   event.detail.headers["X-CSRF-Token"] = document.querySelector('meta[name="csrf-token"]').content;
 });
 
-// What went wrong is said in one place; the next thing that goes right clears it.
-document.addEventListener("htmx:beforeRequest", () => document.querySelector("#problem")?.replaceChildren());
+// What went wrong is said in one place, and stays until the user acts: puts it away, or does something else. What a page
+// asks for by itself (news, progress) is no act, and neither is the fresh page that it may bring.
+const KEPT = "problem";
+function forget() {
+  sessionStorage.removeItem(KEPT);
+  document.querySelector("#problem")?.replaceChildren();
+}
 function say(words) {
   const place = document.querySelector("#problem");
   if (!place) return;
   const message = document.createElement("div");
-  message.className = "message warn";
-  message.textContent = words;
+  message.className = "message warn problem";
+  const said = document.createElement("p");
+  said.textContent = words;
+  const away = document.createElement("button");
+  away.type = "button";
+  away.className = "quiet";
+  away.textContent = "Dismiss";
+  away.addEventListener("click", forget);
+  message.append(said, away);
   place.replaceChildren(message);
+  sessionStorage.setItem(KEPT, JSON.stringify({ page: location.pathname, words }));
+  message.scrollIntoView({ block: "nearest" });
 }
+document.addEventListener("htmx:beforeRequest", (event) => {
+  const { requestConfig } = event.detail;
+  const byItself = requestConfig.verb === "get" || requestConfig.triggeringEvent?.type === "load";
+  if (!byItself) forget();
+});
+const kept = JSON.parse(sessionStorage.getItem(KEPT) ?? "null");
+if (kept?.page === location.pathname && performance.getEntriesByType("navigation")[0]?.type === "reload") say(kept.words);
+else sessionStorage.removeItem(KEPT);
+
+// A fresh page must not take away what somebody is typing: it is offered instead.
+document.addEventListener("input", (event) => {
+  const form = event.target.closest("main form");
+  if (form) form.dataset.changed = "yes";
+});
+document.addEventListener("submit", (event) => delete event.target.dataset.changed);
+document.addEventListener("htmx:beforeOnLoad", (event) => {
+  const { xhr, elt } = event.detail;
+  if (!xhr.getResponseHeader("HX-Refresh") || !elt.matches(".news") || !document.querySelector("[data-changed]")) return;
+  event.preventDefault();
+  const message = document.createElement("div");
+  message.className = "message";
+  const again = document.createElement("button");
+  again.type = "button";
+  again.textContent = "Show it";
+  again.addEventListener("click", () => location.reload());
+  message.append("A new fit is there. ", again);
+  elt.removeAttribute("hx-get");
+  elt.replaceChildren(message);
+});
 document.addEventListener("htmx:sendError", () =>
   say("The service does not answer. Nothing was changed; try again when the connection is back."),
 );
