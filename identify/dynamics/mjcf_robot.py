@@ -46,6 +46,10 @@ class _World:
             compiler |= element.attrib
         self.degrees = compiler.get("angle", "degree") == "degree"
         self.sequence = compiler.get("eulerseq", "xyz")
+        if len(self.sequence) != 3 or not set(self.sequence.lower()) <= set("xyz"):
+            raise InputError(
+                f'{path}: <compiler eulerseq="{self.sequence}">: must be three letters of x, y, z'
+            )
         self.auto_limits = compiler.get("autolimits", "true") == "true"
         if compiler.get("coordinate", "local") != "local":
             raise InputError(
@@ -170,8 +174,12 @@ class _World:
             return placed(position, turn.as_matrix())
         if "euler" in attributes:
             values = self._angles(self._numbers(attributes, "euler", "", owner, 3))
-            # small letters turn about the moved axes, which SciPy writes in capitals
-            return placed(position, Rotation.from_euler(self.sequence.swapcase(), values).as_matrix())
+            turn = Rotation.identity()
+            for letter, angle in zip(self.sequence, values, strict=True):
+                step = Rotation.from_euler(letter.lower(), angle)
+                # small letters turn about the axes as moved so far, capitals about those that stand
+                turn = turn * step if letter.islower() else step * turn
+            return placed(position, turn.as_matrix())
         if "xyaxes" in attributes:
             values = self._numbers(attributes, "xyaxes", "", owner, 6)
             x = self._with_length(values[:3], "xyaxes", owner)

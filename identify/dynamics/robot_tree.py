@@ -85,7 +85,7 @@ def numbers(path: Path, owner: str, what: str, text: str, count: int) -> Array:
         values = np.zeros(0)
     if len(values) != count or not np.isfinite(values).all():
         wanted = "a number" if count == 1 else f"{count} numbers"
-        raise InputError(f"{path}: '{owner}': {what} '{text.strip()}' must be {wanted}")
+        raise InputError(f"{path}: '{owner}': {what} '{' '.join(text.split())[:80]}' must be {wanted}")
     return values
 
 

@@ -1,5 +1,7 @@
 """Robots read from MJCF against MuJoCo's own inverse dynamics."""
 
+import random
+
 import mujoco
 import numpy as np
 import pytest
@@ -67,7 +69,7 @@ def mjcf(seed):
     """A chain of bodies, some with two joints, some with none, some with a fixed body beside."""
     generator = np.random.default_rng(seed)
     degrees = bool(generator.integers(2))
-    sequence = str(generator.choice(["xyz", "zyx", "XYZ", "ZYX", "zxz"]))
+    sequence = str(generator.choice(["xyz", "zyx", "XYZ", "ZYX", "zxz", "xYz", "ZxY"]))
     bodies, count = "", 0
     for number in range(int(generator.integers(1, 5)), 0, -1):
         joints = ""
@@ -121,6 +123,7 @@ def test_torques_are_mujocos(tmp_path_factory, seed):
 WRONG = {
     '<mujoco><include file="a.xml"/></mujoco>': "holds <include>; expand it first",
     "<mujoco/>": "has no <worldbody>",
+    '<mujoco><compiler eulerseq="abc"/><worldbody/></mujoco>': 'eulerseq="abc">: must be three letters',
     '<mujoco><worldbody><body name="b"><joint type="ball"/></body></worldbody></mujoco>': "type 'ball'",
     '<mujoco><worldbody><body name="b" quat="0 0 0 0"><joint/></body></worldbody></mujoco>': "quat has no length",
     '<mujoco><worldbody><body name="b" pos="1 2"><joint/></body></worldbody></mujoco>': "pos '1 2' must be 3 numbers",
@@ -137,6 +140,30 @@ def test_what_cannot_be_read_is_refused_in_one_line_that_names_it(tmp_path, text
         read_urdf(path)
     assert WRONG[text] in str(refused.value)
     assert "\n" not in str(refused.value)
+
+
+def test_damaged_files_never_end_in_a_traceback(tmp_path):
+    choose = random.Random(14)
+    path = tmp_path / "robot.xml"
+    for number in range(150):
+        text = mjcf(number % 20)
+        for _change in range(choose.choice([1, 3])):
+            place = choose.randrange(len(text))
+            cut = text[place : place + choose.randrange(20)] if choose.random() < 0.5 else ""
+            text = (
+                text[:place]
+                + choose.choice(["nan", "-1", '"', "<", "", "1 2", "é"])
+                + text[place + len(cut) :]
+            )
+        path.write_text(text, encoding="utf-8")
+        try:
+            read_urdf(path)
+        except InputError as refusal:
+            said = str(refusal)
+        else:
+            continue
+        assert said.startswith(str(path))
+        assert "\n" not in said
 
 
 def test_shapes_without_an_inertial_and_a_free_base_are_said(tmp_path):
