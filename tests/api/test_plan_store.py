@@ -1,0 +1,64 @@
+"""Plans as files: ids made of names, the newest first, what is damaged is named."""
+
+import os
+
+import pytest
+
+from api.service.plan_store import PlanStore
+from api.service.problems import Problem
+from daq.excitation.excitation_plan import ExcitationPlan
+from daq.excitation.trapezoid import Dwell
+from identify.recording.errors import InputError
+
+
+def plan(name: str) -> ExcitationPlan:
+    return ExcitationPlan(name=name, joints=("j1",), start=(0.0,), phases=(Dwell(duration=2.0),))
+
+
+@pytest.fixture
+def store(tmp_path) -> PlanStore:
+    return PlanStore(tmp_path / "plans")
+
+
+def test_a_plan_is_stored_under_a_plain_id_and_read_again(store):
+    assert store.ids() == []
+    assert store.add(plan("Slow Ramps, 60 s!")) == "slow-ramps-60-s"
+    assert store.plan("slow-ramps-60-s") == plan("Slow Ramps, 60 s!")
+
+
+def test_names_that_are_taken_are_numbered_and_empty_ones_called_plan(store):
+    assert [store.add(plan("bench")) for _ in range(3)] == ["bench", "bench-2", "bench-3"]
+    assert store.add(plan("¡!")) == "plan"
+    assert len(store.add(plan("x" * 200))) == 50
+
+
+def test_the_newest_comes_first_and_other_files_are_no_plans(store, tmp_path):
+    for age, name in enumerate(("new", "older", "oldest")):
+        store.add(plan(name))
+        os.utime(tmp_path / "plans" / f"{name}.json", (1e9 - age, 1e9 - age))
+    (tmp_path / "plans" / "Not An Id.json").write_text("{}")
+    assert store.ids() == ["new", "older", "oldest"]
+
+
+def test_a_report_stands_beside_its_plan_or_there_is_none(store):
+    store.add(plan("told"), {"deviations": [1.5]})
+    store.add(plan("untold"))
+    assert store.report("told") == {"deviations": [1.5]}
+    assert store.report("untold") is None
+
+
+@pytest.mark.parametrize("identifier", ["nothing", "../plans/told", ""])
+def test_only_what_the_folder_lists_is_opened(store, identifier):
+    store.add(plan("told"))
+    for ask in (store.plan, store.report):
+        with pytest.raises(Problem) as problem:
+            ask(identifier)
+        assert problem.value.status == 404
+
+
+def test_a_damaged_file_is_named_without_the_folder(store, tmp_path):
+    store.add(plan("told"))
+    (tmp_path / "plans" / "told.json").write_text("{")
+    with pytest.raises(InputError, match=r"told\.json") as error:
+        store.plan("told")
+    assert str(tmp_path) not in str(error.value)
