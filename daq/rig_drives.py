@@ -194,6 +194,12 @@ class RigDrives:
                 "moves although it has no power: it was let go, or something pushes it; wait until it rests"
             )
             return [(False, sentence)]
+        if drive.sdo.answered_twice():
+            sentence = (
+                f"two nodes answer under node id {drive.node}: two drives have the same id, or a device that is none of"
+                " ours has it; nothing was written. Unplug one, give it another id, and look again by `coulomb scan`"
+            )
+            return [(False, sentence)]
         # A drive that an earlier session left streaming must not answer SDOs between its PDOs.
         drive.produce_heartbeat(self.rig.supervision.heartbeat_period)
         drive.set_nmt_state("PRE-OPERATIONAL")
