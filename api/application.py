@@ -23,6 +23,7 @@ from api.service.routes import diagnoses as diagnosis_routes
 from api.service.routes import experiments as experiment_routes
 from api.service.routes import jobs as job_routes
 from api.service.routes import live as live_routes
+from api.service.routes import model_use as model_use_routes
 from api.service.routes import models as model_routes
 from api.service.routes import plans as plan_routes
 from api.service.routes import recordings as recording_routes
@@ -113,6 +114,7 @@ def create_application(settings: ServiceSettings) -> FastAPI:
         account_routes,
         experiment_routes,
         model_routes,
+        model_use_routes,
         diagnosis_routes,
         job_routes,
         audit_routes,

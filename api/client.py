@@ -23,12 +23,14 @@ import httpx
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.results.certificate import Certificate
 from identify.results.diagnosis import DiagnosisDocument
 from identify.results.document import Json
 from identify.results.effect import CatalogueEffect
 from identify.results.identification import IdentificationDocument
 from identify.results.next_experiment import NextExperimentDocument
 from identify.results.reading import document_of
+from identify.results.simulation import SimulationDocument
 
 Signals = dict[str, NDArray[np.float32]]
 BESIDE_RESULTS = ("version", "stale", "job", "diagnosis")
@@ -236,6 +238,31 @@ class Client:
         """Plan a proposed experiment; `plan`, `rig` and `payload` are what a session takes."""
         wanted = {"joint": joint, "proposal": proposal, "rig": rig}
         return self._post(f"/experiments/{experiment}/models/{model}/next-experiment/plan", wanted)
+
+    def simulate(self, experiment: str, model: str) -> Json:
+        """Run a model version forward along its record (a job)."""
+        return self._post(f"/experiments/{experiment}/models/{model}/simulation")
+
+    def simulation(self, experiment: str, model: str) -> SimulationDocument:
+        """How well a model version predicts motion."""
+        address = f"/experiments/{experiment}/models/{model}/simulation"
+        return document_of(SimulationDocument, self._get(address), address)
+
+    def export(self, experiment: str, model: str, ending: str) -> Json:
+        """Write a model version for another program: urdf, sdf, xml, py, c, st, fmu or json (a job)."""
+        return self._post(f"/experiments/{experiment}/models/{model}/exports/{ending}")
+
+    def certificate(self, experiment: str, model: str, ending: str) -> Certificate:
+        """What an exported file keeps of the model, and what that costs."""
+        address = f"/experiments/{experiment}/models/{model}/exports/{ending}"
+        return document_of(Certificate, self._get(address), address)
+
+    def exported_file(self, experiment: str, model: str, ending: str) -> bytes:
+        """The exported file; of C a ZIP archive of source, header and certificate."""
+        answer = self._http.get(f"/experiments/{experiment}/models/{model}/exports/{ending}/file")
+        if answer.is_error:
+            self._answer(answer)
+        return answer.content
 
     def improve(self, experiment: str) -> Json:
         """Diagnose and add until nothing more is justified (a job)."""

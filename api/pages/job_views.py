@@ -16,6 +16,8 @@ JOB_TITLES = {
     "identify": "Fitting the model to all sessions",
     "diagnose": "Looking for what is missing",
     "separate": "Looking for the experiment that tells them apart",
+    "simulate": "Predicting motion",
+    "export": "Writing the model for another program",
     "improve": "Adding effects step by step",
     "plan": "Planning the motion",
     "refit": "Fitting earlier versions to all sessions",

@@ -19,6 +19,7 @@ EXAMPLES_OF_PATH = {
     "session": "session-00",
     "recording": "session-00",
     "model": "m2",
+    "ending": "urdf",
     "job": "5f1c7a90b2d34e68",
     "rig": "rx130l-joint3-simulated",
     "plan": "joint3-sinusoids",

@@ -14,6 +14,7 @@ from api.service.experiment_upload import Uploads
 from api.service.homings import Homings
 from api.service.jobs import JobRunner
 from api.service.live_feed import LiveFeed
+from api.service.model_use import ModelUse
 from api.service.model_workflow import ModelWorkflow
 from api.service.payload_sessions import PayloadSessions
 from api.service.plan_store import PlanStore
@@ -48,6 +49,7 @@ class Service:
     jobs: JobRunner
     models: ModelWorkflow
     catalogue: SessionCatalogue
+    model_use: ModelUse
     rigs: RigStore
     claims: BusClaims
     operators: RigOperators
@@ -106,6 +108,7 @@ def create_service(settings: ServiceSettings) -> Service:
         jobs=jobs,
         models=models,
         catalogue=SessionCatalogue(experiments, models, FileFacts(ConfinedReader(settings.upload_limits))),
+        model_use=ModelUse(experiments, jobs),
         rigs=rigs,
         claims=claims,
         operators=operators,

@@ -1,0 +1,127 @@
+"""What a fitted model is used for: predicting motion, and files for other programs with their certificates.
+
+Both are computed by jobs when somebody asks, and kept beside the fit that they belong to: a new fit has neither.
+"""
+
+import io
+import zipfile
+from pathlib import Path
+from typing import Literal, get_args
+
+from api.service.experiment_store import ExperimentStore
+from api.service.jobs import Job, JobRunner
+from api.service.model_story import ModelStory
+from api.service.problems import Problem
+from identify.recording.atomic_file import write_atomically
+from identify.results.certificate import Certificate
+from identify.results.document import Json
+from identify.results.reading import read_document
+from identify.results.simulation import SimulationDocument
+
+Ending = Literal["urdf", "sdf", "xml", "py", "c", "st", "fmu", "json"]
+"""of the files that a model is exported to; what each is for stands in `identify.export.write.KINDS`"""
+
+ENDINGS: tuple[Ending, ...] = get_args(Ending)
+SIMULATION_FILE = "simulation.json"
+EXPORTS = "exports"
+"""folder beside a fit"""
+COMPUTATIONS = "api.service.use_computations"
+
+
+class ModelUse:
+    """Simulations and exports of all experiments' models."""
+
+    def __init__(self, experiments: ExperimentStore, jobs: JobRunner) -> None:
+        self._experiments = experiments
+        self._jobs = jobs
+
+    def simulate(self, experiment: str, user: str, model: str) -> Job:
+        """Run a version forward along its record (a job). Raises the problem 404."""
+        story = self._story(experiment)
+        version = story.read().version(model)
+        folder = story.fit_folder(model)
+
+        def store(document: SimulationDocument) -> Json:
+            write_atomically(folder / SIMULATION_FILE, document.json_text(indent=1).encode())
+            return {"model": model}
+
+        return self._jobs.submit(
+            "simulate",
+            f"{COMPUTATIONS}:simulate",
+            lambda: {
+                "experiment": str(story.folder.parent),
+                "model": version.model,
+                "add": version.add,
+            },
+            store,
+            user=user,
+            experiment=experiment,
+        )
+
+    def simulation(self, experiment: str, model: str) -> SimulationDocument | None:
+        """How the version's newest fit predicts motion, or None where nobody asked yet. Raises the problem 404."""
+        try:
+            return read_document(
+                SimulationDocument, self._story(experiment).fit_folder(model) / SIMULATION_FILE
+            )
+        except FileNotFoundError:
+            return None
+
+    def export(self, experiment: str, user: str, model: str, ending: Ending) -> Job:
+        """Write a version for another program (a job). Raises the problem 404."""
+        story = self._story(experiment)
+        version = story.read().version(model)
+        target = self._target(experiment, model, ending)
+        return self._jobs.submit(
+            "export",
+            f"{COMPUTATIONS}:export",
+            lambda: {
+                "experiment": str(story.folder.parent),
+                "model": version.model,
+                "add": version.add,
+                "target": str(target),
+            },
+            lambda certificate: {"model": model, "file": certificate.target},
+            user=user,
+            experiment=experiment,
+        )
+
+    def certificate(self, experiment: str, model: str, ending: Ending) -> Certificate:
+        """What the exported file keeps and costs. Raises the problem 404."""
+        target = self._target(experiment, model, ending)
+        try:
+            return read_document(Certificate, _certificate_file(target))
+        except FileNotFoundError:
+            raise Problem(
+                404, f"The model {model} was not exported as {ending} yet: POST to this address."
+            ) from None
+
+    def certificates(self, experiment: str, model: str) -> dict[Ending, Certificate]:
+        """Of everything that the version's newest fit was exported to."""
+        found: dict[Ending, Certificate] = {}
+        for ending in ENDINGS:
+            if _certificate_file(self._target(experiment, model, ending)).is_file():
+                found[ending] = self.certificate(experiment, model, ending)
+        return found
+
+    def exported(self, experiment: str, model: str, ending: Ending) -> tuple[str, bytes]:
+        """Name and content of the exported file; of C a ZIP archive of source, header and certificate. Raises the problem 404."""
+        self.certificate(experiment, model, ending)
+        target = self._target(experiment, model, ending)
+        if ending != "c":
+            return target.name, target.read_bytes()
+        packed = io.BytesIO()
+        with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+            for file in (target, target.with_suffix(".h"), _certificate_file(target)):
+                archive.write(file, file.name)
+        return f"{target.stem}-c.zip", packed.getvalue()
+
+    def _story(self, experiment: str) -> ModelStory:
+        return ModelStory(self._experiments.folder(experiment))
+
+    def _target(self, experiment: str, model: str, ending: Ending) -> Path:
+        return self._story(experiment).fit_folder(model) / EXPORTS / f"{experiment}-{model}.{ending}"
+
+
+def _certificate_file(target: Path) -> Path:
+    return target.with_name(f"{target.name}.certificate.json")

@@ -1,0 +1,68 @@
+"""Simulations and exports of models, by REST, with the real identifier in real processes."""
+
+import io
+import zipfile
+
+import pytest
+
+from api.client import Client
+from api.service.accounts import Role
+from api.service.model_use import ENDINGS
+from identify.export.write import KINDS
+
+
+def computed(client, address, finished):
+    answer = client.post(address)
+    assert answer.status_code == 202, answer.text
+    assert answer.headers["Location"] == f"/jobs/{answer.json()['id']}"
+    job = finished(client, answer.json())
+    assert job["state"] == "done", job
+    return job
+
+
+def test_a_model_is_simulated_and_its_errors_are_kept_with_its_fit(imported, finished):
+    client, experiment = imported
+    address = f"/experiments/{experiment}/models/m1/simulation"
+    before = client.get(address)
+    assert before.status_code == 404
+    assert "not simulated yet" in before.json()["detail"]
+    assert computed(client, address, finished)["kind"] == "simulate"
+    found = Client("", http=client).simulation(experiment, "m1")
+    assert {row.horizon for row in found.horizons} == {0.1, 1.0}
+    assert found.unseen is not None
+    assert found.model == "usual"
+
+
+@pytest.mark.parametrize("ending", ["c", "st", "json"])
+def test_a_model_is_exported_with_its_certificate(imported, finished, ending):
+    client, experiment = imported
+    address = f"/experiments/{experiment}/models/m1/exports/{ending}"
+    for early in (address, f"{address}/file"):
+        answer = client.get(early)
+        assert answer.status_code == 404
+        assert "not exported" in answer.json()["detail"]
+    job = computed(client, address, finished)
+    by_rest = Client("", http=client)
+    certificate = by_rest.certificate(experiment, "m1", ending)
+    assert certificate.target == job["result"]["file"] == f"{experiment}-m1.{ending}"
+    assert certificate.joints[0].lost == ()
+    content = by_rest.exported_file(experiment, "m1", ending)
+    if ending == "c":
+        names = zipfile.ZipFile(io.BytesIO(content)).namelist()
+        stem = f"{experiment}-m1"
+        assert names == [f"{stem}.c", f"{stem}.h", f"{stem}.c.certificate.json"]
+    else:
+        assert certificate.experiment in content.decode()
+
+
+def test_a_target_that_there_is_not_a_model_that_there_is_not_and_a_viewer_are_refused(imported, service):
+    client, experiment = imported
+    assert client.post(f"/experiments/{experiment}/models/m1/exports/stl").status_code == 422
+    assert client.post(f"/experiments/{experiment}/models/m9/exports/py").status_code == 404
+    assert client.post(f"/experiments/{experiment}/models/m9/simulation").status_code == 404
+    viewer = service.client(Role.VIEWER)
+    assert viewer.post(f"/experiments/{experiment}/models/m1/simulation").status_code == 403
+
+
+def test_every_format_of_the_identifier_can_be_asked_for():
+    assert {f".{ending}" for ending in ENDINGS} == set(KINDS)
