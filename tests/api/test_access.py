@@ -21,6 +21,7 @@ TABLE: dict[tuple[str, str], Role | None] = {
     ("PUT", "/me/password"): VIEWER,
     ("GET", "/users"): ADMIN,
     ("POST", "/users"): ADMIN,
+    ("PATCH", "/experiments/{experiment}/sessions/{session}"): OPERATOR,
     ("PATCH", "/users/{user}"): ADMIN,
     ("DELETE", "/users/{user}"): ADMIN,
     ("GET", "/tokens"): VIEWER,
