@@ -1,6 +1,7 @@
 """The whole diagnosis beside what one would do today on the same record, in the same run.
 
-    python benchmarks/diagnosis_speed.py [--six EXPERIMENT_FOLDER] [--pysindy-python PATH] [--seconds 60] [--rate 1000]
+    python benchmarks/diagnosis_speed.py [--six EXPERIMENT_FOLDER] [--eight EXPERIMENT_FOLDER] [--before CHECKOUT]
+        [--pysindy-python PATH] [--seconds 60] [--rate 1000]
 
 One joint: three payload sessions of the test joint of `tests/plants` with two effects hidden in it, 60 s at 1 kHz each,
 as files. Compared, each a process of its own that starts from the files:
@@ -14,7 +15,9 @@ as files. Compared, each a process of its own that starts from the files:
 The last two look once: they neither add what they found nor look again, do not search for combinations, give no evidence
 that holds for coloured residuals and no check of what is left. So the work is not the same, and theirs is the smaller one.
 
-Six joints: `--six`, by default the measured TX40 record where it is at hand; `coulomb diagnose` alone.
+Six joints: `--six`, by default the measured TX40 record where it is at hand; `coulomb diagnose` alone. Eight joints:
+`--eight`, by default TIAGo; `coulomb improve`. With `--before` another checkout of this repository (`git worktree add`) runs the
+same beside it, in turn, so that an old algorithm and a new one share the machine's load.
 Measured are wall and CPU time (user and system, with children) and peak memory, as the kernel counts them (wait4).
 """
 
@@ -29,6 +32,7 @@ from process_cost import Cost, measure
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 TX40 = REPOSITORY.parent / "shared" / "data" / "tx40"
+TIAGO = REPOSITORY.parent / "shared" / "data" / "tiago"
 HIDDEN = {"load-friction-asymmetric": 0.5, "friction-position": 0.5}
 
 
@@ -61,6 +65,8 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--six", type=Path, default=TX40)
+    parser.add_argument("--eight", type=Path, default=TIAGO)
+    parser.add_argument("--before", type=Path, help="another checkout, which runs the same")
     parser.add_argument("--pysindy-python", help="interpreter that has pysindy 2")
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--rate", type=float, default=1000.0)
@@ -81,6 +87,11 @@ def main() -> None:
         print(heading)
         ours = best([sys.executable, "-m", "api", "diagnose", str(folder), "--json"])
         row("coulomb diagnose", ours, ours, named(ours.answer))
+        if chosen.before:
+            old = measure(
+                [sys.executable, "-m", "api", "diagnose", str(folder), "--json"], chosen.before.resolve()
+            )
+            row("the other checkout", old, ours, named(old.answer))
         refit = best([sys.executable, str(beside / "refit_per_candidate.py"), str(folder)])
         said = f"{refit.answer['first']} (one look; {refit.answer['fits']} fits)"
         row("a refit per candidate", refit, ours, said)
@@ -90,13 +101,32 @@ def main() -> None:
             row("PySINDy", sparse, ours, ", ".join(sparse.answer["terms"]))
         else:
             print("PySINDy: left out, name an interpreter that has it with --pysindy-python")
-    if (chosen.six / "experiment.yaml").is_file():
-        print(f"\nsix joints: {chosen.six.name}")
+    for words, command, folder in (
+        ("six joints", "diagnose", chosen.six),
+        ("eight joints", "improve", chosen.eight),
+    ):
+        if not (folder / "experiment.yaml").is_file():
+            print(f"{words}: left out, no experiment.yaml in {folder}")
+            continue
+        print(f"\n{words}: {folder.name}")
         print(heading)
-        cost = measure([sys.executable, "-m", "api", "diagnose", str(chosen.six), "--json"])
-        row("coulomb diagnose", cost, cost, named(cost.answer))
-    else:
-        print(f"six joints: left out, no experiment.yaml in {chosen.six}")
+        called = [sys.executable, "-m", "api", command, str(folder.resolve()), "--json"]
+        ours = measure(called)
+        row(f"coulomb {command}", ours, ours, concluded(ours.answer))
+        if chosen.before:
+            old = measure(called, chosen.before.resolve())
+            row("the other checkout", old, ours, concluded(old.answer))
+
+
+def concluded(answer: dict) -> str:
+    """What a diagnosis names, or what an improvement adds."""
+    if "steps" not in answer:
+        return named(answer)
+    added = [
+        f"{step['added']['effect']}@{step['added']['joint']}" for step in answer["steps"] if step["added"]
+    ]
+    last = answer["steps"][-1]["relative_error"]
+    return f"{', '.join(added) or 'nothing'}; {100 * last:.2f} %"
 
 
 if __name__ == "__main__":

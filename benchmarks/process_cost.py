@@ -21,13 +21,13 @@ class Cost:
     answer: dict
 
 
-def measure(command: list[str]) -> Cost:
-    """Run a command to its end; stop with its words if it fails."""
-    environment = {**os.environ, "PYTHONPATH": str(REPOSITORY)}
+def measure(command: list[str], checkout: Path = REPOSITORY) -> Cost:
+    """Run a command of a checkout to its end; stop with its words if it fails."""
+    environment = {**os.environ, "PYTHONPATH": str(checkout)}
     environment.pop("PYTHONDONTWRITEBYTECODE", None)  # or every run would compile every module anew
     with tempfile.TemporaryFile("w+") as output, tempfile.TemporaryFile("w+") as errors:
         started = time.perf_counter()
-        process = subprocess.Popen(command, stdout=output, stderr=errors, env=environment)
+        process = subprocess.Popen(command, stdout=output, stderr=errors, env=environment, cwd=checkout)
         _, status, usage = os.wait4(process.pid, 0)
         wall = time.perf_counter() - started
         process.returncode = os.waitstatus_to_exitcode(status)
