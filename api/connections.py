@@ -6,6 +6,7 @@ loop serves and sweeps; what both use are sets and flags that change in one step
 """
 
 import asyncio
+import contextlib
 import logging
 import select
 import socket
@@ -213,6 +214,9 @@ class Connections:
 
     def _close(self, link: Link) -> None:
         link.shown_out = True
-        if link.protocol is None or link.protocol.transport is None:
-            return  # its handshake has a time-out of its own
-        link.protocol.transport.abort()
+        if link.protocol is not None and link.protocol.transport is not None:
+            link.protocol.transport.abort()
+            return
+        # Its TLS handshake is not over, or has not begun: that ends with the connection.
+        with contextlib.suppress(OSError):
+            link.socket.shutdown(socket.SHUT_RDWR)

@@ -1,5 +1,6 @@
 """Runs the application: uvicorn for what it serves, the acceptor (`api/acceptor.py`) for who comes in and for stops."""
 
+import contextlib
 import errno
 import os
 import socket
@@ -27,8 +28,6 @@ LARGEST_MESSAGE = 64 * 1024
 """Bytes of a WebSocket message from a browser; ours has nothing to say there."""
 SHUTDOWN = 5
 """s that open connections have to end after an interrupt; the robot is at rest before."""
-LONGEST_SOCKET_NAME = 107
-"""Bytes of a Unix socket's path (sun_path)."""
 
 
 class ServiceServer(uvicorn.Server):
@@ -74,6 +73,7 @@ class ServiceServer(uvicorn.Server):
         self._stop = stop
         self._connections: Connections | None = None
         self._acceptor: Acceptor | None = None
+        self._local: TerminalSocket | None = None
         self.servers = []
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
@@ -88,9 +88,9 @@ class ServiceServer(uvicorn.Server):
         if self._stop is not None:
             listeners.append(Listener(self._stop, Door.STOP, self.config.ssl))
         data = self._service.settings.data_folder
-        local = listen_for_terminals(data)
-        if local is not None:
-            listeners.append(Listener(local, Door.LOCAL))
+        self._local = TerminalSocket.open(data)
+        if self._local is not None:
+            listeners.append(Listener(self._local.socket, Door.LOCAL))
         self._acceptor = Acceptor(
             listeners,
             self._application.state.stop_desk,
@@ -109,7 +109,8 @@ class ServiceServer(uvicorn.Server):
             self._service.stop_readiness.no_longer("acceptor")
             self._acceptor.close()
             self._connections.end()
-        (self._service.settings.data_folder / STOP_SOCKET).unlink(missing_ok=True)
+        if self._local is not None:
+            self._local.remove()
         await super().shutdown(sockets)
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
@@ -187,20 +188,38 @@ def listen(host: str, port: int, option: str = "--port") -> socket.socket:
     return listening
 
 
-def listen_for_terminals(data_folder: Path) -> socket.socket | None:
-    """The socket of `coulomb stop`; None where the folder's name is too long for one.
+class TerminalSocket:
+    """The socket of `coulomb stop`, in the data folder; the service's own user alone can open it."""
 
-    Another service on the same folder that still runs loses it: the newest is the one that moves something.
-    """
-    path = data_folder / STOP_SOCKET
-    if len(os.fsencode(path)) > LONGEST_SOCKET_NAME:
-        return None
-    path.unlink(missing_ok=True)
-    local = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-    before = os.umask(0o177)  # the service's own user alone
-    try:
-        local.bind(os.fspath(path))
-    finally:
-        os.umask(before)
-    local.listen(BACKLOG)
-    return local
+    def __init__(self, path: Path, listening: socket.socket) -> None:
+        self._path = path
+        self.socket = listening
+        self._made = path.stat()
+
+    @classmethod
+    def open(cls, data_folder: Path) -> "TerminalSocket | None":
+        """None where the folder's name is too long for one, or its file system has no sockets; the rest works without.
+
+        Another service on the same folder loses its own: the newest is the one that moves something.
+        """
+        path = data_folder / STOP_SOCKET
+        listening = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        before = os.umask(0o177)
+        try:
+            path.unlink(missing_ok=True)
+            listening.bind(os.fspath(path))
+            listening.listen(BACKLOG)
+            return cls(path, listening)
+        except OSError as error:
+            listening.close()
+            print(f"coulomb: `coulomb stop` will not work: {path}: {error}", file=sys.stderr, flush=True)
+            return None
+        finally:
+            os.umask(before)
+
+    def remove(self) -> None:
+        """Take its name away, unless it is another service's by now."""
+        with contextlib.suppress(OSError):
+            found = self._path.stat()
+            if (found.st_dev, found.st_ino) == (self._made.st_dev, self._made.st_ino):
+                self._path.unlink()

@@ -261,7 +261,7 @@ def test_under_tls_the_stop_has_a_port_of_its_own_that_a_frozen_loop_does_not_to
         port = int(page.headers["Stop-Port"])
         assert f'name="stop-port" content="{port}"' in page.text
         assert f"https://localhost:{port}" in page.headers["Content-Security-Policy"]
-        with stand.motion() as axis, loop_frozen(stand):
+        with stand.motion() as axis, descriptors_out(stand), loop_frozen(stand):
             wait_until(lambda: axis.speed_at(axis.rows[-1][0]) > 0.3, 10)
             pressed = time.monotonic()
             # As the page asks: another origin of the same host, with the cookie and nothing else.
