@@ -34,6 +34,8 @@ PASSWORD = "correct horse battery"
 PEOPLE = {"ada": Role.OPERATOR, "vera": Role.VIEWER, "mallory": Role.VIEWER, "root": Role.ADMIN}
 PATIENCE = 60.0
 """s for a step of the service on a busy machine"""
+ATTEMPTS = 3
+"""motions begun before an attack is given up"""
 TURN = 0.002
 """s between looks at the ring"""
 AT_REST = 2e-4
@@ -126,14 +128,47 @@ class Stand:
 
     @contextlib.contextmanager
     def motion(self) -> Iterator[Axis]:
-        """The rig moves fast; the axis is watched until the block ends."""
+        """The rig moves fast; the axis is watched until the block ends.
+
+        A motion that ends before it was attacked, because this computer was held up, is begun once more.
+        """
         with self.client("ada") as ada:
             answer = ada.post("/experiments", json={"name": "arm", "rig": "bench"})
             assert answer.status_code == 201, answer.text
+        for attempt in range(ATTEMPTS):
+            axis, thread, ring = self._start(f"session-{attempt:02d}")
+            try:
+                if self._moves_fast(axis, f"session-{attempt:02d}"):
+                    yield axis
+                    return
+            finally:
+                axis.end.set()
+                thread.join()
+                ring.close()
+        raise AssertionError("this computer has too much else to do for a motion in real time")
+
+    def _moves_fast(self, axis: Axis, session: str) -> bool:
+        """Wait until the axis moves fast; False if the session ended before."""
+        with self.client("ada") as ada:
+            found: list[str] = []
+
+            def fast_or_ended() -> bool:
+                state = ada.get(f"/experiments/arm/sessions/{session}").json()
+                if state["state"] not in ("armed", "running"):
+                    found.append(f"{state['state']}: {state['reason']}")
+                return bool(found) or (len(axis.rows) > 50 and axis.speed_at(axis.rows[-1][0]) > 0.3)
+
+            wait_until(fast_or_ended)
+        if found:
+            print(f"\n{session} {found[0]}")
+        return not found
+
+    def _start(self, session: str) -> tuple[Axis, threading.Thread, RingReader]:
+        with self.client("ada") as ada:
             new = {"rig": "bench", "plan": "long", "payload": {"name": "none"}}
             answer = ada.post("/experiments/arm/sessions", json=new)
             assert answer.status_code == 201, answer.text
-            steps = "/experiments/arm/sessions/session-00"
+            steps = f"/experiments/arm/sessions/{session}"
             for step, body in (
                 ("check", None),
                 ("weigh", {"mass": 0.0}),
@@ -148,13 +183,7 @@ class Stand:
         axis = Axis()
         thread = threading.Thread(target=axis.watch, args=(ring, lambda counts: counts * scale))
         thread.start()
-        try:
-            wait_until(lambda: len(axis.rows) > 100 and axis.speed_at(axis.rows[-1][0]) > 0.3)
-            yield axis
-        finally:
-            axis.end.set()
-            thread.join()
-            ring.close()
+        return axis, thread, ring
 
 
 def wait_until(condition: Callable[[], bool], timeout: float = PATIENCE) -> None:
@@ -185,7 +214,9 @@ def running_service(
     data = folder / "data"
     (data / "rigs").mkdir(parents=True)
     rig = yaml.safe_load((RIGS / "rx130l-joint3-simulated.yaml").read_text())
-    rig |= {"name": RIG, "pacing": "real-time", "cycle": 0.005}
+    rig |= {"name": RIG, "pacing": "real-time", "cycle": 0.02}
+    # A bus in this process, on a computer that has other work as well, is late now and again.
+    rig["supervision"] = {"silence": 0.5, "heartbeat_timeout": 1.5}
     rig["bus"]["channel"] = RIG
     (data / "rigs" / "bench.yaml").write_text(yaml.safe_dump(rig))
     PlanStore(data / "plans").add(long_plan())

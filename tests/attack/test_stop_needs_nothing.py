@@ -146,14 +146,12 @@ def by_page(stand: Stand) -> Callable[[], object]:
 def by_new_page(stand: Stand) -> Callable[[], object]:
     """A page's button whose connection was closed meanwhile: a new one."""
     signed_in = stand.browser("vera")
-
-    def press() -> object:
-        with httpx.Client(
-            base_url=stand.address, headers=signed_in.headers, cookies=signed_in.cookies, verify=stand.verify
-        ) as browser:
-            return _post(browser)
-
-    return press
+    # Made before, as a browser runs before its button is pressed; it has no connection yet.
+    browser = httpx.Client(
+        base_url=stand.address, headers=signed_in.headers, cookies=signed_in.cookies, verify=stand.verify
+    )
+    stand.browsers.append(browser)
+    return lambda: _post(browser)
 
 
 def _post(browser: httpx.Client) -> object:
@@ -166,11 +164,9 @@ def _post(browser: httpx.Client) -> object:
 def by_token(stand: Stand) -> Callable[[], object]:
     """A program that has not asked anything yet."""
 
-    def press() -> object:
-        with stand.client("vera", timeout=1.5) as client:
-            return client.post("/rigs/bench/stop")
-
-    return press
+    client = stand.client("vera", timeout=1.5)
+    stand.browsers.append(client)
+    return lambda: client.post("/rigs/bench/stop")
 
 
 def by_terminal(stand: Stand) -> Callable[[], object]:
@@ -230,7 +226,7 @@ def test_a_loop_that_stays_frozen_ends_the_motion_by_itself(stand: Stand):
         assert axis.rest_after(frozen) < DEAD_MAN + 0.5 + LONGEST
         freezing.result()
     with stand.client("ada") as ada:
-        session = ada.get("/experiments/arm/sessions/session-00").json()
+        session = ada.get("/experiments/arm/sessions").json()[-1]
         assert session["state"] in ("aborted", "faulted")
         assert "sign of life" in session["reason"]
 
