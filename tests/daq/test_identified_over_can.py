@@ -90,8 +90,8 @@ def test_parameters_agree_on_a_motion_that_was_planned_just_now(
     noise = 0.01 * torque_limits(rig)
     request = Request(rig, planned_for, known, seconds, noise, criterion=criterion, seed=seed)
     fresh = make_plan(request, None).plan
-    found = deviations(rig, recorded(rig, fresh, tmp_path / "fresh", payloads))
-    assert max(map(abs, found.values())) < 3.0, found
+    judged = deviations(rig, recorded(rig, fresh, tmp_path / "fresh", payloads))
+    assert max(map(abs, judged.values())) < 3.0, judged
 
 
 def deviations(rig, experiment) -> dict[str, float]:
@@ -99,24 +99,33 @@ def deviations(rig, experiment) -> dict[str, float]:
     having one value (`structured`)."""
     parameters = identify(experiment, "load-velocity").document().structured.parameters
     known = truth(rig)
-    found = {p.name: (p.value - known[p.name]) / p.std_robust for p in parameters if p.name in known}
-    assert found.keys() == known.keys()
-    return found
+    judged = {p.name: (p.value - known[p.name]) / p.std_robust for p in parameters if p.name in known}
+    assert judged.keys() == known.keys()
+    return judged
 
 
 def largest_by_chance(count: int) -> float:
-    """What the largest of `count` normal deviations stays below in 99 of 100 records: 3.4 for fourteen of them."""
+    """What the largest of `count` normal deviates stays below in 99 of 100 records: 3.36 for thirteen of them. A bias of the
+    size of a deviation comes on top (decision estimation 9)."""
     return float(norm.isf(0.5 * (1 - 0.99 ** (1 / count))))
 
 
 def test_parameters_agree_with_the_mechanisms_own_as_far_as_their_deviations_let_expect(rig, clean):
-    found = deviations(rig, clean)
-    assert max(map(abs, found.values())) < largest_by_chance(len(found)), found
+    judged = deviations(rig, clean)
+    assert max(map(abs, judged.values())) < largest_by_chance(len(judged)), judged
+
+
+def test_inertia_gravity_and_gains_are_right_to_a_thousandth(rig, clean):
+    """Whatever their deviations say: the bias that low-passed positions leave is 0.02 % of MX1 (decision estimation 9)."""
+    parameters = {p.name: p.value for p in identify(clean, "load-velocity").document().structured.parameters}
+    known = truth(rig)
+    for name in ("ZZ1R", "MX1", "a_m", "a_g"):
+        assert parameters[name] == pytest.approx(known[name], rel=1e-3), name
 
 
 def test_parameters_agree_although_one_answer_in_a_hundred_is_lost_and_one_late(rig, lossy):
-    found = deviations(rig, lossy)
-    assert max(map(abs, found.values())) < largest_by_chance(len(found)), found
+    judged = deviations(rig, lossy)
+    assert max(map(abs, judged.values())) < largest_by_chance(len(judged)), judged
 
 
 def test_one_answer_in_a_hundred_lost_and_one_late_are_marked_and_no_other(lossy, clean, faults):
