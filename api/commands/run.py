@@ -220,13 +220,13 @@ def identify_so_far(recorded: "Recorded", user: str) -> "IdentificationDocument"
     """
     from api.service.computations import fit
     from api.service.model_story import ModelStory
-    from api.service.refit import fresh_folder, next_refit, store_refit
+    from api.service.refit import folder_apart, next_refit, store_refit
 
     story = ModelStory(recorded.experiment)
     refit = next_refit(story)
-    output = fresh_folder(story, refit.version, refit.fit)
-    fitted = fit(lambda _done, _words: None, str(recorded.experiment), refit.model, refit.add, str(output))
-    store_refit(story, fitted, user)
+    with folder_apart(story, refit.version) as output:
+        fitted = fit(lambda _done, _step: None, str(recorded.experiment), refit.model, refit.add, str(output))
+        store_refit(story, fitted, user)
     return fitted.identification
 
 

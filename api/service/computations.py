@@ -25,10 +25,11 @@ PICTURED = 6
 
 @dataclass(frozen=True)
 class FitFound:
-    """A fit that was made: what it found, and the fingerprint of the data that it was made of."""
+    """A fit that was made: what it found, the fingerprint of the data that it was made of, and the folder of its files."""
 
     identification: IdentificationDocument
     data: str
+    folder: Path
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,7 @@ def fit(progress: Progress, experiment: str, model: str, add: list[str], output:
     """Identify one model over all identification sessions.
 
     experiment : folder of the experiment
-    output     : folder, made here, for identification.json and the predictions
+    output     : folder for identification.json and the predictions
     """
     # Taken before reading: a session that comes while this computes makes the fit old.
     data = data_fingerprint(Path(experiment))
@@ -60,7 +61,7 @@ def fit(progress: Progress, experiment: str, model: str, add: list[str], output:
     result = identify.identify(loaded, model=model, add=add, progress=_part(progress, 0.0, 0.8))
     document = result.document()
     folder = Path(output)
-    folder.mkdir(parents=True)
+    folder.mkdir(parents=True, exist_ok=True)  # the service has made it, so that nobody else takes its place
     places = _places(experiment)
     pairs = [(entry, joint) for entry in loaded.sessions for joint in range(len(loaded.robot.joints))]
     for done, (entry, joint) in enumerate(pairs):
@@ -68,7 +69,7 @@ def fit(progress: Progress, experiment: str, model: str, add: list[str], output:
         name = loaded.robot.joints[joint].name
         write_prediction(folder, places[entry.file], joint, result.prediction(entry.file, name))
     (folder / IDENTIFICATION_FILE).write_text(document.json_text(indent=1), encoding="utf-8")
-    return FitFound(document, data)
+    return FitFound(document, data, folder)
 
 
 def diagnose(

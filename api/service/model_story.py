@@ -9,11 +9,16 @@ A version is a list of effects. It is fitted anew whenever sessions were added; 
 is not said of the next one: more sessions may show more.
 """
 
+import fcntl
 import hashlib
+import os
 import threading
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from datetime import UTC, datetime
+from functools import wraps
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Concatenate, Literal, ParamSpec, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -27,9 +32,6 @@ from identify.results.reading import Kind, read_document
 
 IDENTIFICATION_FILE = "identification.json"
 """in the folder of a fit"""
-
-_changing = threading.RLock()
-"""Held while a story is read and written: jobs store from threads of their own while people undo and redo."""
 
 Cause = Literal["fit", "effect added", "effect removed", "improved"]
 
@@ -114,10 +116,33 @@ def data_fingerprint(folder: Path) -> str:
     return digest.hexdigest()[:16]
 
 
+_threads = threading.RLock()
+_held: set[Path] = set()
+"""folders that this process holds the lock of"""
+
+Parameters = ParamSpec("Parameters")
+Result = TypeVar("Result")
+
+
+def _alone(
+    method: Callable[Concatenate["ModelStory", Parameters], Result],
+) -> Callable[Concatenate["ModelStory", Parameters], Result]:
+    """A method that reads the story and writes what it made of it, while nobody else does."""
+
+    @wraps(method)
+    def alone(self: "ModelStory", *args: Parameters.args, **kwargs: Parameters.kwargs) -> Result:
+        with self.alone():
+            return method(self, *args, **kwargs)
+
+    return alone
+
+
 class ModelStory:
     """Reads and changes the story of one experiment folder; changes are atomic.
 
-    The caller keeps two writers apart (one job of an experiment at a time, undo and redo only between jobs).
+    Whoever changes it is alone with it (`alone`), be it another thread of the service or another process, such as a
+    `coulomb run` beside the service. Which models are computed at the same time is the caller's business: the service
+    runs one job of an experiment at a time.
     """
 
     def __init__(self, experiment_folder: Path) -> None:
@@ -135,14 +160,38 @@ class ModelStory:
             place = ".".join(str(part) for part in first["loc"])
             raise InputError(f"{self._file}: {place}: {first['msg']}") from error
 
+    @contextmanager
+    def alone(self) -> Generator[None]:
+        """Hold the story: other threads and other processes wait. May be asked for again by who holds it."""
+        with _threads:
+            if self.folder in _held:
+                yield
+                return
+            self.folder.mkdir(parents=True, exist_ok=True)
+            descriptor = os.open(self.folder, os.O_RDONLY)
+            try:
+                fcntl.flock(descriptor, fcntl.LOCK_EX)
+                _held.add(self.folder)
+                yield
+            finally:
+                _held.discard(self.folder)
+                os.close(descriptor)
+
     def new_fit_folder(self, version: str, fit: str) -> Path:
         """Where a fit's files go; the computation makes it."""
         return self.folder / version / fit
+
+    def next_fit_id(self, identifier: str) -> str:
+        """The id of a further fit of a version, or of the first one; never that of a fit in the story."""
+        story = self.read()
+        known = [each for each in story.versions if each.id == identifier]
+        return f"f{1 + max((int(fit.id[1:]) for each in known for fit in each.fits), default=0)}"
 
     def next_version_id(self) -> str:
         """Never given before, also not to a version that was undone."""
         return f"m{len(self.read().versions) + 1}"
 
+    @_alone
     def add_version(
         self,
         *,
@@ -153,51 +202,54 @@ class ModelStory:
         user: str,
         fit: Fit,
         parent: str | None = None,
+        identifier: str | None = None,
     ) -> ModelVersion:
-        """Append a version to the line; what was undone before can no longer be redone."""
-        with _changing:
-            story = self.read()
-            version = ModelVersion(
-                id=self.next_version_id(),
-                model=model,
-                add=add,
-                cause=cause,
-                change=change,
-                parent=parent if parent is not None else (story.line[-1] if story.line else None),
-                user=user,
-                created=now_text(),
-                fits=[fit],
-            )
-            self._write(story, versions=[*story.versions, version], line=[*story.line, version.id], undone=[])
-            return version
+        """Append a version to the line; what was undone before can no longer be redone.
 
+        identifier : that of the folder in which its fit was stored; the next one where left out
+        """
+        story = self.read()
+        version = ModelVersion(
+            id=identifier or self.next_version_id(),
+            model=model,
+            add=add,
+            cause=cause,
+            change=change,
+            parent=parent if parent is not None else (story.line[-1] if story.line else None),
+            user=user,
+            created=now_text(),
+            fits=[fit],
+        )
+        self._write(story, versions=[*story.versions, version], line=[*story.line, version.id], undone=[])
+        return version
+
+    @_alone
     def add_fit(self, identifier: str, fit: Fit) -> ModelVersion:
         """Append a fit to a version."""
-        with _changing:
-            story = self.read()
-            version = story.version(identifier)
-            version = version.model_copy(update={"fits": [*version.fits, fit]})
-            versions = [version if each.id == identifier else each for each in story.versions]
-            self._write(story, versions=versions)
-            return version
+        story = self.read()
+        version = story.version(identifier)
+        version = version.model_copy(update={"fits": [*version.fits, fit]})
+        versions = [version if each.id == identifier else each for each in story.versions]
+        self._write(story, versions=versions)
+        return version
 
+    @_alone
     def undo(self) -> ModelVersion:
         """Go back to the version before. Raises the problem 409 if there is none."""
-        with _changing:
-            story = self.read()
-            if len(story.line) < 2:
-                raise Problem(409, "There is nothing to undo: this is the first model.")
-            self._write(story, line=story.line[:-1], undone=[*story.undone, story.line[-1]])
-            return story.version(story.line[-2])
+        story = self.read()
+        if len(story.line) < 2:
+            raise Problem(409, "There is nothing to undo: this is the first model.")
+        self._write(story, line=story.line[:-1], undone=[*story.undone, story.line[-1]])
+        return story.version(story.line[-2])
 
+    @_alone
     def redo(self) -> ModelVersion:
         """Take back the last undo. Raises the problem 409 if there is none."""
-        with _changing:
-            story = self.read()
-            if not story.undone:
-                raise Problem(409, "There is nothing to redo.")
-            self._write(story, line=[*story.line, story.undone[-1]], undone=story.undone[:-1])
-            return story.version(story.undone[-1])
+        story = self.read()
+        if not story.undone:
+            raise Problem(409, "There is nothing to redo.")
+        self._write(story, line=[*story.line, story.undone[-1]], undone=story.undone[:-1])
+        return story.version(story.undone[-1])
 
     def identification(self, identifier: str) -> IdentificationDocument:
         """What the version's newest fit found. Raises InputError if its file was damaged."""

@@ -2,7 +2,11 @@
 and in `coulomb run`, into one story of the experiment's models.
 """
 
+import re
 import shutil
+import tempfile
+from collections.abc import Generator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -31,24 +35,58 @@ def next_refit(story: ModelStory) -> Refit:
     current = story.read().current
     if current is None:
         return Refit("m1", "f1", FIRST_MODEL, [])
-    return Refit(current.id, f"f{len(current.fits) + 1}", current.model, current.add)
+    return Refit(current.id, story.next_fit_id(current.id), current.model, current.add)
 
 
 def fresh_folder(story: ModelStory, version: str, fit: str) -> Path:
-    """Where a fit's files go; what a cancelled computation left there is removed."""
-    folder = story.new_fit_folder(version, fit)
-    shutil.rmtree(folder, ignore_errors=True)
+    """Make the folder for a fit's files; what a cancelled computation left there is removed.
+
+    It is another fit's folder where somebody else stored one of that id meanwhile: a fit has the id of its folder.
+    """
+    with story.alone():
+        known = [each.id for entry in story.read().versions if entry.id == version for each in entry.fits]
+        folder = story.new_fit_folder(version, story.next_fit_id(version) if fit in known else fit)
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
     return folder
 
 
+@contextmanager
+def folder_apart(story: ModelStory, version: str) -> Generator[Path]:
+    """Where a process beside the service computes a fit of a version; it gets its place and id when it is stored."""
+    story.folder.mkdir(parents=True, exist_ok=True)
+    scratch = Path(tempfile.mkdtemp(prefix="apart-", dir=story.folder))
+    try:
+        yield scratch / version / "fit"
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+
+
 def store_refit(story: ModelStory, fitted: "FitFound", user: str) -> ModelVersion:
-    """Note what `computations.fit` found for `next_refit`, as a further fit of the version that stands or as the first."""
-    current = story.read().current
-    if current is not None:
-        return story.add_fit(current.id, fit_entry(f"f{len(current.fits) + 1}", fitted))
-    return story.add_version(
-        model=FIRST_MODEL, add=[], cause="fit", change=None, user=user, fit=fit_entry("f1", fitted)
-    )
+    """Note what `computations.fit` found for `next_refit`, as a further fit of its version or as the first.
+
+    A fit that was computed apart is moved to a place that nobody else computes into.
+    """
+    with story.alone():
+        folder = fitted.folder
+        if folder.parent.parent != story.folder:
+            folder = _moved_into_place(story, folder)
+        version, fit = folder.parent.name, fit_entry(folder.name, fitted)
+        if any(each.id == version for each in story.read().versions):
+            return story.add_fit(version, fit)
+        return story.add_version(
+            model=FIRST_MODEL, add=[], cause="fit", change=None, user=user, fit=fit, identifier=version
+        )
+
+
+def _moved_into_place(story: ModelStory, folder: Path) -> Path:
+    """Move a fit that was computed apart to its version, as the newest of all that are there or are computed there."""
+    version = story.folder / folder.parent.name
+    version.mkdir(exist_ok=True)
+    taken = [int(each.name[1:]) for each in version.iterdir() if re.fullmatch(r"f\d+", each.name)]
+    place = version / f"f{1 + max(taken, default=0)}"
+    folder.rename(place)
+    return place
 
 
 def fit_entry(identifier: str, fitted: "FitFound") -> Fit:
