@@ -189,7 +189,7 @@ class ModelStory:
 
     def next_version_id(self) -> str:
         """Never given before, also not to a version that was undone."""
-        return f"m{len(self.read().versions) + 1}"
+        return f"m{1 + max((int(each.id[1:]) for each in self.read().versions), default=0)}"
 
     @_alone
     def add_version(

@@ -322,8 +322,10 @@ class ModelWorkflow:
             return self._fit_arguments(experiment, story.next_version_id(), "f1", model, add)
 
         def store(found: "FitFound") -> Json:
-            fit = fit_entry("f1", found)
-            version = story.add_version(model=model, add=add, cause=cause, change=change, user=user, fit=fit)
+            fit, identifier = fit_entry(found.folder.name, found), found.folder.parent.name
+            version = story.add_version(
+                model=model, add=add, cause=cause, change=change, user=user, fit=fit, identifier=identifier
+            )
             self._fit_earlier_again(experiment, user)
             return {"model": version.id}
 
@@ -341,12 +343,11 @@ class ModelWorkflow:
         version = stale[0]
 
         def arguments() -> Arguments:
-            fit = f"f{len(story.read().version(version.id).fits) + 1}"
+            fit = story.next_fit_id(version.id)
             return self._fit_arguments(experiment, version.id, fit, version.model, version.add)
 
         def store(found: "FitFound") -> Json:
-            number = len(story.read().version(version.id).fits) + 1
-            story.add_fit(version.id, fit_entry(f"f{number}", found))
+            story.add_fit(version.id, fit_entry(found.folder.name, found))
             self._fit_earlier_again(experiment, user)
             return {"model": version.id}
 

@@ -80,13 +80,22 @@ def store_refit(story: ModelStory, fitted: "FitFound", user: str) -> ModelVersio
 
 
 def _moved_into_place(story: ModelStory, folder: Path) -> Path:
-    """Move a fit that was computed apart to its version, as the newest of all that are there or are computed there."""
+    """Move a fit that was computed apart to its version, as the newest of all that are there or are computed there.
+
+    The first fit of a story makes a version that nobody computes meanwhile.
+    """
     version = story.folder / folder.parent.name
+    if not story.read().versions:
+        version = story.folder / f"m{1 + max(_numbers(story.folder, 'm'), default=0)}"
     version.mkdir(exist_ok=True)
-    taken = [int(each.name[1:]) for each in version.iterdir() if re.fullmatch(r"f\d+", each.name)]
-    place = version / f"f{1 + max(taken, default=0)}"
+    place = version / f"f{1 + max(_numbers(version, 'f'), default=0)}"
     folder.rename(place)
     return place
+
+
+def _numbers(folder: Path, letter: str) -> list[int]:
+    """Of the folders in a folder that are called by that letter and a number."""
+    return [int(each.name[1:]) for each in folder.iterdir() if re.fullmatch(rf"{letter}\d+", each.name)]
 
 
 def fit_entry(identifier: str, fitted: "FitFound") -> Fit:
