@@ -192,6 +192,7 @@ def _quote(lines: list[str]) -> str:
 
 
 def _with_header(text: TextFile, head: list[str], reading: _Reading, options: CsvOptions) -> Dialect:
+    head = _names_on_one_line(head, reading)
     cells = [split_line(line, reading.separator, reading.quote) for line in head]
     start = options.header_line or 0
     first = next(
@@ -256,6 +257,28 @@ def _with_header(text: TextFile, head: list[str], reading: _Reading, options: Cs
             else f"{_lines(len(before))} passed over"
         )
     return Dialect(reading.separator, reading.quote, header, first, names, reading.width, units, passed)
+
+
+def _names_on_one_line(head: list[str], reading: _Reading) -> list[str]:
+    """Lines with names that are broken inside quotes, as of a spreadsheet, put on one line; the others stay where they are.
+
+    Only above the samples: a quote left open there is a mistake.
+    """
+    lines = list(head)
+    quote = reading.quote
+    begun: int | None = None
+    for place, line in enumerate(head):
+        if reading.is_sample(split_line(line.replace(quote, ""), reading.separator, quote)):
+            break
+        if line.count(quote) % 2 == 0:
+            continue
+        if begun is None:
+            begun = place
+            continue
+        lines[begun] = " ".join(head[begun : place + 1])
+        lines[begun + 1 : place + 1] = [""] * (place - begun)
+        begun = None
+    return lines
 
 
 def _search_header(

@@ -31,12 +31,12 @@ def refuse_coarse_clock(time: Array, clock: Clock, column: str, repair: Repair |
         return
     epoch = clock.begin is not None and not clock.of_day
     needed = " (in seconds since 1970, 14 digits are 0.1 ms; single precision has 7)" if epoch else ""
-    more = "" if different < SHORTEST_SEGMENT else ", or space them evenly by --repair bridge"
+    more = ", or leave repeated samples out by --repair drop, or space them evenly by --repair bridge"
     raise InputError(
         f"{column}: {len(known)} samples have {different} different time{'s' if different > 1 else ''}: digits were"
         f" lost when it was written{needed}, or it is not the time; export it with more digits, or give --rate HZ"
         f" instead of --time"
-        f"{more}"
+        f"{'' if different < SHORTEST_SEGMENT else more}"
     )
 
 

@@ -67,6 +67,18 @@ def test_a_note_over_two_lines_is_kept_and_said(tmp_path):
     assert "line 52: a cell goes over several lines, by its quotes" in found.remarks
 
 
+@pytest.mark.parametrize("preamble", ["", 'recorded by "me"\n\n'])
+def test_names_that_a_spreadsheet_broke_over_lines_keep_their_units(tmp_path, preamble):
+    header = preamble + '"Time\n[ms]","Position\n[deg]","Motor\ncurrent\n[mA]"'
+    lines = [f"{1000 * t:.4f},{10 * np.sin(t):.6f},{900 * np.cos(t):.6f}" for t in TIME]
+    found = table(tmp_path, lines, header)
+    columns = ColumnMap(("Position",), ("Motor current",), "Time")
+    session = measure(found, columns, [False])
+    np.testing.assert_allclose(session.time, TIME, atol=1e-9)
+    np.testing.assert_allclose(session.position[:, 0], np.deg2rad(10 * np.sin(TIME)), atol=1e-6)
+    np.testing.assert_allclose(session.command[:, 0], 0.9 * np.cos(TIME), atol=1e-6)
+
+
 def test_a_last_line_that_was_cut_is_said_with_its_number(tmp_path):
     found = table(tmp_path, [*rows()[:-1], "0.3980,0.38"])
     assert len(found.column("q", "test")) == 199
