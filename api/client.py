@@ -74,6 +74,8 @@ class Client:
         self._http.event_hooks["response"].append(self._note_stop_port)
         if token is not None:
             self._http.headers["Authorization"] = f"Bearer {token}"
+        if http is None:
+            self._http.event_hooks["response"].append(self._forget_cookies)
 
     def __enter__(self) -> Self:
         return self
@@ -424,6 +426,10 @@ class Client:
         return self._post(address, fields if step == "weigh" else None)
 
     # --- inside
+
+    def _forget_cookies(self, _answer: httpx.Response) -> None:
+        """A cookie would make a browser of us, of which the service wants a token with every change."""
+        self._http.cookies.clear()
 
     def _note_stop_port(self, answer: httpx.Response) -> None:
         self._stop_port = answer.headers.get("Stop-Port", self._stop_port)

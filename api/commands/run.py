@@ -214,7 +214,7 @@ def _figures(session: "PayloadSession") -> Any:
 
 
 def identify_so_far(recorded: "Recorded", user: str) -> "IdentificationDocument":
-    """Fit the model that stands (at first the usual one) to all sessions of the experiment so far.
+    """Fit the current model (at first the usual one) to all sessions of the experiment so far.
 
     The fit becomes a part of the story of the experiment's models, as after a session of the service. Returns its document.
     """

@@ -24,7 +24,9 @@ def typed_mass(typed: str) -> float:
     try:
         mass = float(typed.strip().replace(",", "."))
     except ValueError:
-        raise Problem(422, f"“{typed}” is not a mass; type it in kg, such as 3.458.") from None
+        raise Problem(422, f"“{typed}” is not a mass; enter it in kg, such as 3.458.") from None
     if not 0 <= mass <= 1e5:
-        raise Problem(422, f"A mass of {typed} kg cannot be; type what the scale says, in kg.")
+        raise Problem(
+            422, f"{typed} kg is not a possible mass; enter what the scale shows, from 0 to 100 000 kg."
+        )
     return mass

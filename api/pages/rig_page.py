@@ -155,7 +155,7 @@ def _state(active: ActiveSession | None) -> dict[str, str]:
         "running": "Watch it on the live page.",
         "done": "Look at the model, or measure the next payload.",
         "aborted": "Somebody stopped it. Find out why before the next session; what was measured is kept.",
-        "faulted": "Read the reason, mend it at the machine, then check the rig again; what was measured is kept.",
+        "faulted": "Read the reason, remove the cause at the machine, then check the rig again; what was measured is kept.",
     }[state]
     # What happened stands large; what became of the samples beneath it, with the way to them.
     cause, _, kept = reason.partition("; ")

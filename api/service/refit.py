@@ -1,4 +1,4 @@
-"""The model that stands, fitted anew over all sessions so far: what happens by itself after every session, in the service
+"""The current model, fitted anew over all sessions so far: what happens by itself after every session, in the service
 and in `coulomb run`, into one story of the experiment's models.
 """
 

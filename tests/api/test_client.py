@@ -71,6 +71,12 @@ def test_refusals_are_exceptions_with_the_services_words(coulomb, experiment):
         coulomb.wait(job)
 
 
+def test_a_cookie_that_an_answer_brings_does_not_stand_in_the_way_of_a_change(listening):
+    with Client(listening.address) as client:
+        assert client._http.get("/pages/rig", headers={"Accept": "text/html"}).headers.get("set-cookie")
+        assert client.create_experiment("after a cookie", RIG)["id"] == "after-a-cookie"
+
+
 def test_the_catalogue_is_the_identifiers_own(coulomb):
     assert [effect.effect for effect in coulomb.effects()] == [entry.effect for entry in identify.catalogue()]
 

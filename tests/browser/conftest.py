@@ -1,5 +1,6 @@
 """A real browser in front of a real service with a simulated rig; screenshots go to artifacts/screenshots/."""
 
+import importlib.util
 import os
 import re
 import shutil
@@ -8,6 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+import httpx
 import pytest
 import yaml
 from fastapi import FastAPI
@@ -183,3 +185,26 @@ def visitor(chromium) -> Iterator[Callable[..., Visitor]]:
         each.close()
         assert each.strangers == []
         assert each.errors == []
+
+
+def of_the_service_tests():
+    """The pendulum that the service's own tests measure."""
+    path = ROOT / "tests" / "api" / "conftest.py"
+    spec = importlib.util.spec_from_file_location("service_conftest", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture
+def measured(laboratory_with, tmp_path):
+    """A laboratory with an identified experiment of three sessions, measured elsewhere; and its id."""
+    laboratory = laboratory_with()
+    tests = of_the_service_tests()
+    folder = tests._write_measured_experiment(tmp_path / "measured", sessions=3)
+    token = laboratory.application.state.service.accounts.issue_token("ada", "test", "operator", 86400.0)
+    headers = {"Authorization": f"Bearer {token.secret}"}
+    files = {"file": ("pendulum.zip", tests._zipped(folder))}
+    answer = httpx.post(f"{laboratory.address}/experiments/import", files=files, headers=headers, timeout=60)
+    assert answer.status_code == 201, answer.text
+    return laboratory, answer.json()["experiment"]["id"]

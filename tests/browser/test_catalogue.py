@@ -1,10 +1,7 @@
 """The catalogue of sessions, and what excluding one does to every error that is shown."""
 
-import importlib.util
 import re
-from pathlib import Path
 
-import httpx
 import pytest
 from playwright.sync_api import expect
 
@@ -14,29 +11,6 @@ pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 
 PATIENCE = 120_000  # ms for what computes
 SCREENS = {"desk": (1280, 800), "tablet": (820, 1180), "phone": (390, 844)}
-
-
-def of_the_service_tests():
-    """The pendulum that the service's own tests measure."""
-    path = Path(__file__).parents[1] / "api" / "conftest.py"
-    spec = importlib.util.spec_from_file_location("service_conftest", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-@pytest.fixture
-def measured(laboratory_with, tmp_path):
-    """A laboratory with an identified experiment of three sessions, measured elsewhere; and its id."""
-    laboratory = laboratory_with()
-    tests = of_the_service_tests()
-    folder = tests._write_measured_experiment(tmp_path / "measured", sessions=3)
-    token = laboratory.application.state.service.accounts.issue_token("ada", "test", "operator", 86400.0)
-    headers = {"Authorization": f"Bearer {token.secret}"}
-    files = {"file": ("pendulum.zip", tests._zipped(folder))}
-    answer = httpx.post(f"{laboratory.address}/experiments/import", files=files, headers=headers, timeout=60)
-    assert answer.status_code == 201, answer.text
-    return laboratory, answer.json()["experiment"]["id"]
 
 
 def fits_on_every_screen(visitor, name: str) -> None:

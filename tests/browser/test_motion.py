@@ -28,7 +28,7 @@ def prepare(page: Page, laboratory, seconds: int) -> None:
     page.wait_for_url(re.compile(r"/sessions/session-00"))
     page.get_by_role("button", name="Check the rig").click()
     page.get_by_label("Mass in kg").fill("0", timeout=PATIENCE)
-    page.get_by_role("button", name="Type it").click()
+    page.get_by_role("button", name="Enter the mass").click()
     page.get_by_role("button", name="I confirm it").click()
     page.get_by_role("button", name="Arm", exact=True).click()
     expect(page.get_by_role("button", name="Start: the robot moves")).to_be_visible(timeout=PATIENCE)
@@ -86,7 +86,7 @@ def test_a_drive_fault_is_said_in_words_on_the_live_page(laboratory_with, visito
     expect(fault).to_contain_text("What was measured is kept")
     ada.shot("fault")
     ada.step("Rig")
-    expect(ada.page.locator(".rig-state")).to_contain_text("mend it at the machine")
+    expect(ada.page.locator(".rig-state")).to_contain_text("remove the cause at the machine")
     ada.shot("rig-fault")
 
 
@@ -96,7 +96,7 @@ def test_a_second_operator_sees_who_operates_the_rig_and_cannot_take_it(laborato
     prepare(ada.page, laboratory, 20)
     grace.open("rig?rig=bench")
     expect(grace.page.get_by_text("ada operates the rig").first).to_be_visible()
-    expect(grace.page.get_by_role("button", name="Take it")).to_have_count(0)
+    expect(grace.page.get_by_role("button", name="Take the rig")).to_have_count(0)
     grace.page.goto(ada.page.url)
     expect(grace.page.get_by_text("You can watch, and you can stop it.")).to_be_visible()
     expect(grace.page.get_by_role("button", name="Start: the robot moves")).to_have_count(0)

@@ -25,7 +25,7 @@ def run_a_session(page: Page, mass: str) -> None:
     page.get_by_role("button", name="Check the rig").click()
     expect(page.get_by_text("joint j3 (node 3)").first).to_be_visible(timeout=PATIENCE)
     page.get_by_label("Mass in kg").fill(mass)
-    page.get_by_role("button", name="Type it").click()
+    page.get_by_role("button", name="Enter the mass").click()
     page.get_by_role("button", name="I confirm it").click()
     page.get_by_role("button", name="Arm", exact=True).click()
     page.get_by_role("button", name="Start: the robot moves").click(timeout=PATIENCE)

@@ -81,10 +81,10 @@ def draw_quadrant_map(
         content.append(line(x(0), top, x(0), bottom, "quadrant"))
     if y.low < 0 < y.high:
         content.append(line(left, y(0), right, y(0), "quadrant"))
-    content.append(text(right - 6, top + 14, "1 drives", "end on-map"))
-    content.append(text(left + 6, top + 14, "2 is driven", "on-map"))
-    content.append(text(left + 6, bottom - 7, "3 drives", "on-map"))
-    content.append(text(right - 6, bottom - 7, "4 is driven", "end on-map"))
+    content.append(text(right - 6, top + 14, "1 motor drives", "end on-map"))
+    content.append(text(left + 6, top + 14, "2 load drives", "on-map"))
+    content.append(text(left + 6, bottom - 7, "3 motor drives", "on-map"))
+    content.append(text(right - 6, bottom - 7, "4 load drives", "end on-map"))
     ticks = round_ticks(x.low, x.high, 6)
     content += [text(x(tick), bottom + 15, tick_text(tick, ticks), "middle") for tick in ticks]
     content.append(text((left + right) / 2, height - 4, f"speed, {velocity_unit}", "middle"))

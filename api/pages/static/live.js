@@ -183,7 +183,7 @@ function takeStatus(status) {
     fault.className = `message ${now.state === "faulted" ? "fault" : "warn"}`;
     set("[data-fault-title]", now.state === "faulted" ? "A fault ended the session." : "The session was stopped.");
     set("[data-fault-words]", now.reason);
-    set("[data-fault-todo]", now.state === "faulted" ? "What was measured is kept. Mend the cause at the machine, then prepare the session again." : "What was measured is kept.");
+    set("[data-fault-todo]", now.state === "faulted" ? "What was measured is kept. Remove the cause at the machine, then prepare the session again." : "What was measured is kept.");
   }
   const events = root.querySelector("[data-events]");
   root.querySelector("[data-events-panel]").hidden = !now.events.length;

@@ -28,6 +28,7 @@ document.addEventListener("click", (event) => {
 
 document.addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey || typing(event.target)) return;
+  if (localStorage.getItem("single-keys") === "off") return;
   if (document.querySelector("[data-steps].htmx-request, [data-steps] .htmx-request")) return;
   const key = event.key.toLowerCase();
   if (key === "arrowdown" || key === "j") choose(1);

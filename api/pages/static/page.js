@@ -127,4 +127,23 @@ document.addEventListener("change", (event) => {
   for (const field of event.target.form.querySelectorAll("[data-new-payload]")) field.hidden = event.target.value !== "new";
 });
 
+// A screen reader hears of progress at every quarter, and of what it is the progress of.
+let announced = "";
+function announce() {
+  const bar = document.querySelector("main progress[aria-label]:not([hidden])");
+  const words = bar ? `${bar.getAttribute("aria-label")}: ${25 * Math.floor(4 * bar.value)} %` : announced ? "Done." : "";
+  if (words === announced || (words === "Done." && announced === "")) return;
+  announced = words === "Done." ? "" : words;
+  const place = document.querySelector("[data-announcer]");
+  if (place) place.textContent = words;
+}
+document.addEventListener("htmx:afterSettle", announce);
+
+// Keys without Ctrl or Alt can be switched off, for whoever dictates or uses a switch; Esc always stops.
+const keys = document.querySelector("[data-single-keys]");
+if (keys) {
+  keys.checked = localStorage.getItem("single-keys") !== "off";
+  keys.addEventListener("change", () => localStorage.setItem("single-keys", keys.checked ? "on" : "off"));
+}
+
 watchTheRun();

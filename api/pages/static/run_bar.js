@@ -72,7 +72,7 @@ function sayConnection(state, words) {
   const place = document.querySelector("[data-connection]");
   if (!place) return;
   place.className = `state ${state}`;
-  place.textContent = words;
+  if (place.textContent !== words) place.textContent = words; // read aloud where it changes
 }
 
 export function watchTheRun() {

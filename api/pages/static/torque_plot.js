@@ -134,7 +134,8 @@ class TorquePlot {
           scales: { x: { time: false, auto: false }, y: { auto: false } },
           series: [{}, ...roles[which].map((role, index) => ({
             stroke: colour(role),
-            width: role === "measured" ? 1.6 : 1,
+            width: role === "measured" ? 1.6 : 1.2,
+            dash: role.startsWith("predicted") ? [6, 3] : undefined, // told apart without colour
             points: { show: false },
             spanGaps: false,
             alpha: index === 0 && this.beside && which === "above" ? 0.9 : 1,
@@ -185,6 +186,7 @@ class TorquePlot {
   }
 
   key(event) {
+    if (localStorage.getItem("single-keys") === "off") return;
     if (!this.whole || event.ctrlKey || event.metaKey || event.target.closest("input, select, textarea, button, a")) return;
     const [start, stop] = this.range ?? this.whole;
     const span = stop - start;
