@@ -151,3 +151,19 @@ def test_a_segment_too_short_for_the_filters_is_left_out_and_said(made_session):
     assert {block.segment for block in motion_blocks(session, chosen)} == {0}
     assert left_out(session, chosen) == ("made.csv: 1 segment (0.05 s) too short for the filters, left out",)
     assert left_out(made_session(position, 1e-3), chosen) == ()
+
+
+@pytest.mark.parametrize("rows", [6000, 6001, 6019, 6020, 6021])
+@pytest.mark.parametrize("rate", [1000.0, 5000.0])
+def test_the_edges_of_every_segment_are_trimmed_alike_and_nothing_more(made_session, rate, rows):
+    """A decimated sample is kept if it is as far from either end as the filters see beyond it, and not otherwise."""
+    samples = round(rows * rate / 1000.0)
+    chosen = SignalSettings((50.0,), 20.0)
+    session = made_session(np.sin(np.arange(samples) / rate), 1 / rate)
+    time = np.concatenate([block.decimated_time for block in motion_blocks(session, chosen, 700)])
+    step = chosen.decimation_factor(1 / rate) / rate
+    np.testing.assert_allclose(np.diff(time), step)
+    trimmed, last = chosen.edge(), (samples - 1) / rate
+    assert trimmed <= time[0] < trimmed + step
+    # the last decimated sample of the segment is as many steps behind the last that is kept as the first is
+    assert round(time[0] / step) == int(last / step + 1e-9) - round(time[-1] / step)
