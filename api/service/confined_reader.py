@@ -13,6 +13,8 @@ from api.service.problems import Problem
 from api.service.process_limits import LimitExceeded, ProcessLimits
 from identify.recording.errors import InputError
 
+PATIENCE = 10.0
+"""s that a request waits for others to be done reading: each that waits has a thread of the service."""
 _log = logging.getLogger(__name__)
 
 
@@ -33,7 +35,7 @@ class ConfinedReader:
         Raises InputError (the input is wrong, or it made the reader die or fail), LimitExceeded, and the problems 503 (no
         process is free, or none can be started) and whatever the function raises.
         """
-        if not self._free.acquire(timeout=self.limits.seconds):
+        if not self._free.acquire(timeout=min(PATIENCE, self.limits.seconds)):
             raise Problem(503, "Other files are being read; try again.", {"Retry-After": "10"})
         try:
             kind, content = self._read(function, arguments)

@@ -161,7 +161,9 @@ def _check_sessions(experiment: Experiment, folder: Path, allowance: Allowance) 
     """Read every session once: what cannot be read is not stored."""
     listed = (*experiment.sessions, *experiment.excluded)
     names = [entry.file for entry in listed]
-    names += [str(path.relative_to(folder)) for path in experiment.effects]
+    names += [
+        str(path.relative_to(folder) if path.is_relative_to(folder) else path) for path in experiment.effects
+    ]
     given = {path.name for path in folder.iterdir()}
     for name in names:
         if name not in given:  # also a name with folders in it

@@ -84,7 +84,7 @@ def uniform_session(entry: SessionEntry, raw: RawSamples) -> Session:
     holes = _holes(time, step)
     borders = [0, *(row + 1 for row in holes), len(time)]
     split = [slice(first, last) for first, last in itertools.pairwise(borders)]
-    kept = [rows for rows in split if rows.stop - rows.start >= SHORTEST_SEGMENT]
+    kept = [rows for rows in split if _long_enough(time, rows, step)]
     remarks = [*raw.remarks, *_hole_remarks(time, holes, split, kept)]
     if not kept:
         raise InputError(
@@ -122,6 +122,14 @@ def uniform_session(entry: SessionEntry, raw: RawSamples) -> Session:
         extra=raw.extra,
         remarks=tuple(remarks),
     )
+
+
+def _long_enough(time: Array, rows: slice, step: float) -> bool:
+    """Whether a piece has the samples of a segment, also once it is resampled to the typical step: time that all but stands
+    still, as some loggers write it before their clock is set, is no motion."""
+    if rows.stop - rows.start < SHORTEST_SEGMENT:
+        return False
+    return float(time[rows.stop - 1] - time[rows.start]) > 0.5 * SHORTEST_SEGMENT * step
 
 
 def _median_step(time: Array) -> float:

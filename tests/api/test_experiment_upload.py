@@ -3,6 +3,7 @@
 import gzip
 import io
 import zipfile
+from concurrent.futures import ThreadPoolExecutor
 
 import h5py
 import numpy as np
@@ -259,3 +260,28 @@ def test_an_id_that_is_no_id_reaches_no_file(operator, identifier):
         f"/experiments/{identifier}/results",
     ):
         assert operator.get(address).status_code in (400, 404, 422)
+
+
+def test_sessions_that_are_added_at_the_same_time_are_all_there_under_names_of_their_own(operator, service):
+    content = archive(**{"experiment.yaml": YAML.replace("SESSION", "a.csv"), "a.csv": CSV})
+    operator.post("/experiments/import", files={"file": ("a.zip", content)})
+    clients = [service.client(Role.OPERATOR, f"user{number}") for number in range(6)]
+
+    def add(client):
+        return client.post(
+            "/experiments/uploaded/sessions/import", files={"file": ("b.csv", CSV)}, data={"payload": "none"}
+        ).status_code
+
+    with ThreadPoolExecutor(6) as adding:
+        assert list(adding.map(add, clients)) == [201] * 6
+    experiment = load_experiment(service.service.experiments.folder("uploaded"))
+    assert sorted(entry.file for entry in experiment.sessions) == [
+        "a.csv",
+        *(f"session-{number:02d}.csv" for number in range(6)),
+    ]
+    assert {len(experiment.read(entry).time) for entry in experiment.sessions} == {400}
+
+
+def test_an_effect_outside_the_upload_is_refused(refused):
+    yaml = YAML.replace("SESSION", "a.csv") + "effects: [/etc/e.yaml]\n"
+    assert "/etc/e.yaml" in refused(archive(**{"experiment.yaml": yaml, "a.csv": CSV, "e.yaml": "name: e"}))

@@ -172,3 +172,11 @@ def test_holes_are_counted_placed_and_the_longest_is_measured():
         "2 holes in the record (after 102 s, 105.5 s; the longest 0.502 s): split into 3 segments,"
         " nothing interpolated across",
     )
+
+
+def test_a_piece_in_which_time_all_but_stands_still_is_left_out_and_said():
+    time = np.concatenate([1e-9 * np.arange(300), 1e9 + 1e-3 * np.arange(300)])
+    session = session_at(time)
+    assert session.segments == (slice(0, 300),) or session.segments == (slice(300, 600),)
+    assert session.sampling_period == pytest.approx(1e-3, rel=1e-3)
+    assert session.remarks
