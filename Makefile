@@ -73,7 +73,9 @@ faults: setup-test
 
 # The service attacked from outside while it moves a simulated rig in real time; wants a computer that does nothing else.
 attack: setup-test
-	$(BIN)/python -m pytest -q --run-attacks tests/attack
+	$(BIN)/python -m pytest -q --run-attacks tests/attack tests/api/test_acceptor.py tests/api/test_stop_desk.py \
+		tests/api/test_upload_bombs.py tests/api/test_confined_reader.py tests/api/test_sign_in_throttle.py \
+		tests/api/test_roles.py tests/api/test_any_request.py tests/api/test_audit.py
 
 blind: setup-test
 	$(BIN)/python -m tests.blind --write docs/blind.md

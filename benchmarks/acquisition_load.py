@@ -21,7 +21,7 @@ from daq.rig import Axis, Joint, Rig, Robot
 from daq.ring_buffer import RingWriter
 from daq.samples import sample_dtype
 from daq.sampling_loop import SamplingLoop
-from drivers.frames import FRAME
+from drivers.frames import FRAME, OWN
 from drivers.process_data import DriveStream, MappedEntry, ProcessData
 from drivers.sync_producer import SyncStatistics
 
@@ -64,6 +64,7 @@ def bus_of(axes: int, seconds: float) -> np.ndarray:
     block["can_id"] = [0x80, *(0x181 + axis for axis in range(axes))]
     period = round(_CYCLE * 1e9)
     block["stamp"] = np.arange(cycles)[:, None] * period + np.arange(axes + 1) * period // (axes + 2)
+    block["flags"][:, 0] = OWN  # the SYNCs are ours: an echo, not another master's
     block["length"][:, 1:] = 8
     position = np.rint(1e5 * np.sin(2 * np.pi * 0.2 * np.arange(cycles) * _CYCLE)).astype("<i4")
     block["data"][:, 1:, :4] = position.view("u1").reshape(cycles, 1, 4)
@@ -108,7 +109,11 @@ def stream_of(node: int) -> DriveStream:
         MappedEntry("command", 0x6074, 0, "<i2", 4),
         MappedEntry("statusword", 0x6041, 0, "<u2", 6),
     )
-    receive = ProcessData(0x200 + node, 1, (MappedEntry("controlword", 0x6040, 0, "<u2", 0),))
+    commands = (
+        MappedEntry("controlword", 0x6040, 0, "<u2", 0),
+        MappedEntry("target", 0x607A, 0, "<i4", 2),
+    )
+    receive = ProcessData(0x200 + node, 1, commands)
     return DriveStream(node, (ProcessData(0x180 + node, 1, entries),), receive)
 
 
@@ -125,6 +130,8 @@ def measure_loop(axes: int, seconds: float) -> tuple[float, int]:
         while not receiver.over:
             loop.turn()
         share = (time.thread_time() - used) / (time.monotonic() - begun)
+        if not rows.head:
+            raise SystemExit("no rows came out of the loop: nothing was measured")
         return share, rows.head
 
 

@@ -16,6 +16,11 @@ CELLS = [
     ("50 SYNCs of another master", "slow"),
     ("setpoints of another master", "stopping"),
     ("NMT reset of another master", "fast"),
+    ("node in NMT STOPPED", "before"),
+    ("parent dies", "fast"),
+    ("recorder dies", "checked"),
+    ("operator stops and the parent dies", "slow"),
+    ("wall clock steps a day back", "fast"),
 ]
 
 
