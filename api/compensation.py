@@ -201,9 +201,9 @@ def _parts(
 ) -> tuple[FollowingPart, ...]:
     return tuple(
         FollowingPart(
-            where=words, samples=int(rows.sum()), rms_without=_rms(before[rows]), rms_with=_rms(after[rows])
+            where=label, samples=int(rows.sum()), rms_without=_rms(before[rows]), rms_with=_rms(after[rows])
         )
-        for words, rows in listed
+        for label, rows in listed
         if rows.any()
     )
 

@@ -16,14 +16,14 @@ def draw(rig: Rig, without: FollowingError, with_: FollowingError) -> bytes:
     rows = figure.subplots(n, 1, sharex=True, squeeze=False)[:, 0]
     for joint, (axis, place) in enumerate(zip(rig.axes, rows, strict=True)):
         unit, factor = ("mm", 1e3) if rig.robot.joints[joint].type == "prismatic" else ("mrad", 1e3)
-        for error, words, colour in (
+        for error, label, colour in (
             (without, "without torque sent ahead", "#9aa4ae"),
             (with_, "with it", "#0b6bcb"),
         ):
             place.plot(
                 error.cycle * rig.cycle,
                 factor * error.error[:, joint],
-                label=words,
+                label=label,
                 color=colour,
                 linewidth=0.8,
             )

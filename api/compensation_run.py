@@ -76,7 +76,7 @@ class CompensationRun:
         assert second is not None
         assert first.file is not None
         before, after = self._error(first), self._error(second)
-        found = CompensationDocument(
+        result = CompensationDocument(
             experiment=experiment,
             rig=self._rig.name,
             payload=self._payload.name,
@@ -92,9 +92,9 @@ class CompensationRun:
             folder=str(self.folder),
             remarks=self._ahead.remarks,
         )
-        write_atomically(self.folder / DOCUMENT, (found.json_text(indent=1) + "\n").encode())
+        write_atomically(self.folder / DOCUMENT, (result.json_text(indent=1) + "\n").encode())
         write_atomically(self.folder / PICTURE, draw(self._rig, before, after))
-        return found
+        return result
 
     def _session(self, ahead: SentAhead | None) -> PayloadSession:
         return PayloadSession(

@@ -23,10 +23,10 @@ def _lines(document: CompensationDocument) -> Iterator[str]:
         yield f"{joint.joint}: following error, root mean square (largest {joint.largest_offset:.3g} A sent)"
         yield f"  {'':34s} {'without':>12s} {'with':>12s}"
         rows = [("all of the plan", joint.rms_without, joint.rms_with)]
-        rows += [(own.where, own.rms_without, own.rms_with) for own in (*joint.speeds, *joint.quadrants)]
+        rows += [(part.where, part.rms_without, part.rms_with) for part in (*joint.speeds, *joint.quadrants)]
         rows.append(("peak", joint.peak_without, joint.peak_with))
-        for words, without, with_ in rows:
-            yield f"  {words:34s} {_figure(without, joint.unit):>12s} {_figure(with_, joint.unit):>12s}{_change(without, with_)}"
+        for label, without, with_ in rows:
+            yield f"  {label:34s} {_figure(without, joint.unit):>12s} {_figure(with_, joint.unit):>12s}{_change(without, with_)}"
     yield ""
     yield f"stored in {document.folder}"
 

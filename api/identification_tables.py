@@ -71,8 +71,8 @@ def console_for_tables() -> Console:
 
 def _headline(document: IdentificationDocument) -> RenderableType:
     effects = {}
-    for own in document.effects:
-        effects.setdefault(own.effect, []).append(own.joint)
+    for effect in document.effects:
+        effects.setdefault(effect.effect, []).append(effect.joint)
     listed = ", ".join(f"{name} ({', '.join(joints)})" for name, joints in effects.items())
     fit = f"{document.samples} decimated samples, {document.estimator} least squares"
     if document.estimator in ("robust", "instrumental"):
@@ -99,9 +99,9 @@ def _errors(document: IdentificationDocument) -> Table:
         ("validation", "right"),
         ("noise floor", "right"),
     )
-    for own in document.joints:
-        figures = (own.relative_error, own.relative_error_validation, own.noise_floor)
-        table.add_row(own.joint, *(_percent(figure) for figure in figures))
+    for joint in document.joints:
+        figures = (joint.relative_error, joint.relative_error_validation, joint.noise_floor)
+        table.add_row(joint.joint, *(_percent(figure) for figure in figures))
     whole = (document.relative_error, document.relative_error_validation)
     table.add_row(Text("all", style="bold"), *(_percent(figure) for figure in whole), "")
     return table
@@ -111,17 +111,17 @@ def _sessions(document: IdentificationDocument) -> Table:
     table = _table(
         "By session", ("session", "left"), ("payload", "left"), ("used for", "left"), ("error", "right")
     )
-    for own in document.sessions:
-        table.add_row(own.file, own.payload, own.role, _percent(own.relative_error))
+    for row in document.sessions:
+        table.add_row(row.file, row.payload, row.role, _percent(row.relative_error))
     for left_out in document.excluded:
         table.add_row(left_out.file, left_out.payload, f"excluded: {left_out.reason}", "")
     if len(document.payloads) > 1:
-        for own in document.payloads:
+        for row in document.payloads:
             table.add_row(
                 Text("all with this payload", style="dim"),
-                own.payload,
-                own.role,
-                _percent(own.relative_error),
+                row.payload,
+                row.role,
+                _percent(row.relative_error),
             )
     return table
 
@@ -134,10 +134,10 @@ def _speeds(document: IdentificationDocument) -> Table:
         ("validation", "right"),
         ("samples", "right"),
     )
-    for own in document.speeds:
-        span = f"{own.range} ({100 * own.from_:.0f} to {100 * own.to:.0f} %)"
-        errors = (own.relative_error, own.relative_error_validation)
-        table.add_row(span, *(_percent(error) for error in errors), str(own.samples))
+    for speed in document.speeds:
+        span = f"{speed.range} ({100 * speed.from_:.0f} to {100 * speed.to:.0f} %)"
+        errors = (speed.relative_error, speed.relative_error_validation)
+        table.add_row(span, *(_percent(error) for error in errors), str(speed.samples))
     return table
 
 
@@ -153,17 +153,17 @@ def _parameters(title: str, parameters: Sequence[Parameter]) -> Table:
         ("joint", "left"),
         ("grouping", "left"),
     )
-    for own in parameters:
-        percent = own.relative_std_percent
+    for parameter in parameters:
+        percent = parameter.relative_std_percent
         table.add_row(
-            f"{own.name} (!)" if own.doubt else own.name,
-            _number(own.value, 5),
-            _number(own.std, 2),
-            _number(own.std_robust, 2),
+            f"{parameter.name} (!)" if parameter.doubt else parameter.name,
+            _number(parameter.value, 5),
+            _number(parameter.std, 2),
+            _number(parameter.std_robust, 2),
             "" if percent is None else f"{percent:.3g}",
-            own.unit,
-            own.joint,
-            own.grouping if own.grouping not in (None, own.name) else "",
+            parameter.unit,
+            parameter.joint,
+            parameter.grouping if parameter.grouping not in (None, parameter.name) else "",
         )
     return table
 
@@ -196,12 +196,12 @@ def _eliminated(document: IdentificationDocument) -> Table | None:
         ("error before", "right"),
         ("error after", "right"),
     )
-    for own in document.eliminated:
-        deviation = own.relative_std_percent
-        errors = (own.relative_error_before, own.relative_error_after)
+    for parameter in document.eliminated:
+        deviation = parameter.relative_std_percent
+        errors = (parameter.relative_error_before, parameter.relative_error_after)
         table.add_row(
-            own.name,
-            own.joint,
+            parameter.name,
+            parameter.joint,
             "" if deviation is None else f"{deviation:.3g}",
             *(_percent(error) for error in errors),
         )
@@ -218,8 +218,10 @@ def _feasible(feasible: FeasibleParameters) -> RenderableType:
         ("consistent", "right"),
         ("unit", "left"),
     )
-    for own in feasible.base:
-        table.add_row(own.name, _number(own.estimate, 5), _number(own.value, 5), own.unit)
+    for parameter in feasible.base:
+        table.add_row(
+            parameter.name, _number(parameter.estimate, 5), _number(parameter.value, 5), parameter.unit
+        )
     return table
 
 
@@ -234,17 +236,22 @@ def _prior(prior: PriorComparison) -> RenderableType:
         ("apart, deviations", "right"),
         ("unit", "left"),
     )
-    for own in prior.parameters:
-        apart = "rotor" if own.rotor else _number(own.deviations, 3)
-        figures = (_number(own.by_file, 5), _number(own.identified, 5), _number(own.std_robust, 2), apart)
-        table.add_row(own.name, own.joint, *figures, own.unit)
+    for parameter in prior.parameters:
+        apart = "rotor" if parameter.rotor else _number(parameter.deviations, 3)
+        figures = (
+            _number(parameter.by_file, 5),
+            _number(parameter.identified, 5),
+            _number(parameter.std_robust, 2),
+            apart,
+        )
+        table.add_row(parameter.name, parameter.joint, *figures, parameter.unit)
     return Group(table, *(Text(f"  {remark}") for remark in prior.remarks))
 
 
 def _signals(document: IdentificationDocument) -> Table:
     table = _table("Signals", ("setting", "left"), ("value", "right"), ("unit", "left"), ("why", "left"))
-    for own in document.signals:
-        table.add_row(own.name, _number(own.value, 4), own.unit, own.reason)
+    for signal in document.signals:
+        table.add_row(signal.name, _number(signal.value, 4), signal.unit, signal.reason)
     return table
 
 
@@ -264,22 +271,22 @@ def _percent(value: float | None) -> str:
 
 def errors_of_models(models: Sequence[ModelErrors]) -> Table:
     """Table III for several models: relative errors in all, by joint, session and speed, one column for each model."""
-    table = _table("Relative error", ("", "left"), *((own.model, "right") for own in models))
+    table = _table("Relative error", ("", "left"), *((document.model, "right") for document in models))
 
     def row(title: str, figures: Iterable[float | None]) -> None:
         listed = list(figures)
         if any(figure is not None for figure in listed):
             table.add_row(title, *(_percent(figure) for figure in listed))
 
-    row("all sessions of the fit", (own.relative_error for own in models))
-    row("validation sessions", (own.relative_error_validation for own in models))
+    row("all sessions of the fit", (document.relative_error for document in models))
+    row("validation sessions", (document.relative_error_validation for document in models))
     for index, speed in enumerate(models[0].speeds[1:], start=1):
-        row(f"  {speed.range} speed", (own.speeds[index].relative_error for own in models))
+        row(f"  {speed.range} speed", (document.speeds[index].relative_error for document in models))
     for index, joint in enumerate(models[0].joints):
-        row(f"joint {joint.joint}", (own.joints[index].relative_error for own in models))
-        checked = (own.joints[index].relative_error_validation for own in models)
+        row(f"joint {joint.joint}", (document.joints[index].relative_error for document in models))
+        checked = (document.joints[index].relative_error_validation for document in models)
         row("  on validation sessions", checked)
     for index, session in enumerate(models[0].sessions):
         title = f"{session.file}, payload {session.payload}"
-        row(title, (own.sessions[index].relative_error for own in models))
+        row(title, (document.sessions[index].relative_error for document in models))
     return table

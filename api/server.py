@@ -220,6 +220,6 @@ class TerminalSocket:
     def remove(self) -> None:
         """Take its name away, unless it is another service's by now."""
         with contextlib.suppress(OSError):
-            found = self._path.stat()
-            if (found.st_dev, found.st_ino) == (self._made.st_dev, self._made.st_ino):
+            status = self._path.stat()
+            if (status.st_dev, status.st_ino) == (self._made.st_dev, self._made.st_ino):
                 self._path.unlink()

@@ -180,12 +180,12 @@ class PayloadSession:
         finally:
             self._stepping.release()
 
-    def _fail(self, words: str) -> None:
+    def _fail(self, reason: str) -> None:
         """A step went wrong: the session ends with these words, and so do its processes."""
-        self._failed = words
-        self.stop(words)
+        self._failed = reason
+        self.stop(reason)
         self.wait(_CLOSE_TIMEOUT)
-        self._end(SessionState.FAULTED, words)
+        self._end(SessionState.FAULTED, reason)
 
     def check(self) -> RigCheck:
         """Take the bus and look at every drive. A rig that fails the check ends the session as faulted.
@@ -362,29 +362,31 @@ class PayloadSession:
                 f"cannot {step}: the session is {self.state.value}{ended}, it must be {needed.value}"
             )
 
-    def _enter(self, state: SessionState, words: str) -> None:
+    def _enter(self, state: SessionState, sentence: str) -> None:
         with self._changed:
             if state not in TRANSITIONS[self.state]:
                 return
             self.state = state
             if state.ended:
-                self.reason = words if not self.alarm or self.alarm in words else f"{words}; {self.alarm}"
+                self.reason = (
+                    sentence if not self.alarm or self.alarm in sentence else f"{sentence}; {self.alarm}"
+                )
             self._changed.notify_all()
-        self._on_event(SessionEvent("state", state, words))
+        self._on_event(SessionEvent("state", state, sentence))
 
-    def _end(self, state: SessionState, words: str) -> None:
+    def _end(self, state: SessionState, sentence: str) -> None:
         if self._failed and state is SessionState.ABORTED:
-            state, words = SessionState.FAULTED, self._failed
-        self._enter(state, words)
+            state, sentence = SessionState.FAULTED, self._failed
+        self._enter(state, sentence)
 
-    def _await(self, condition: Callable[[], bool], timeout: float, words: str) -> None:
+    def _await(self, condition: Callable[[], bool], timeout: float, reason: str) -> None:
         with self._changed:
             if not self._changed.wait_for(lambda: condition() or self.state.ended, timeout):
                 late = True
             else:
                 late = False
         if late:
-            self.stop(words)
+            self.stop(reason)
             self.wait(_CLOSE_TIMEOUT)
 
     def _say(self, word: str, argument: str = "") -> bool:
@@ -428,40 +430,40 @@ class PayloadSession:
         except Exception as error:
             self._end(SessionState.FAULTED, f"the session could not be brought to its end: {_said(error)}")
 
-    def _hear(self, told: AcquisitionMessage) -> None:
-        match told.what:
+    def _hear(self, message: AcquisitionMessage) -> None:
+        match message.what:
             case "checked":
-                assert told.check is not None
-                self.remarks, self._clock_source = told.remarks, told.clock_source
-                if told.check.ok:
-                    self._enter(SessionState.CHECKED, "; ".join(["the rig is ready", *told.remarks]))
+                assert message.check is not None
+                self.remarks, self._clock_source = message.remarks, message.clock_source
+                if message.check.ok:
+                    self._enter(SessionState.CHECKED, "; ".join(["the rig is ready", *message.remarks]))
                 with self._changed:
-                    self.rig_check = told.check
+                    self.rig_check = message.check
                     self._changed.notify_all()
             case "armed":
                 self._enter(SessionState.ARMED, "armed: recording and monitors run; starting moves the robot")
             case "progress":
-                elapsed = told.cycle * self.rig.cycle
-                self._progress = Progress(told.cycle, told.cycles, elapsed)
+                elapsed = message.cycle * self.rig.cycle
+                self._progress = Progress(message.cycle, message.cycles, elapsed)
                 data = {
-                    "cycle": told.cycle,
-                    "cycles": told.cycles,
+                    "cycle": message.cycle,
+                    "cycles": message.cycles,
                     "fraction": self._progress.fraction,
                     "elapsed": elapsed,
                 }
                 self._on_event(SessionEvent("progress", self.state, "", data))
             case "alarm":
-                self._sound(told.words)
+                self._sound(message.words)
             case "ended":
-                self.alarm = told.alarm
-                self._ended = told
+                self.alarm = message.alarm
+                self._ended = message
             case "moving":
                 pass  # `start` has said so already
 
-    def _sound(self, words: str) -> None:
+    def _sound(self, alarm: str) -> None:
         """Tell a person what must be done now."""
-        self.alarm = words
-        self._on_event(SessionEvent("alarm", self.state, words))
+        self.alarm = alarm
+        self._on_event(SessionEvent("alarm", self.state, alarm))
 
     def _power_after_death(self) -> str:
         """The process that owned the bus died: have the drives' power taken from here, and say what they said."""
@@ -486,56 +488,56 @@ class PayloadSession:
         if self._recorder is not None:
             self._recorder.wait()
         state = SessionState.ABORTED if reason.status == "aborted" else SessionState.FAULTED
-        words = reason.words
+        sentence = reason.words
         if self.file is None or not self.file.exists():
             if self.file is not None:
                 give_back(self.file)
                 self.file = None
-            self._end(state, words)
+            self._end(state, sentence)
             return
         try:
-            found = recording_state(self.file)
-            if found.status == "recording":
-                found = self._rescue(self.file, reason)
-                state, words = SessionState.FAULTED, found.reason
+            recording = recording_state(self.file)
+            if recording.status == "recording":
+                recording = self._rescue(self.file, reason)
+                state, sentence = SessionState.FAULTED, recording.reason
         except InputError as error:
-            self._end(SessionState.FAULTED, f"{words}; the recording is damaged: {error}")
+            self._end(SessionState.FAULTED, f"{sentence}; the recording is damaged: {error}")
             return
-        if found.rows == 0:
+        if recording.rows == 0:
             # Leave no empty shells behind.
             self.file.unlink()
             raw_log_of(self.file).unlink(missing_ok=True)
             self.file = None
-            self._end(state, words)
+            self._end(state, sentence)
             return
-        if found.status != "complete":
+        if recording.status != "complete":
             # The recorder is the last to judge: it knows what came to disk, and what is to be said against it.
             kept = (
-                f"{found.reason}; {found.rows} samples are kept in {self.file.parent.name}/{self.file.name}; "
+                f"{recording.reason}; {recording.rows} samples are kept in {self.file.parent.name}/{self.file.name}; "
                 f"`coulomb recover {self.experiment}` lists them in the experiment if they may serve identification"
             )
-            self._end(state if found.status == "aborted" else SessionState.FAULTED, kept)
+            self._end(state if recording.status == "aborted" else SessionState.FAULTED, kept)
             return
-        self._list(self.file, words, found.rows)
+        self._list(self.file, sentence, recording.rows)
 
     def _rescue(self, file: Path, reason: StopReason) -> RecordingState:
         """The recorder died: close its file, with the rows that it left in the ring."""
         left = None if self._rows is None else rows_of_the_session(self._rows.latest(self._rows.capacity))
-        words = (
+        sentence = (
             reason.words
             if reason.cause is StopCause.RECORDER
             else f"the recorder process died; {reason.words}"
         )
-        return recover_recording(file, "faulted", words, left)
+        return recover_recording(file, "faulted", sentence, left)
 
-    def _list(self, file: Path, words: str, rows: int) -> None:
+    def _list(self, file: Path, sentence: str, rows: int) -> None:
         """Add a complete recording to the experiment, and let what comes after the session run."""
         try:
             self.file = admit(self.experiment, file, self.payload, self.role)
         except (InputError, OSError) as error:
             kept = (
-                f"{words}; {rows} samples, all of the plan, are in {file.parent.name}/{file.name}, but they could not be listed: "
-                f"{_said(error)}; put that right, then `coulomb recover {self.experiment}` lists them"
+                f"{sentence}; {rows} samples, all of the plan, are in {file.parent.name}/{file.name}, but they could not be "
+                f"listed: {_said(error)}; put that right, then `coulomb recover {self.experiment}` lists them"
             )
             self._end(SessionState.FAULTED, kept)
             return
@@ -547,7 +549,7 @@ class PayloadSession:
                 self._on_event(
                     SessionEvent("remark", self.state, f"after the session, nothing is lost: {_said(error)}")
                 )
-        self._end(SessionState.DONE, f"{words}; {rows} samples in {self.file.name}")
+        self._end(SessionState.DONE, f"{sentence}; {rows} samples in {self.file.name}")
 
 
 class _ProcessDied(Exception):

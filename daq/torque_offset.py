@@ -67,7 +67,7 @@ def torque_offset(rig: Rig, torque: NDArray[np.float64], share: float) -> Torque
 
 def _per_mille(rig: Rig) -> NDArray[np.float64]:
     """(n,) per mille of the rated torque for each A of command."""
-    found: list[float] = []
+    factors: list[float] = []
     for axis, profile in zip(rig.axes, rig.profiles, strict=True):
         if axis.rated_torque is not None:
             of_one = axis.torque_constant / axis.rated_torque
@@ -77,5 +77,5 @@ def _per_mille(rig: Rig) -> NDArray[np.float64]:
             raise InputError(
                 f"rig {rig.name}: axis {axis.joint}: rated_torque or rated_current is wanted, for 0x60B2 is in per mille of it"
             )
-        found.append(1000.0 * of_one * profile.current_reference.sign)
-    return np.array(found)
+        factors.append(1000.0 * of_one * profile.current_reference.sign)
+    return np.array(factors)

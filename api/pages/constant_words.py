@@ -42,17 +42,17 @@ def constant_words(
         if name in WAVES:
             rows.append((WAVES[name], _waves(value, units, motor_ratio)))
         elif name in CONSTANT_WORDS:
-            words, dimension = CONSTANT_WORDS[name]
-            rows.append((words, _quantity(value, dimension, units)))
+            text, dimension = CONSTANT_WORDS[name]
+            rows.append((text, _quantity(value, dimension, units)))
     return rows
 
 
 def _waves(wave_number: float, units: JointUnits, motor_ratio: float) -> str:
     if units.position == "m":
-        words = f"one every {significant(2 * pi / wave_number * 1e3)}{THIN}mm"
+        text = f"one every {significant(2 * pi / wave_number * 1e3)}{THIN}mm"
     else:
-        words = f"{_count(wave_number)} of the joint"
-    return words if motor_ratio == 1.0 else f"{words}, {_count(wave_number / motor_ratio)} of the motor"
+        text = f"{_count(wave_number)} of the joint"
+    return text if motor_ratio == 1.0 else f"{text}, {_count(wave_number / motor_ratio)} of the motor"
 
 
 def _count(waves: float) -> str:

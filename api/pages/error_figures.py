@@ -65,7 +65,7 @@ def error_figures(
     scale = full_scale(first_map.mean)
     cells = quadrant_map(shown.velocity, shown.load, shown.error, velocity_edges, load_edges)
     bands = []
-    for name, words, unit in (
+    for name, label, unit in (
         ("velocity", "speed", units.speed),
         ("position", "position", units.position),
         ("load", "load", units.load),
@@ -76,11 +76,11 @@ def error_figures(
             error_band(getattr(samples, name), samples.error, edges) if samples is not None else None
             for samples in (first, shown, other)
         )
-        bands.append((words, unit, of_first, of_shown, of_other))
+        bands.append((label, unit, of_first, of_shown, of_other))
     reach = _reach([of_first for _, _, of_first, _, _ in bands])
     over = [
-        draw_error_band(of_shown, words, unit, units.load, reach, of_other)
-        for words, unit, _, of_shown, of_other in bands
+        draw_error_band(of_shown, label, unit, units.load, reach, of_other)
+        for label, unit, _, of_shown, of_other in bands
     ]
     models = [shown] if other is None else [shown, other]
     payloads = draw_group_bars(

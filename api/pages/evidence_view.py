@@ -105,7 +105,7 @@ def selected_evidence(
         parent = stored.model(shown.version.parent)
         before = stored.samples(parent, joint, stored.fitted_files(parent)).thinned(FIGURE_SAMPLES).in_fit
         with_it: JointSamples | None = here.thinned(FIGURE_SAMPLES).in_fit
-        words = "with it"
+        label = "with it"
         # What was known of it when it was added, with the fit's own errors.
         earlier = joint_diagnosis(stored, parent, joint)
         candidate = None if earlier is None else earlier.candidate(effect)
@@ -120,7 +120,7 @@ def selected_evidence(
     else:
         before = here.thinned(FIGURE_SAMPLES).in_fit
         with_it = _predicted(stored, shown, joint, files, here, candidate)
-        words = "predicted with it" if with_it is not None else None
+        label = "predicted with it" if with_it is not None else None
         errors = Errors.of(candidate)
     picture, over = effect_picture(effect, before, with_it, units, candidate.variable if candidate else None)
     entry = entry_of(effect)
@@ -136,7 +136,7 @@ def selected_evidence(
         caution=candidate.caution if candidate else None,
         picture=picture,
         picture_words=f"Residual over {over.label}",
-        with_words=words,
+        with_words=label,
         errors=errors,
         probability=candidate.probability if candidate else None,
         estimates=_known_estimates(candidate),

@@ -67,5 +67,5 @@ def constants_in_words(stored: StoredExperiment, shown: ShownModel) -> list[tupl
         joint = joints[entry.joint]
         on = f" {entry.joint}" if len(joints) > 1 else ""
         chosen = constant_words(entry.values, JointUnits.of(joint.type), abs(joint.motor_ratio))
-        rows += [(f"{entry.effect}{on}: {words}", value) for words, value in chosen]
+        rows += [(f"{entry.effect}{on}: {label}", value) for label, value in chosen]
     return rows

@@ -74,13 +74,13 @@ def _answer(
     shown = stored.require_current()
     diagnosis = joint_diagnosis(stored, shown, joint)
     context = rival_effects_context(stored, shown, diagnosis, joint) | {"begin": False}
-    found = service.jobs.get(job) if job else None
-    if found is not None and not found.state.final:
-        query = urlencode({"joint": joint, "job": found.id})
+    known = service.jobs.get(job) if job else None
+    if known is not None and not known.state.final:
+        query = urlencode({"joint": joint, "job": known.id})
         poll = f"{experiment_link(experiment, 'missing/apart')}?{query}"
-        context |= {"progress": job_progress(found) | {"poll_link": poll}}
-    elif found is not None and found.state != "done":
-        context |= {"failed": found.words}
+        context |= {"progress": job_progress(known) | {"poll_link": poll}}
+    elif known is not None and known.state != "done":
+        context |= {"failed": known.words}
     return page(
         request,
         "rival_effects.html",

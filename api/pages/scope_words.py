@@ -9,16 +9,16 @@ def scope_of_fit(shown: ShownModel) -> str:
     document = shown.document
     fitted = [each.file for each in document.sessions if each.role == "identification"]
     checked = [each.file for each in document.sessions if each.role == "validation"]
-    words = (
+    text = (
         f"all {len(fitted)} sessions of the fit"
         if len(fitted) != 1
         else f"the only session of the fit, {fitted[0]}"
     )
     if checked:
-        words += f"; checked on {listing(checked)}"
+        text += f"; checked on {listing(checked)}"
     if document.excluded:
-        words += f"; {listing(each.file for each in document.excluded)} excluded"
-    return words
+        text += f"; {listing(each.file for each in document.excluded)} excluded"
+    return text
 
 
 def scope_of_session(shown: ShownModel, file: str) -> str:

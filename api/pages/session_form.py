@@ -158,18 +158,18 @@ def _payload(name: str, mass: float, com: tuple[float, float, float]) -> Payload
 
 def _known_payload(service: Service, settings: Rig, experiment: str, payload: str) -> Payload:
     """A payload by name: the experiment's own, else the rig's."""
-    own = {} if experiment == NEW else _payloads_of(service, experiment)
-    return own.get(payload) or settings.payload(payload)
+    declared = {} if experiment == NEW else _payloads_of(service, experiment)
+    return declared.get(payload) or settings.payload(payload)
 
 
 def _payloads_of(service: Service, experiment: str) -> dict[str, Payload]:
     """The payloads that the experiment's file declares, as a session takes them; those with other names than a rig may
     give are left out."""
-    found = {}
+    payloads = {}
     for each in service.experiments.declared(experiment).payloads:
         with suppress(ValueError):
-            found[each.name] = with_lab_name(each)
-    return found
+            payloads[each.name] = with_lab_name(each)
+    return payloads
 
 
 def _chosen(
@@ -221,9 +221,9 @@ def _experiment(
     looked at last, or that was changed last. None for a new one: another rig's is never taken by itself."""
     if asked is not None:
         return next((row for row in rows if row.id == asked), None)
-    own = [row for row in rows if service.catalogue.rigs(row.id) == [rig]]
-    own = [row for row in own if service.catalogue.other_rig(row.id, rig) is None]
-    return next((row for row in own if row.id == last), own[0] if own else None)
+    measured = [row for row in rows if service.catalogue.rigs(row.id) == [rig]]
+    measured = [row for row in measured if service.catalogue.other_rig(row.id, rig) is None]
+    return next((row for row in measured if row.id == last), measured[0] if measured else None)
 
 
 def _waiting(service: Service, experiment: Any) -> dict[str, str] | None:

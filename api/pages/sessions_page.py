@@ -235,11 +235,11 @@ def _session(
     service: Service, experiment: str, entry: CatalogueEntry, fitted: Mapping[str, SessionError]
 ) -> Context:
     row, facts = entry.row, entry.facts
-    tone, words = STATE_WORDS.get(row.state, ("idle", row.state))
+    tone, label = STATE_WORDS.get(row.state, ("idle", row.state))
     if row.state in ENDED_EARLY and not row.file:
-        words = words.replace("kept, not used", "nothing was measured")
+        label = label.replace("kept, not used", "nothing was measured")
     elif row.state in ENDED_EARLY and entry.measured:
-        words = words.replace("kept, not used", "used as far as it goes")
+        label = label.replace("kept, not used", "used as far as it goes")
     link = experiment_link(experiment, f"sessions/{row.id}")
     active = service.sessions.active(row.rig or "")
     under_way = (
@@ -266,7 +266,7 @@ def _session(
         "use": "excluded" if entry.excluded is not None else USES[row.role] if entry.measured else "not used",
         "role": row.role,
         "tone": tone,
-        "state": "the robot moves" if under_way and row.state == RECORDING else words,
+        "state": "the robot moves" if under_way and row.state == RECORDING else label,
         "reason": row.reason or "",
         "error": of_fit.relative_error if of_fit else None,
         "megabytes": file.stat().st_size / MEBIBYTE if there and file is not None else None,

@@ -111,15 +111,15 @@ def progress(
 ) -> HTMLResponse:
     """How far the job is; when it has ended, the whole part of the page with what it found."""
     jobs = access.service_of(request).jobs
-    found = jobs.get(job)
-    if found is not None and not found.state.final and found.kind == FIT_AGAIN:
+    known = jobs.get(job)
+    if known is not None and not known.state.final and known.kind == FIT_AGAIN:
         stored = StoredExperiment(access.service_of(request).experiments, experiment)
         left = len(stored.story.stale(stored.require_current().version.fit.data))
-        again = job_context(found, experiment, joint)
+        again = job_context(known, experiment, joint)
         return page(request, "fitted_again.html", again=again, other_data=left)
-    if found is not None and not found.state.final:
-        return page(request, "job_progress.html", **job_context(found, experiment, joint))
-    response = body(request, user, experiment, joint, ended=found)
+    if known is not None and not known.state.final:
+        return page(request, "job_progress.html", **job_context(known, experiment, joint))
+    response = body(request, user, experiment, joint, ended=known)
     response.headers["HX-Retarget"] = "#steps-body"
     response.headers["HX-Reswap"] = "outerHTML"
     return response

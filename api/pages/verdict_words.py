@@ -88,30 +88,32 @@ def _gain_words(joint: JointDiagnosis) -> str:
 
 def structure_words(joint: JointDiagnosis | None) -> str | None:
     """What a predictor without any model still finds in what is left, in one sentence; None where that is noise."""
-    found = None if joint is None else next((each for each in joint.structure if each.found), None)
-    if joint is None or found is None:
+    strongest = None if joint is None else next((each for each in joint.structure if each.found), None)
+    if joint is None or strongest is None:
         return None
-    names = [STRUCTURE_WORDS.get(name, VARIABLE_WORDS.get(name, (name, ""))[0]) for name in found.variables]
+    names = [
+        STRUCTURE_WORDS.get(name, VARIABLE_WORDS.get(name, (name, ""))[0]) for name in strongest.variables
+    ]
     beyond = " with the missing effects added" if joint.missing else ""
-    if found.variables == ("moments",):
+    if strongest.variables == ("moments",):
         return (
-            f"{percent(found.share, 2)} of the power that is left{beyond} sits in a few moments that stand out of "
+            f"{percent(strongest.share, 2)} of the power that is left{beyond} sits in a few moments that stand out of "
             "the rest, away from reversals: something happened then."
         )
     return (
-        f"{percent(found.share, 2)} of the power that is left{beyond} can be predicted from {listing(names)}, "
+        f"{percent(strongest.share, 2)} of the power that is left{beyond} can be predicted from {listing(names)}, "
         "without any model: it is not noise."
     )
 
 
 def where_words(place: Where, units: JointUnits) -> str:
     """`speed −0.1 to 0.1 rad/s`."""
-    words, dimension = VARIABLE_WORDS.get(place.variable, (place.variable, ""))
+    text, dimension = VARIABLE_WORDS.get(place.variable, (place.variable, ""))
     low, high = place.from_, place.to
     if place.variable == "session":
-        return f"{words} {number(low, 0)}"
+        return f"{text} {number(low, 0)}"
     unit = f"{THIN}{units.of_dimension(dimension)}" if dimension else ""
-    return f"{words} {significant(low, 2)} to {significant(high, 2)}{unit}"
+    return f"{text} {significant(low, 2)} to {significant(high, 2)}{unit}"
 
 
 def rival_words(

@@ -164,7 +164,7 @@ class _Digested:
 
 
 def _extract(archive: Path, place: Path) -> BackupReport:
-    found: dict[str, dict[str, object]] = {}
+    members: dict[str, dict[str, object]] = {}
     manifest = None
     with tarfile.open(archive, "r:*") as tar:
         for member in tar:
@@ -175,21 +175,21 @@ def _extract(archive: Path, place: Path) -> BackupReport:
             if member.name == MANIFEST:
                 manifest = json.loads(stream.read(1 << 28))
                 continue
-            found[member.name] = _write_out(stream, place / member.name)
+            members[member.name] = _write_out(stream, place / member.name)
     if manifest is None:
         raise InputError(f"{archive}: incomplete; its list of files is missing at the end")
     if manifest["format"] != FORMAT:
         raise InputError(f"{archive}: its format is {manifest['format']}; known here is {FORMAT}")
     said = manifest["files"]
-    for name in sorted(said.keys() | found.keys()):
+    for name in sorted(said.keys() | members.keys()):
         changed = said.get(name, {}).pop("changed_ns", None)
-        if said.get(name) != found.get(name):
+        if said.get(name) != members.get(name):
             raise InputError(f"{archive}: damaged: {name} is not as it was when it was copied")
         # Fits know the data that they were made of by size and time of change.
         os.utime(place / name, ns=(changed, changed))
     (place / "experiments").mkdir(exist_ok=True)
     return BackupReport(
-        len(found), sum(int(str(each["bytes"])) for each in found.values()), DATABASE in found
+        len(members), sum(int(str(each["bytes"])) for each in members.values()), DATABASE in members
     )
 
 

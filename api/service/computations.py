@@ -82,20 +82,20 @@ def diagnose(
     from identify.diagnosis.with_candidate import predictions_with, shown_findings
 
     loaded = load_experiment(Path(experiment))
-    found = identify.diagnose(loaded, model=model, add=add, progress=_part(progress, 0.0, 0.85))
+    diagnosis = identify.diagnose(loaded, model=model, add=add, progress=_part(progress, 0.0, 0.85))
     looks = [
         (joint, finding)
-        for joint in range(len(found.joints))
-        for finding in shown_findings(found, joint, PICTURED)
+        for joint in range(len(diagnosis.joints))
+        for finding in shown_findings(diagnosis, joint, PICTURED)
     ]
     places = _places(experiment)
     for done, (joint, finding) in enumerate(looks):
         progress(0.85 + 0.15 * done / len(looks), "looking at what each effect would leave")
-        rank = 1 + found.joints[joint].findings.index(finding)
-        predictions = predictions_with(found, finding, loaded.sessions)
+        rank = 1 + diagnosis.joints[joint].findings.index(finding)
+        predictions = predictions_with(diagnosis, finding, loaded.sessions)
         for entry, prediction in zip(loaded.sessions, predictions, strict=True):
             write_candidate(Path(output), places[entry.file], joint, rank, prediction.predicted)
-    return found.document()
+    return diagnosis.document()
 
 
 def separate(

@@ -39,14 +39,14 @@ class DiskState:
     def warning(self) -> str | None:
         """What a person should know, one sentence; None while there is room."""
         if self.budget is not None and self.used >= WARN_AT * self.budget:
-            words = f"{self.used / GIGABYTE:.3g} of {self.budget / GIGABYTE:.3g} GB that experiments may take are used"
+            sentence = f"{self.used / GIGABYTE:.3g} of {self.budget / GIGABYTE:.3g} GB that experiments may take are used"
         elif self.free < WARN_BELOW:
-            words = f"the disk has {self.free / GIGABYTE:.3g} GB free"
+            sentence = f"the disk has {self.free / GIGABYTE:.3g} GB free"
         else:
             return None
         if self.full:
-            return f"{words}; no session and no upload is taken until something is moved away"
-        return f"{words}; sessions and uploads are refused once it is full"
+            return f"{sentence}; no session and no upload is taken until something is moved away"
+        return f"{sentence}; sessions and uploads are refused once it is full"
 
 
 class DiskBudget:

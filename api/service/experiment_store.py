@@ -57,9 +57,9 @@ class ExperimentStore:
         self._declared: dict[str, tuple[tuple[int, int], ExperimentFile | str]] = {}
         self._lock = threading.Lock()
 
-    def shown(self, words: str) -> str:
+    def shown(self, text: str) -> str:
         """The same words with files called by their place among the experiments, and not on this computer."""
-        return words.replace(f"{self.root}/", "").replace(f"{self.root.resolve()}/", "")
+        return text.replace(f"{self.root}/", "").replace(f"{self.root.resolve()}/", "")
 
     # --- the index
 
@@ -68,19 +68,19 @@ class ExperimentStore:
 
         Sessions that are being prepared and have no file yet are kept if their experiment still exists.
         """
-        found = {
+        folders = {
             folder.name: folder
             for folder in sorted(self.root.iterdir())
             if EXPERIMENT_ID.fullmatch(folder.name) and (folder / EXPERIMENT_FILE).is_file()
         }
         with self._database.transaction() as session:
             for row in session.scalars(select(ExperimentRow)):
-                if row.id not in found:
+                if row.id not in folders:
                     session.delete(row)
-        identifiers = list(found)
+        identifiers = list(folders)
         for start in range(0, len(identifiers), DESCRIBED_TOGETHER):
             self._refresh(identifiers[start : start + DESCRIBED_TOGETHER])
-        return len(found)
+        return len(folders)
 
     def refresh(self, identifier: str) -> None:
         """Bring the index of one experiment up to date with its folder."""
@@ -291,14 +291,14 @@ class ExperimentStore:
         folder = self.folder(experiment)
         names = [row.id for row in self.sessions(experiment)]
         names += [path.name for place in (folder, folder / INCOMPLETE) for path in place.glob("session-*")]
-        numbers = [int(found[1]) for name in names if (found := re.match(r"session-(\d+)(?:\.|$)", name))]
+        numbers = [int(match[1]) for name in names if (match := re.match(r"session-(\d+)(?:\.|$)", name))]
         return f"session-{max(numbers, default=-1) + 1:02d}"
 
 
 def _stamp(file: Path) -> tuple[int, int]:
     """By which a file that was changed is known: ns of its change, bytes."""
-    found = file.stat()
-    return found.st_mtime_ns, found.st_size
+    status = file.stat()
+    return status.st_mtime_ns, status.st_size
 
 
 def _index_recording(row: SessionRow, recording: RecordingDescription) -> None:

@@ -107,9 +107,9 @@ class Uploads:
         except LimitExceeded as error:
             raise Problem(413, f"The upload cannot be read here: {error}.") from error
         except InputError as error:
-            words = str(error)
+            detail = str(error)
             raise InputError(
-                f"the upload {words}" if words.startswith("cannot be read") else words
+                f"the upload {detail}" if detail.startswith("cannot be read") else detail
             ) from error
 
     def _claim(self, experiment: str, file: Path, ending: str) -> Path:

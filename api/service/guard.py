@@ -135,8 +135,8 @@ class Guard:
     async def _watched_by(self, user: User, connection: HTTPConnection, receive: Receive, send: Send) -> None:
         """Serve a WebSocket, of which one person has so many at a time."""
         if self._watching[user.name] >= WEBSOCKETS_OF_ONE_PERSON:
-            words = f"{user.name} has {WEBSOCKETS_OF_ONE_PERSON} live views open already; close one."
-            await _refuse(Problem(429, words), connection, receive, send)
+            detail = f"{user.name} has {WEBSOCKETS_OF_ONE_PERSON} live views open already; close one."
+            await _refuse(Problem(429, detail), connection, receive, send)
             return
         self._watching[user.name] += 1
         try:

@@ -185,12 +185,12 @@ class JobRunner:
     def _refuse_more(self, user: str) -> None:
         users = [task.job.user for task in self._tasks.values() if not task.job.state.final]
         if users.count(user) >= MOST_OF_A_USER:
-            words = f"{user} has {MOST_OF_A_USER} jobs waiting or running, which is the most; wait, or cancel one."
+            detail = f"{user} has {MOST_OF_A_USER} jobs waiting or running, which is the most; wait, or cancel one."
         elif len(users) >= MOST:
-            words = f"{MOST} jobs are waiting or running, which is the most; try again when some are done."
+            detail = f"{MOST} jobs are waiting or running, which is the most; try again when some are done."
         else:
             return
-        raise Problem(429, words, {"Retry-After": "60"})
+        raise Problem(429, detail, {"Retry-After": "60"})
 
     def get(self, identifier: str) -> Job | None:
         """The job with that id as it is now, also one from before a restart."""
@@ -279,8 +279,8 @@ class JobRunner:
         elif kind == "cancelled":
             self._change(task, state=JobState.CANCELLED, words="cancelled")
         else:
-            words = content[1] if kind == "refused" else str(content)
-            self._change(task, state=JobState.FAILED, words=words)
+            reason = content[1] if kind == "refused" else str(content)
+            self._change(task, state=JobState.FAILED, words=reason)
 
     def _waiting_repeat(self, experiment: str | None) -> Job | None:
         for task in self._tasks.values():
@@ -302,8 +302,8 @@ class JobRunner:
             if deadline is not None and time.monotonic() > deadline:
                 return "cancelled", None
             if message is not None:
-                fraction, words = message[1]
-                self._change(task, fraction=min(max(fraction, 0.0), 1.0), words=words)
+                fraction, step = message[1]
+                self._change(task, fraction=min(max(fraction, 0.0), 1.0), words=step)
 
     def _change(self, task: _Task, **changes: Any) -> None:
         job = replace(task.job, **changes)

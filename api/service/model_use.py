@@ -98,11 +98,11 @@ class ModelUse:
 
     def certificates(self, experiment: str, model: str) -> dict[Ending, Certificate]:
         """Of everything that the version's newest fit was exported to."""
-        found: dict[Ending, Certificate] = {}
+        certificates: dict[Ending, Certificate] = {}
         for ending in ENDINGS:
             if _certificate_file(self._target(experiment, model, ending)).is_file():
-                found[ending] = self.certificate(experiment, model, ending)
-        return found
+                certificates[ending] = self.certificate(experiment, model, ending)
+        return certificates
 
     def exported(self, experiment: str, model: str, ending: Ending) -> tuple[str, bytes]:
         """Name and content of the exported file; of C a ZIP archive of source, header and certificate. Raises the problem 404."""

@@ -143,8 +143,8 @@ class ModelWorkflow:
             refit = next_refit(self.story(experiment))
             return self._fit_arguments(experiment, refit.version, refit.fit, refit.model, refit.add)
 
-        def store(found: "FitFound") -> Json:
-            version = store_refit(self.story(experiment), found, user)
+        def store(fitted: "FitFound") -> Json:
+            version = store_refit(self.story(experiment), fitted, user)
             self._fit_earlier_again(experiment, user)
             return {"model": version.id}
 
@@ -255,8 +255,8 @@ class ModelWorkflow:
                 "first": first,
             }
 
-        def store(found: "ImprovementFound") -> Json:
-            for step in found.versions:
+        def store(improved: "ImprovementFound") -> Json:
+            for step in improved.versions:
                 story.add_version(
                     model=start.model,
                     add=step.add,
@@ -267,7 +267,7 @@ class ModelWorkflow:
                 )
             standing = story.read().line[-1]
             self._fit_earlier_again(experiment, user)
-            return {"model": standing, "improvement": found.improvement.to_json()}
+            return {"model": standing, "improvement": improved.improvement.to_json()}
 
         return self._jobs.submit(
             "improve", f"{COMPUTATIONS}:improve", arguments, store, user=user, experiment=experiment
@@ -321,8 +321,8 @@ class ModelWorkflow:
         def arguments() -> Arguments:
             return self._fit_arguments(experiment, story.next_version_id(), "f1", model, add)
 
-        def store(found: "FitFound") -> Json:
-            fit, identifier = fit_entry(found.folder.name, found), found.folder.parent.name
+        def store(fitted: "FitFound") -> Json:
+            fit, identifier = fit_entry(fitted.folder.name, fitted), fitted.folder.parent.name
             version = story.add_version(
                 model=model, add=add, cause=cause, change=change, user=user, fit=fit, identifier=identifier
             )
@@ -346,8 +346,8 @@ class ModelWorkflow:
             fit = story.next_fit_id(version.id)
             return self._fit_arguments(experiment, version.id, fit, version.model, version.add)
 
-        def store(found: "FitFound") -> Json:
-            story.add_fit(version.id, fit_entry(found.folder.name, found))
+        def store(fitted: "FitFound") -> Json:
+            story.add_fit(version.id, fit_entry(fitted.folder.name, fitted))
             self._fit_earlier_again(experiment, user)
             return {"model": version.id}
 

@@ -338,8 +338,8 @@ class PayloadSessions:
         folder = self._experiments.folder(experiment)
         if being_written(folder / row.file):
             raise Problem(409, f"The session {identifier} is still being recorded; stop it first.")
-        words = f"the recording process died; recovered by {user.name}"
-        state = admit_if_it_may_serve(folder, recover_recording(folder / row.file, "aborted", words))
+        reason = f"the recording process died; recovered by {user.name}"
+        state = admit_if_it_may_serve(folder, recover_recording(folder / row.file, "aborted", reason))
         return self._listed_or_kept(experiment, identifier, user, state)
 
     def admit(self, experiment: str, identifier: str, user: User) -> SessionRow:
@@ -375,8 +375,8 @@ class PayloadSessions:
 
     def alarms(self) -> dict[str, str]:
         """What a person must do now, by rig: an axis may have power or move. Until the rig's next session has checked it."""
-        found = {rig: active.payload_session.alarm for rig, active in list(self._active.items())}
-        return {rig: words for rig, words in found.items() if words}
+        alarms = {rig: active.payload_session.alarm for rig, active in list(self._active.items())}
+        return {rig: alarm for rig, alarm in alarms.items() if alarm}
 
     def rig_of(self, experiment: str, identifier: str) -> str | None:
         """The rig that has this session, or had it last; None where none did since the service began."""

@@ -123,7 +123,7 @@ class SessionCatalogue:
         folder = self._experiments.folder(experiment)
         with changing(folder):
             notes = read_notes(folder) | {row.file.rpartition("/")[2]: note.strip()}
-            kept = {file: words for file, words in notes.items() if words}
+            kept = {file: note_text for file, note_text in notes.items() if note_text}
             write_atomically(folder / NOTES, yaml.safe_dump(kept, allow_unicode=True).encode())
 
     # --- inside
@@ -185,15 +185,15 @@ class SessionCatalogue:
 def read_notes(folder: Path) -> dict[str, str]:
     """Session file -> note. Raises InputError if somebody broke the file."""
     try:
-        found = yaml.safe_load((folder / NOTES).read_text(encoding="utf-8"))
+        content = yaml.safe_load((folder / NOTES).read_text(encoding="utf-8"))
     except FileNotFoundError:
         return {}
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         raise InputError(f"{NOTES}: is not readable as YAML ({error}); correct or remove it") from error
-    if found is None:
+    if content is None:
         return {}
-    if not isinstance(found, dict) or not all(
-        isinstance(each, str) for pair in found.items() for each in pair
+    if not isinstance(content, dict) or not all(
+        isinstance(each, str) for pair in content.items() for each in pair
     ):
         raise InputError(f"{NOTES}: must map session files to texts; correct or remove it")
-    return found
+    return content

@@ -64,8 +64,8 @@ class FileFacts:
             if len(self._held) + len(new) > MOST_HELD:
                 self._held.clear()
             with suppress(InputError, LimitExceeded, Problem):  # the catalogue stands without them
-                found = self._reader(READ, files=[name for name, _, _ in new])
-                self._held.update(zip(new, found, strict=True))
+                facts = self._reader(READ, files=[name for name, _, _ in new])
+                self._held.update(zip(new, facts, strict=True))
         return [NOTHING if key is None else self._held.get(key, NOTHING) for key in keys]
 
 
@@ -129,5 +129,5 @@ def _text(value: Any) -> str | None:
 
 def _name_in(document: Any) -> str | None:
     """`name` of a JSON object."""
-    found = json.loads(str(document)) if document else None
-    return _text(found.get("name")) if isinstance(found, dict) else None
+    content = json.loads(str(document)) if document else None
+    return _text(content.get("name")) if isinstance(content, dict) else None

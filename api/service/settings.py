@@ -84,11 +84,11 @@ class ServiceSettings(BaseModel):
         """What the process of a job may take."""
         return ProcessLimits(self.job_memory, self.job_seconds)
 
-    def without_folders(self, words: str) -> str:
+    def without_folders(self, text: str) -> str:
         """The same words without the folders of this computer, which are nobody else's business."""
         for folder in (self.data_folder, self.data_folder.resolve(), RIGS, Path(tempfile.gettempdir())):
-            words = words.replace(f"{folder}/", "").replace(str(folder), folder.name)
-        return words
+            text = text.replace(f"{folder}/", "").replace(str(folder), folder.name)
+        return text
 
     @property
     def experiments_folder(self) -> Path:

@@ -29,10 +29,10 @@ def read_mjcf(path: Path, root: ElementTree.Element) -> RobotTree:
 
     Raises InputError with one line naming file and element.
     """
-    found = next((element.tag for element in root.iter() if element.tag in NOT_EXPANDED), None)
-    if found is not None:
+    passed_tag = next((element.tag for element in root.iter() if element.tag in NOT_EXPANDED), None)
+    if passed_tag is not None:
         raise InputError(
-            f"{path}: holds <{found}>; expand it first: let MuJoCo load the file and save it (mj_saveLastXML)"
+            f"{path}: holds <{passed_tag}>; expand it first: let MuJoCo load the file and save it (mj_saveLastXML)"
         )
     return _World(path, root).tree()
 
@@ -106,10 +106,10 @@ class _World:
             parent, anchor = child, at
         if not joints:
             self.built.joint(f"{name} fixed", "fixed", parent, name, frame)
-        own = placed(-anchor, np.eye(3))
-        self._link(body, name, own)
+        body_frame = placed(-anchor, np.eye(3))
+        self._link(body, name, body_frame)
         for below in body.findall("body"):
-            self._body(below, name, own, cls)
+            self._body(below, name, body_frame, cls)
 
     def _attributes(self, joint: ElementTree.Element, cls: str, body: str) -> dict[str, str]:
         wanted = joint.get("class", cls)
@@ -143,7 +143,7 @@ class _World:
             mimics=self.mimics.get(name),
         )
 
-    def _link(self, body: ElementTree.Element, name: str, own: Array) -> None:
+    def _link(self, body: ElementTree.Element, name: str, link_frame: Array) -> None:
         inertial = body.find("inertial")
         if inertial is None:
             self.built.link(name)
@@ -158,7 +158,9 @@ class _World:
         else:
             tensor = np.diag(self._numbers(inertial.attrib, "diaginertia", "0 0 0", name, 3))
         mass = float(self._numbers(inertial.attrib, "mass", "0", name, 1)[0])
-        self.built.link(name, mass=mass, placement=own @ self._placement(inertial, name), tensor=tensor)
+        self.built.link(
+            name, mass=mass, placement=link_frame @ self._placement(inertial, name), tensor=tensor
+        )
 
     def _placement(self, element: ElementTree.Element, owner: str) -> Array:
         """(4, 4) of pos and one of quat, axisangle, euler, xyaxes, zaxis."""

@@ -53,26 +53,28 @@ class _Model:
     def tree(self) -> RobotTree:
         tree = RobotTree(self.name)
         moved_by = {_text(joint, "child"): name for name, joint in self.joints.items()}
-        own: dict[str, Array] = {}  # the frame of each link in the URDF: that of the joint that moves it
+        link_frames: dict[
+            str, Array
+        ] = {}  # the frame of each link in the URDF: that of the joint that moves it
         for name in self.links:
-            own[name] = self._frame(moved_by.get(name, name), name)
+            link_frames[name] = self._frame(moved_by.get(name, name), name)
         if any(_text(joint, "parent") == WORLD for joint in self.joints.values()):
             tree.link(WORLD)
-            own[WORLD] = np.eye(4)
+            link_frames[WORLD] = np.eye(4)
         for name, link in self.links.items():
             mass, centre, tensor = self._inertial(name, link)
-            beside = np.linalg.inv(own[name]) @ self._frame(name, name)
+            beside = np.linalg.inv(link_frames[name]) @ self._frame(name, name)
             tree.link(name, mass=mass, placement=beside @ centre, tensor=tensor)
         for name, joint in self.joints.items():
-            self._add_joint(tree, name, joint, own)
+            self._add_joint(tree, name, joint, link_frames)
         return tree
 
     def _add_joint(
-        self, tree: RobotTree, name: str, joint: ElementTree.Element, own: dict[str, Array]
+        self, tree: RobotTree, name: str, joint: ElementTree.Element, link_frames: dict[str, Array]
     ) -> None:
         parent, child = _text(joint, "parent"), _text(joint, "child")
         for end, link in (("parent", parent), ("child", child)):
-            if link not in own:
+            if link not in link_frames:
                 raise InputError(f"{self.path}: joint '{name}': its {end} link '{link}' does not exist")
         frame = self._frame(name, name)
         axis = joint.find("axis")
@@ -86,7 +88,7 @@ class _Model:
             speed = self._limit(name, axis, "velocity")
             mimic = axis.find("mimic")
             mimics = None if mimic is None else mimic.get("joint", "")
-        placement = np.linalg.inv(own[parent]) @ frame
+        placement = np.linalg.inv(link_frames[parent]) @ frame
         kind = joint.get("type", "none")
         tree.joint(
             name,
@@ -137,10 +139,10 @@ class _Model:
             raise InputError(f"{self.path}: '{asked_by}': there is no link, joint or frame '{name}'")
         pose = element.find("pose")
         within = usual if pose is None else pose.get("relative_to") or pose.get("frame") or usual
-        found = self._frame(within, name) @ self._pose(pose, name)
+        placed = self._frame(within, name) @ self._pose(pose, name)
         self._sought.pop()
-        self._known[name] = found
-        return found
+        self._known[name] = placed
+        return placed
 
     def _pose(self, pose: ElementTree.Element | None, owner: str) -> Array:
         if pose is None or not (pose.text or "").strip():

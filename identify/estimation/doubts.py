@@ -43,18 +43,18 @@ def parameter_doubts(fitted: FittedModel) -> dict[int, str]:
     """By column what makes the value of its parameter meaningless or impossible, in words; nothing for the others."""
     names = [name for name, *_ in column_names(fitted)]
     fit, base = fitted.fit, fitted.record.body.base
-    found: dict[int, str] = {}
+    sentences: dict[int, str] = {}
     for first, second in cancels(fitted):
-        words = (
+        sentence = (
             f"{names[first]} and {names[second]} are many times the measured torque and cancel each other: "
             "only their sum is known"
         )
-        found.setdefault(first, words)
-        found.setdefault(second, words)
+        sentences.setdefault(first, sentence)
+        sentences.setdefault(second, sentence)
     if fit.free is not None:
         for column in np.flatnonzero(~np.isclose(fit.chi, fit.free, rtol=1e-3, atol=1e-12)):
             if fit.chi[column] == 0:
-                found[int(column)] = (
+                sentences[int(column)] = (
                     f"{names[column]} is held at 0, the least that it can be: least squares alone would find"
                     f" {fit.free[column]:.3g}"
                 )
@@ -66,7 +66,7 @@ def parameter_doubts(fitted: FittedModel) -> dict[int, str]:
             row = base.matrix[column]
             sums_up = not np.any(np.abs(row[~positive]) > SMALL) and not np.any(row < -SMALL)
             if fit.chi[column] < 0 and sums_up:
-                found.setdefault(
+                sentences.setdefault(
                     int(column), f"{names[column]} is negative, which no mass and no inertia can be"
                 )
     for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True):
@@ -77,8 +77,8 @@ def parameter_doubts(fitted: FittedModel) -> dict[int, str]:
                 limit = f"at least {parameter.lower:.3g}"
                 if fit.chi[column] > parameter.upper:
                     limit = f"at most {parameter.upper:.3g}"
-                found.setdefault(column, f"{names[column]} is impossible: it can be {limit}")
-    return found
+                sentences.setdefault(column, f"{names[column]} is impossible: it can be {limit}")
+    return sentences
 
 
 def cancels(fitted: FittedModel) -> list[tuple[int, int]]:

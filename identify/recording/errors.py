@@ -13,8 +13,8 @@ class InputError(Exception):
     stands in files of others: a character that is not shown, or would begin a line or command a terminal, is written as its code.
     """
 
-    def __init__(self, words: str) -> None:
-        super().__init__("".join(_shown(character) for character in words))
+    def __init__(self, message: str) -> None:
+        super().__init__("".join(_shown(character) for character in message))
 
 
 def _shown(character: str) -> str:

@@ -215,32 +215,32 @@ def check_settings(model: type[_Model], document: Any, lines: Lines, path: Path 
 def _first_mistake(error: ValidationError, model: type[BaseModel], lines: Lines, path: Path | str) -> str:
     # An unknown key is reported before a missing one: it is most often the missing one, misspelt.
     mistake = min(error.errors(include_url=False), key=lambda found: found["type"] != "extra_forbidden")
-    place, words = tuple(mistake["loc"]), mistake["msg"]
+    place, text = tuple(mistake["loc"]), mistake["msg"]
     if mistake["type"] == "value_error":
-        words = words.removeprefix("Value error, ")
-        named = re.match(r"([a-z_]+(?:\[\d+\]|\.[a-z_]+)*): ", words)
+        text = text.removeprefix("Value error, ")
+        named = re.match(r"([a-z_]+(?:\[\d+\]|\.[a-z_]+)*): ", text)
         if named:
             inner = re.findall(r"[a-z_]+|\d+", named[1])
             place += tuple(int(part) if part.isdigit() else part for part in inner)
-            words = words[named.end() :]
+            text = text[named.end() :]
     elif mistake["type"] == "extra_forbidden":
-        words = "unknown field" + _meant(str(place[-1]), _fields_at(model, place[:-1]))
+        text = "unknown field" + _meant(str(place[-1]), _fields_at(model, place[:-1]))
     elif mistake["type"] == "missing":
-        words = "is missing"
+        text = "is missing"
     elif mistake["type"] == "tuple_type":
-        words = f"must be a list, [...], not {_shown(mistake['input'])}"
+        text = f"must be a list, [...], not {_shown(mistake['input'])}"
     elif mistake["type"] == "too_short":  # of lists that must not be empty
-        words = "at least 1 is needed, none is given"
+        text = "at least 1 is needed, none is given"
     else:
-        words = f"{words[0].lower()}{words[1:]}, not {_shown(mistake['input'])}"
+        text = f"{text[0].lower()}{text[1:]}, not {_shown(mistake['input'])}"
     # Pydantic names branches of a union too, which are not places in the file.
     while lines and place and place not in lines:
         if mistake["type"] == "missing" and place[:-1] in lines:
             line = lines[place[:-1]]
-            return f"{path} line {line}: {_field_name(place)}: {words}"
+            return f"{path} line {line}: {_field_name(place)}: {text}"
         place = place[:-1]
     line = f" line {lines[place]}" if place in lines else ""
-    return f"{path}{line}: {_field_name(place) + ': ' if place else ''}{words}"
+    return f"{path}{line}: {_field_name(place) + ': ' if place else ''}{text}"
 
 
 def _field_name(place: tuple[str | int, ...]) -> str:

@@ -75,10 +75,10 @@ def noise_floors(record: Record, residuals: Mapping[str, Array]) -> list[NoiseFl
         stretch = repeated_stretch(samples)
         if stretch is None:
             continue
-        found, period = stretch
+        repeat, period = stretch
         residual = residuals[entry.file]
-        first = int(np.searchsorted(samples.time, found.time[0]))
-        repeated = replace(found, measured=residual[first : first + len(found.time)])
+        first = int(np.searchsorted(samples.time, repeat.time[0]))
+        repeated = replace(repeat, measured=residual[first : first + len(repeat.time)])
         squares, freedom = phase_scatter(repeated, period)
         whole = freedom.sum(0)
         for joint in np.flatnonzero(whole > FEWEST_PHASES):

@@ -31,22 +31,22 @@ def compared_with_file(
     _refuse_another_robot(path, read.robot, result.experiment.robot)
     base = result.fitted.record.body.base
     stated = dict(zip(base.names, base.from_standard(read.standard), strict=True))
-    found = {parameter.name: parameter for parameter in document.parameters if parameter.name in stated}
+    estimated = {parameter.name: parameter for parameter in document.parameters if parameter.name in stated}
     rows: list[PriorParameter] = []
     for name, unit, joint, grouping in zip(base.names, base.units, base.joints, base.groupings, strict=True):
-        own = found.get(name)
-        deviation = own.std_robust if own is not None else None
+        estimate = estimated.get(name)
+        deviation = estimate.std_robust if estimate is not None else None
         rows.append(
             PriorParameter(
                 name=name,
                 joint=joint,
                 unit=unit,
                 by_file=float(stated[name]),
-                identified=None if own is None else own.value,
+                identified=None if estimate is None else estimate.value,
                 std_robust=deviation,
                 deviations=None
-                if own is None or not deviation
-                else (own.value - float(stated[name])) / deviation,
+                if estimate is None or not deviation
+                else (estimate.value - float(stated[name])) / deviation,
                 rotor="Ia" in grouping or name.startswith("Ia"),
             )
         )
@@ -71,14 +71,14 @@ def _refuse_another_robot(path: Path, file: Robot, experiment: Robot) -> None:
             f"{path}: has the joints {', '.join(names[0])}, the experiment {', '.join(names[1])}; name the --tip, or give"
             " the file that the experiment was made of"
         )
-    for stated, own in zip(file.joints, experiment.joints, strict=True):
+    for stated, declared in zip(file.joints, experiment.joints, strict=True):
         for field in ("type", "alpha", "d", "theta", "r"):
-            one, other = getattr(stated, field), getattr(own, field)
+            one, other = getattr(stated, field), getattr(declared, field)
             if one == other:
                 continue
             if field == "type" or _apart(one, other, turns=field in ("alpha", "theta")) > SAME_FRAME:
                 raise InputError(
-                    f"{path}: joint '{own.name}': {field} is {one if field == 'type' else f'{one:.6g}'}, in the experiment"
+                    f"{path}: joint '{declared.name}': {field} is {one if field == 'type' else f'{one:.6g}'}, in the experiment"
                     f" {other if field == 'type' else f'{other:.6g}'}; its inertias are in other frames"
                 )
 

@@ -87,15 +87,15 @@ def list_recordings(
     """The recordings of an experiment, also those that ended badly."""
     experiments = service_of(request).experiments
     folder = experiments.folder(experiment)
-    found = []
+    views = []
     for row in experiments.sessions(experiment):
         if row.file is not None and (path := folder / row.file).is_file():
-            found.append(
+            views.append(
                 RecordingSummary(
                     session=row.id, file=row.file, bytes=path.stat().st_size, formats=_formats(path)
                 )
             )
-    return found
+    return views
 
 
 @router.get(
@@ -207,12 +207,12 @@ def model_signals(
     story = service.models.story(experiment)
     folder = story.fit_folder(model)
     place, _entry = service.experiments.session_place(experiment, session)
-    found = read_prediction(folder, place, joint - 1)
-    if found is None:
+    stored = read_prediction(folder, place, joint - 1)
+    if stored is None:
         raise Problem(404, f"The fit of {model} holds no joint {joint} of {session}; fit the model anew.")
     # Only what is seen is read from the file.
-    rows = visible_rows(found["time"], start, end)
-    seen = {name: values[rows] for name, values in found.items()}
+    rows = visible_rows(stored["time"], start, end)
+    seen = {name: values[rows] for name, values in stored.items()}
     signals = {"measured": seen["measured"], "predicted": seen["predicted"]}
     signals["error"] = seen["measured"] - seen["predicted"]
     signals |= {name: seen[name] for name in ("position", "velocity", "load")}

@@ -206,8 +206,8 @@ def reset(request: Request, user: access.Operator, rig: RigId) -> list[ResetJoin
 
     An axis without a brake sinks when its power goes.
     """
-    found = service_of(request).drive_resets.reset(_known(request, rig), user, client_address(request))
-    return [ResetJointView.model_validate(joint) for joint in found]
+    joints = service_of(request).drive_resets.reset(_known(request, rig), user, client_address(request))
+    return [ResetJointView.model_validate(joint) for joint in joints]
 
 
 @router.post("/rigs/{rig}/stop")

@@ -169,8 +169,8 @@ def check(
     request: Request, user: access.Operator, experiment: ExperimentId, session: SessionId
 ) -> RigCheckView:
     """Take the rig's bus and check nodes, homing and limits. Nothing is powered."""
-    found = service_of(request).sessions.check(experiment, session, user)
-    return RigCheckView.model_validate(found.to_json())
+    checked = service_of(request).sessions.check(experiment, session, user)
+    return RigCheckView.model_validate(checked.to_json())
 
 
 @router.post("/experiments/{experiment}/sessions/{session}/weigh", responses=problems(409, 503))

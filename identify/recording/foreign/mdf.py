@@ -71,13 +71,13 @@ def _read(path: Path, asammdf: Any) -> tuple[list[ForeignTable], list[str], str]
 @contextmanager
 def _disposed_of_quietly() -> Iterator[None]:
     """Objects of a reader that failed half way fail again when they are disposed of, which Python tells on stderr."""
-    told = sys.unraisablehook
+    hook = sys.unraisablehook
     sys.unraisablehook = lambda _unraisable: None
     try:
         yield
         gc.collect()
     finally:
-        sys.unraisablehook = told
+        sys.unraisablehook = hook
 
 
 def _tables(path: Path, file: Any) -> tuple[list[ForeignTable], list[str]]:
@@ -109,8 +109,8 @@ def _tables(path: Path, file: Any) -> tuple[list[ForeignTable], list[str]]:
 
 def _column(signal: Any, values: np.ndarray) -> ForeignColumn:
     if values.dtype.kind in "SU":
-        words = [each.decode("utf-8", "replace") if isinstance(each, bytes) else str(each) for each in values]
-        return ForeignColumn(signal.name, None, words)
+        texts = [each.decode("utf-8", "replace") if isinstance(each, bytes) else str(each) for each in values]
+        return ForeignColumn(signal.name, None, texts)
     unit, source = unit_of(signal.unit) if signal.unit else None, "the channel"
     if unit is None:
         unit, source = split_name(signal.name)[1], "the name"
