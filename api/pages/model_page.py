@@ -18,6 +18,7 @@ from api.pages.error_figures import JointUnits
 from api.pages.experiment_frame import experiment_context, no_model_page
 from api.pages.layout import experiment_link, frame
 from api.pages.model_figures import CountedErrors, counted_errors, figures_of
+from api.pages.motion_table import motion_panel
 from api.pages.rendering import PREFIX, Context, page
 from api.pages.scope_words import scope_of_fit, scope_of_session
 from api.pages.stored_models import ShownModel, StoredExperiment
@@ -71,6 +72,7 @@ def model_page(
             {"joint": joint, "session": session, "version": shown.version.id, "beside": beside or ""}
         ),
     }
+    context |= motion_panel(access.service_of(request).model_use, stored.id, shown.version.id, joint)
     return page(request, "model.html", **context)
 
 

@@ -1,12 +1,17 @@
 """The steps of a model: the staircase of its versions, and the addresses of the steps that a page offers."""
 
+from pathlib import Path
 from urllib.parse import urlencode
 
 from markupsafe import Markup
 
 from api.pages.figures.step_chart import ModelStep, draw_step_chart
 from api.pages.layout import experiment_link
+from api.pages.motion_table import figure
 from api.pages.stored_models import StoredExperiment
+from api.service.model_use import SIMULATION_FILE
+from identify.results.reading import read_document
+from identify.results.simulation import SimulationDocument
 
 
 def step_chart(stored: StoredExperiment, joint: str, floor: float | None) -> Markup:
@@ -18,6 +23,7 @@ def step_chart(stored: StoredExperiment, joint: str, floor: float | None) -> Mar
         part = model.joint(joint)
         if part.relative_error is None:
             continue  # nothing was measured on this joint
+        motion, worse = _motion(model.folder, joint)
         steps.append(
             ModelStep(
                 label=model.words.replace(f"@{joint}", ""),
@@ -28,6 +34,8 @@ def step_chart(stored: StoredExperiment, joint: str, floor: float | None) -> Mar
                 other_data=None
                 if model.version.fit.data == data
                 else _sessions_words(model.version.fit.sessions),
+                motion=motion,
+                motion_worse=worse,
             )
         )
     return draw_step_chart(steps, floor)
@@ -35,6 +43,19 @@ def step_chart(stored: StoredExperiment, joint: str, floor: float | None) -> Mar
 
 def _sessions_words(sessions: int) -> str:
     return f"of {sessions} session" + ("s" if sessions != 1 else "")
+
+
+def _motion(folder: Path, joint: str) -> tuple[str | None, bool]:
+    """Error of position a second ahead on unseen motion, of the fit in that folder, and whether it is worse than the usual
+    model's."""
+    try:
+        unseen = read_document(SimulationDocument, folder / SIMULATION_FILE).unseen
+    except FileNotFoundError:
+        return None, False
+    if unseen is None:
+        return None, False
+    own = next(each for each in unseen.joints if each.joint == joint)
+    return figure(own.position_rms, own.unit), own.worse
 
 
 def step_link(stored: StoredExperiment, step: str, joint: str, **further: str) -> str:

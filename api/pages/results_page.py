@@ -10,6 +10,7 @@ from fastapi.responses import HTMLResponse, Response
 from api.pages.choices import VersionChoice, chosen_model
 from api.pages.experiment_frame import experiment_context, no_model_page
 from api.pages.layout import experiment_link, frame
+from api.pages.motion_table import export_rows
 from api.pages.parameter_tables import constants_in_words, effects_in_model, parameter_groups
 from api.pages.rendering import PREFIX, page
 from api.pages.stored_models import ShownModel, StoredExperiment
@@ -50,6 +51,7 @@ def results_page(
         "urdf_link": f"{experiment_link(experiment, 'urdf')}?version={shown.version.id}"
         if urdf_of(shown.folder) is None and can_be_made()
         else None,
+        "exports": export_rows(access.service_of(request).model_use, stored.id, shown.version.id),
         "report_link": f"{experiment_link(experiment, 'report')}?version={shown.version.id}",
         "results_link": f"/experiments/{experiment}/results",
     }

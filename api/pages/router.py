@@ -22,6 +22,7 @@ from api.pages import (
     sessions_page,
     step_actions,
     urdf_page,
+    use_page,
     without_payload_page,
 )
 from api.pages.rendering import PREFIX, page, static_files
@@ -47,6 +48,7 @@ PARTS = (
     report,
     without_payload_page,
     urdf_page,
+    use_page,
 )
 for part in PARTS:
     router.include_router(part.router)

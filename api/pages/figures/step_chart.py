@@ -28,6 +28,11 @@ class ModelStep:
     current: bool = False
     other_data: str | None = None
 
+    motion: str | None = None
+    """error of predicted motion, with its unit; None where nobody asked"""
+    motion_worse: bool = False
+    """whether motion is predicted worse than by the usual model"""
+
     @property
     def on_the_line(self) -> float | None:
         """The error where it can be compared with the current one's."""
@@ -38,7 +43,8 @@ def draw_step_chart(
     steps: Sequence[ModelStep], noise_floor: float | None, width: float = 420, height: float = 190
 ) -> Markup:
     """Draw the relative error (fractions, shown in percent) of each version from left to right."""
-    left, right, top, bottom = 40.0, width - 10.0, 18.0, height - 34.0
+    beneath = 14.0 if any(step.motion for step in steps) else 0.0
+    left, right, top, bottom = 40.0, width - 10.0, 18.0, height - 34.0 - beneath
     errors = [step.relative_error for step in steps]
     errors += [step.relative_error_validation for step in steps if step.relative_error_validation is not None]
     y = Scale(0.0, (max(errors, default=0.0) or 0.01) * 1.08, bottom, top)
@@ -111,6 +117,13 @@ def _staircase(steps: Sequence[ModelStep], left: float, slot: float, y: Scale) -
         ]
         if step.other_data:
             content.append(text(centre, y(step.relative_error) + 17.0, step.other_data, "middle faint"))
+        if step.motion is not None:
+            words = f"{step.motion} ↑" if step.motion_worse else step.motion
+            content.append(
+                text(
+                    centre, y.start + 40, words, "middle limit-text" if step.motion_worse else "middle faint"
+                )
+            )
     return content
 
 

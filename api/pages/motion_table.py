@@ -1,0 +1,95 @@
+"""What the pages show of a model's use: errors of predicted motion by horizon, exports with their certificates in words."""
+
+from urllib.parse import urlencode
+
+from api.pages.layout import experiment_link
+from api.pages.rendering import Context
+from api.service.model_use import ENDINGS, Ending, ModelUse
+from identify.results.certificate import Certificate
+from identify.results.simulation import SimulationDocument
+
+NAMES: dict[Ending, str] = {
+    "urdf": "URDF",
+    "sdf": "SDF",
+    "xml": "MJCF",
+    "py": "Python",
+    "c": "C",
+    "st": "Structured text",
+    "fmu": "FMU",
+    "json": "Data",
+}
+
+
+def motion_table(document: SimulationDocument, joint: str) -> list[Context]:
+    """Rows of one joint: what is predicted how far ahead, the model's error and the usual one's, in mrad or mm."""
+    rows: list[Context] = []
+    for errors in document.horizons:
+        own = next(each for each in errors.joints if each.joint == joint)
+        sessions = "validation sessions" if errors.role == "validation" else "sessions of the fit"
+        rows.append(
+            {
+                "words": f"{errors.horizon:g} s ahead, {sessions}",
+                "error": figure(own.position_rms, own.unit),
+                "usual": figure(own.position_rms_usual, own.unit),
+                "worse": False,
+            }
+        )
+    if document.unseen is not None:
+        unseen = next(each for each in document.unseen.joints if each.joint == joint)
+        rows.append(
+            {
+                "words": f"{document.unseen.horizon:g} s ahead, motion that the fit did not see",
+                "error": figure(unseen.position_rms, unseen.unit),
+                "usual": figure(unseen.position_rms_before, unseen.unit),
+                "worse": unseen.worse,
+            }
+        )
+    return rows
+
+
+def figure(value: float | None, unit: str) -> str:
+    """An error of position with its unit."""
+    return "–" if value is None else f"{1e3 * value:.3g} m{unit}"
+
+
+def motion_panel(use: ModelUse, experiment: str, version: str, joint: str) -> Context:
+    """Context of the panel: the rows, or where to ask for them."""
+    document = use.simulation(experiment, version)
+    return {
+        "motion_rows": None if document is None else motion_table(document, joint),
+        "motion_link": f"{experiment_link(experiment, 'use/simulation')}?{urlencode({'version': version})}",
+    }
+
+
+def export_rows(use: ModelUse, experiment: str, version: str) -> list[Context]:
+    """Every format: its name, where to ask for it, and the file with its certificate in words where it is there."""
+    found = use.certificates(experiment, version)
+    query = urlencode({"version": version})
+    return [
+        {
+            "name": NAMES[ending],
+            "ending": ending,
+            "link": f"{experiment_link(experiment, 'use/exports')}/{ending}?{query}",
+            "words": certificate_words(found[ending]) if ending in found else None,
+        }
+        for ending in ENDINGS
+    ]
+
+
+def certificate_words(certificate: Certificate) -> list[str]:
+    """A certificate in sentences."""
+    said = [f"Checked with {certificate.checked_with}."]
+    for joint in certificate.joints:
+        model, file = joint.relative_error_model, joint.relative_error_export
+        errors = (
+            ""
+            if model is None or file is None
+            else f" error {100 * model:.2f} %, of the file {100 * file:.2f} %."
+        )
+        parts = [
+            f"{words} {', '.join(effects)}"
+            for words, effects in (("approximated:", joint.approximated), ("lost:", joint.lost))
+            if effects
+        ]
+        said.append(f"{joint.joint}:{errors} {'; '.join(parts) or 'everything kept'}.")
+    return [*said, *(f"{remark[0].upper()}{remark[1:]}." for remark in certificate.remarks)]

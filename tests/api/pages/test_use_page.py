@@ -1,0 +1,85 @@
+"""Motion and exports on the pages: asked for by a button, shown with figures and certificates in words."""
+
+import re
+
+import pytest
+
+from api.pages.figures.step_chart import ModelStep, draw_step_chart
+from api.pages.motion_table import certificate_words
+from identify.results.certificate import Certificate, JointCertificate
+
+
+def computed(client, finished, address):
+    """Ask for it, and wait for the job that the answer follows."""
+    answer = client.post(address)
+    assert answer.status_code == 200, answer.text
+    (job,) = set(re.findall(r"job=([0-9a-f]+)", answer.text))
+    assert finished(client, {"id": job, "state": "queued"})["state"] == "done"
+    return answer.text
+
+
+def test_motion_is_predicted_when_asked_for_and_stands_beside_the_torque(imported, finished):
+    client, experiment = imported
+    address = f"/pages/experiments/{experiment}/model"
+    assert "Predict motion" in client.get(address).text
+    asked = computed(client, finished, f"/pages/experiments/{experiment}/use/simulation?version=m1")
+    assert "Predicting motion" in asked
+    text = client.get(address).text
+    assert "1 s ahead, motion that the fit did not see" in text
+    assert " mrad</td>" in text
+    assert "Predict motion</button>" not in text
+    # the staircase of the models has the error of motion too
+    assert " mrad</text>" in client.get(f"/pages/experiments/{experiment}/missing").text
+
+
+def test_an_export_is_made_when_asked_for_and_can_be_taken_with_its_certificate(imported, finished):
+    client, experiment = imported
+    address = f"/pages/experiments/{experiment}/results"
+    assert "Make Python</button>" in client.get(address).text
+    use = f"/pages/experiments/{experiment}/use/exports/py?version=m1"
+    computed(client, finished, use)
+    text = client.get(address).text
+    assert "Checked with the module itself, loaded back." in text
+    assert "everything kept" in text
+    taken = client.get(use)
+    assert taken.headers["content-disposition"] == f'attachment; filename="{experiment}-m1.py"'
+    assert "def torque(" in taken.text
+    assert client.get(use.replace("/py", "/urdf")).status_code == 404
+
+
+def test_a_certificate_is_said_in_sentences():
+    certificate = Certificate(
+        target="arm.urdf",
+        kind="URDF",
+        experiment="e",
+        model="usual",
+        joints=(
+            JointCertificate(
+                joint="j1",
+                kept=("rigid body",),
+                approximated=("load-friction",),
+                lost=("offset",),
+                relative_error_model=0.04,
+                relative_error_export=0.05,
+            ),
+        ),
+        checked_with="the file read back",
+        remarks=("a URDF does not say which way gravity points",),
+    )
+    assert certificate_words(certificate) == [
+        "Checked with the file read back.",
+        "j1: error 4.00 %, of the file 5.00 %. approximated: load-friction; lost: offset.",
+        "A URDF does not say which way gravity points.",
+    ]
+
+
+@pytest.mark.parametrize("worse", [True, False])
+def test_the_staircase_marks_a_step_whose_motion_is_worse(worse):
+    steps = [
+        ModelStep("usual", 0.04, motion="1.34 mrad"),
+        ModelStep("+ x", 0.03, motion="1.5 mrad", motion_worse=worse),
+    ]
+    drawn = draw_step_chart(steps, None)
+    assert ("1.5 mrad ↑" in drawn) == worse
+    assert "1.34 mrad" in drawn
+    assert "mrad" not in draw_step_chart([ModelStep("usual", 0.04)], None)
