@@ -42,7 +42,7 @@ from api.service.pulse import PERIOD, Pulse
 from api.service.stop_desk import StopAnswer, StopDesk, StopOrder, problem_of
 
 WAITING_ROOM = 128
-"""connections of which no whole request has come yet"""
+"""connections at one door of which no whole request has come yet"""
 LONGEST_HEAD = 16 * 1024
 """bytes; a stop is far shorter, everything longer is for the event loop to judge"""
 LINGER = 1.0
@@ -192,9 +192,10 @@ class Acceptor:
 
     def _make_room(self) -> bool:
         """There are no descriptors left: those who wait longest go, then what is held back."""
-        if self._visitors:
-            self._leave(self._longest_waiting())
-            return True
+        for listener in self._listeners:  # the service's own first, the stop's after it
+            if any(visitor.listener is listener for visitor in self._visitors):
+                self._leave(self._longest_waiting(listener))
+                return True
         self._connections.show_out_longest_idle()
         return self._reserve.give_up_one()
 
@@ -211,16 +212,18 @@ class Acceptor:
                 connection, server_side=True, do_handshake_on_connect=False
             )
             visitor.handshaken = False
-        if len(self._visitors) >= WAITING_ROOM:
-            self._leave(self._longest_waiting())
+        # A room for each door: a crowd at the service's keeps nobody from the stop's.
+        if sum(each.listener is listener for each in self._visitors) >= WAITING_ROOM:
+            self._leave(self._longest_waiting(listener))
         self._visitors.add(visitor)
         self._selector.register(visitor.socket, selectors.EVENT_READ, visitor)
         self._hear(visitor)  # what it says has mostly come with it
 
-    def _longest_waiting(self) -> _Visitor:
-        """The oldest of the address that has most, so that one crowd displaces itself before anybody else."""
-        counted = Counter(visitor.address for visitor in self._visitors)
-        return max(self._visitors, key=lambda each: (counted[each.address], -each.since))
+    def _longest_waiting(self, listener: Listener) -> _Visitor:
+        """At this door the oldest of the address that has most, so that one crowd displaces itself before anybody else."""
+        here = [visitor for visitor in self._visitors if visitor.listener is listener]
+        counted = Counter(visitor.address for visitor in here)
+        return max(here, key=lambda each: (counted[each.address], -each.since))
 
     def _leave(self, visitor: _Visitor) -> None:
         self._visitors.discard(visitor)
