@@ -317,8 +317,10 @@ class _Views:
             motor_share=float(body.shares[joint, owner]),
             inertial=self._inertial[joint],
             memory=self._memory,
-            load_slope_of=lambda: body.load_slope(joint, chi, payload, motion.q, motion.dq, motion.ddq),
-            gravity_gradient_of=lambda: body.gravity_gradient(joint, chi, payload, motion.q),
+            load_slope_of=lambda: body.slope_columns(joint, payload, motion.q, motion.dq, motion.ddq).at(chi),
+            gravity_gradient_of=lambda: np.column_stack(
+                [each.at(chi) for each in body.gravity_columns(joint, payload, motion.q)]
+            ),
             payload_gradient_of=lambda: body.payload_gradient(
                 joint, payload, motion.q, motion.dq, motion.ddq
             ),

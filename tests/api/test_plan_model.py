@@ -40,6 +40,21 @@ def test_the_torque_of_the_usual_model_is_equation_34(rig, motion):
     np.testing.assert_allclose(model.torque(motion)[:, 0], torque, atol=1e-9)
 
 
+def test_effects_over_the_slope_of_the_load_and_a_tilt_can_be_planned_for(rig, motion):
+    """Closed forms for one joint: elasticity's −τ_out ∂τ_out/∂q, and the moment of gravity across the declared direction."""
+    additions = ["elasticity", "gravity-tilt"]
+    model = RegressorModel(rig, "usual", rig.payloads, additions, Identified(TABLE_1, "Table I"))
+    ((indices, columns),) = model.rows(motion)
+    column = {model.parameters[index].name: columns[:, place] for place, index in enumerate(indices)}
+    q, g = motion.q[:, 0], 9.81
+    first, second = 21.109 + 6.97 * 1.277, 0.4
+    load, slope = model.load(motion)[:, 0], -first * g * np.sin(q) - second * g * np.cos(q)
+    np.testing.assert_allclose(column["compliance1"], -load * slope, rtol=1e-6, atol=1e-3)
+    tilts = [np.abs(values) for name, values in column.items() if name.startswith("tilt")]
+    across = np.abs(first * np.sin(q) + second * np.cos(q))
+    assert min(np.abs(tilt - across).max() for tilt in tilts) < 1e-9
+
+
 def test_parameters_have_the_names_units_and_values_that_identify_gives(rig):
     model = RegressorModel(rig, "usual", rig.payloads, identified=Identified(TABLE_1, "Table I"))
     assert {parameter.name: parameter.value for parameter in model.parameters} == TABLE_1
