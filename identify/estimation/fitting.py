@@ -217,7 +217,9 @@ def choose_constants(
             others = columns_of([i for i in range(len(variants)) if i != index])
             options = [observation.slot_columns[starts[index] + o] for o in range(len(variants[index]))]
             explained, left = _explained(products, others, options)
-            price = column_price(left / len(observation.joint_columns), len(observation.blocks))
+            # With the widest choice all joints' weighted residuals are about equal, and of noise alone.
+            rest = max(left - float(explained.max()), 0.0) / len(observation.joint_columns)
+            price = column_price(rest, len(observation.blocks))
             picked[index] = int(np.argmax(explained - price * np.array([len(option) for option in options])))
         if picked == before:
             break
@@ -231,7 +233,7 @@ def column_price(residual: float, blocks: int) -> float:
     choices with more columns are not preferred for fitting noise (C. L. Mallows, "Some comments on C_p", Technometrics
     15(4), 1973).
 
-    residual : squared norm of what a joint's model leaves without the columns
+    residual : squared norm of what a joint's model leaves with the widest choice, which stands for the noise
     """
     return 2.0 * residual / max(blocks, 1)
 
