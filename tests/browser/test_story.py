@@ -32,6 +32,7 @@ def run_a_session(page: Page, mass: str) -> None:
     page.wait_for_url(re.compile(r"/pages/live"))
 
 
+@pytest.mark.second_chance("a key that is pressed while the page sends a request is passed over")
 def test_the_error_falls_from_sign_in_to_report(laboratory_with, visitor) -> None:
     ada = visitor(laboratory_with(), "ada")
     page = ada.page
