@@ -233,7 +233,8 @@ def column_price(residual: float, blocks: int) -> float:
     choices with more columns are not preferred for fitting noise (C. L. Mallows, "Some comments on C_p", Technometrics
     15(4), 1973).
 
-    residual : squared norm of what a joint's model leaves with the widest choice, which stands for the noise
+    residual : squared norm that stands for the noise: what a joint's model leaves with the widest choice, or, where that is
+        not known, without the columns, which asks more of a strong effect
     """
     return 2.0 * residual / max(blocks, 1)
 

@@ -6,19 +6,9 @@ import sys
 
 import pytest
 
-EXPERIMENT = """\
-format: 1
-name: bench
-robot:
-  gravity: [0.0, -9.81, 0.0]
-  joints:
-    - {name: j1, type: revolute, alpha: 0.0, d: 0.0, theta: 0.0, r: 0.0, drive_gain: 2.0}
-payloads:
-  - {name: none, mass: 0.0}
-sessions:
-  - {file: session-00.csv, payload: none}
-"""
-SAMPLES = "t,q1,v1\n" + "".join(f"{k / 1000},{1e-6 * k * k},{0.1 * k}\n" for k in range(400))
+from tests.identify.recording.conftest import EXPERIMENT, session_text
+
+SAMPLES = session_text(400)
 
 MISTAKES = {
     "misspelt key": (EXPERIMENT.replace("gravity", "gravitiy"), SAMPLES, "line 4: robot.gravitiy"),

@@ -7,6 +7,15 @@ from daq.excitation.standard_plan import standard_plan
 from daq.rig import Rig
 from daq.session_workflow import PayloadSession
 
+
+def gone(process: int) -> bool:
+    """Whether a process that this script has started has ended."""
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
+    except OSError:
+        return True
+
+
 if __name__ == "__main__":
     rig = Rig.load(sys.argv[2] if len(sys.argv) > 2 else "rx130l-joint3-simulated")
     plan = standard_plan(rig, 300.0)

@@ -19,6 +19,7 @@ from daq.recovery import being_written, recording_state, recover_experiment
 from daq.ring_buffer import RingReader
 from daq.samples import Phase
 from daq.session_events import SessionState
+from tests.daq.session_parent import gone
 
 ROOT = Path(__file__).parents[2]
 
@@ -128,13 +129,6 @@ def parent(tmp_path):
     process.kill()
     process.wait()
     process.stdout.close()
-
-
-def gone(process: int) -> bool:
-    try:
-        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
-    except OSError:
-        return True
 
 
 @pytest.mark.parametrize("way", [signal.SIGKILL, signal.SIGSTOP], ids=["killed", "hung"])

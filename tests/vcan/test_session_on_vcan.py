@@ -31,6 +31,7 @@ from drivers.cia402 import State
 from drivers.drive import Drive
 from identify.identification import identify
 from identify.recording import load_experiment
+from tests.daq.session_parent import gone
 
 NODE = 5
 SECONDS = 19.0
@@ -119,13 +120,6 @@ def wait_until(condition, timeout: float = 90.0) -> None:
         pause.wait(0.02)
 
 
-def lives(process: str) -> bool:
-    try:
-        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except OSError:
-        return False
-
-
 def assert_at_rest(rig: Rig, bus) -> None:
     """The drive has braked, has no power and stands still, says the drive itself."""
     with CanopenNetwork(bus) as network:
@@ -211,13 +205,13 @@ def test_a_killed_parent_lets_the_drive_come_to_rest_with_the_data_on_disk(
         text=True,
         env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])},
     )
-    children = parent.stdout.readline().split()
+    children = [int(number) for number in parent.stdout.readline().split()]
     assert parent.stdout.readline() == "moving\n"
     parent.kill()
     parent.wait()
     parent.stdout.close()
     (path,) = (tmp_path / "experiment" / "incomplete").glob("session-*.h5")
-    wait_until(lambda: not any(lives(child) for child in children))
+    wait_until(lambda: all(gone(child) for child in children))
     state = recording_state(path)
     assert state.status == "aborted"
     assert "supervising process" in state.reason

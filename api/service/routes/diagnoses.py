@@ -62,8 +62,7 @@ def diagnose(
 ) -> JobView:
     """Find where that model fails and which physical effect is missing."""
     job = service_of(request).models.diagnose(experiment, user.name, model)
-    response.headers["Location"] = f"/jobs/{job.id}"
-    return JobView.of(job)
+    return JobView.accepted(job, response)
 
 
 @router.get("/experiments/{experiment}/models/{model}/diagnosis")
@@ -92,8 +91,7 @@ def find_next_experiment(
 ) -> JobView:
     """Find the experiment that tells apart what the model's diagnosis left open on one joint."""
     job = service_of(request).models.separate(experiment, user.name, wanted.joint, model)
-    response.headers["Location"] = f"/jobs/{job.id}"
-    return JobView.of(job)
+    return JobView.accepted(job, response)
 
 
 @router.get("/experiments/{experiment}/models/{model}/next-experiment")
@@ -136,5 +134,4 @@ def plan_next_experiment(
 def improve(request: Request, response: Response, user: access.Operator, experiment: ExperimentId) -> JobView:
     """Diagnose and add, step by step, until nothing more is justified; every step becomes a model version."""
     job = service_of(request).models.improve(experiment, user.name)
-    response.headers["Location"] = f"/jobs/{job.id}"
-    return JobView.of(job)
+    return JobView.accepted(job, response)

@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from fastapi import APIRouter, Path, Query, Request
+from fastapi import APIRouter, Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
 from api.service import access, jobs
@@ -35,6 +35,12 @@ class JobView(BaseModel):
     def of(cls, job: jobs.Job) -> "JobView":
         """The view of a snapshot."""
         return cls.model_validate(job, from_attributes=True)
+
+    @classmethod
+    def accepted(cls, job: jobs.Job, response: Response) -> "JobView":
+        """The view of a job that was just begun; the response says where to ask for it."""
+        response.headers["Location"] = f"/jobs/{job.id}"
+        return cls.of(job)
 
 
 @router.get("/jobs")

@@ -22,8 +22,7 @@ def simulate(
 ) -> JobView:
     """Run the model forward along its record, in windows of a tenth of a second and of a second."""
     job = service_of(request).model_use.simulate(experiment, user.name, model)
-    response.headers["Location"] = f"/jobs/{job.id}"
-    return JobView.of(job)
+    return JobView.accepted(job, response)
 
 
 @router.get("/experiments/{experiment}/models/{model}/simulation")
@@ -50,8 +49,7 @@ def export(
 ) -> JobView:
     """Write the model for another program: URDF, SDF, MJCF (xml), Python, C, structured text, FMU or data."""
     job = service_of(request).model_use.export(experiment, user.name, model, ending)
-    response.headers["Location"] = f"/jobs/{job.id}"
-    return JobView.of(job)
+    return JobView.accepted(job, response)
 
 
 @router.get("/experiments/{experiment}/models/{model}/exports/{ending}")

@@ -1,6 +1,6 @@
 """Models of an experiment: fit, add an effect, remove, undo, redo, compare; results."""
 
-from typing import Annotated, Any
+from typing import Annotated
 
 from fastapi import APIRouter, Path, Query, Request, Response
 from pydantic import BaseModel, Field
@@ -97,11 +97,6 @@ class Pending(BaseModel):
     job: JobView
 
 
-def _accepted(response: Response, job: Any) -> JobView:
-    response.headers["Location"] = f"/jobs/{job.id}"
-    return JobView.of(job)
-
-
 @router.get(
     "/experiments/{experiment}/results",
     tags=["results"],
@@ -147,7 +142,7 @@ def fit_model(
 ) -> JobView:
     """Fit a model; it becomes the current one."""
     job = service_of(request).models.fit(experiment, user.name, wanted.model, wanted.add)
-    return _accepted(response, job)
+    return JobView.accepted(job, response)
 
 
 @router.post("/experiments/{experiment}/models/refit", status_code=202)
@@ -155,7 +150,7 @@ def refit_model(
     request: Request, response: Response, user: access.Operator, experiment: ExperimentId
 ) -> JobView:
     """Fit the current model over all sessions so far, as happens by itself after every session."""
-    return _accepted(response, service_of(request).models.refit(experiment, user.name))
+    return JobView.accepted(service_of(request).models.refit(experiment, user.name), response)
 
 
 @router.post("/experiments/{experiment}/models/effects", status_code=202, responses=problems(409))
@@ -168,7 +163,7 @@ def add_effect(
 ) -> JobView:
     """Add an effect to the current model."""
     job = service_of(request).models.add_effect(experiment, user.name, change.effect, change.joint)
-    return _accepted(response, job)
+    return JobView.accepted(job, response)
 
 
 @router.post("/experiments/{experiment}/models/effects/remove", status_code=202, responses=problems(409))
@@ -181,7 +176,7 @@ def remove_effect(
 ) -> JobView:
     """Remove an effect from the current model."""
     job = service_of(request).models.remove_effect(experiment, user.name, change.effect, change.joint)
-    return _accepted(response, job)
+    return JobView.accepted(job, response)
 
 
 @router.post("/experiments/{experiment}/models/undo", responses=problems(409))

@@ -106,8 +106,7 @@ def make_plan(request: Request, response: Response, user: access.Operator, wante
     job = service.planner.plan(
         wanted.rig, user.name, wanted.name, wanted.seconds, wanted.model, wanted.seed, identified
     )
-    response.headers["Location"] = f"/jobs/{job.id}"
-    return JobView.of(job)
+    return JobView.accepted(job, response)
 
 
 @router.get("/plans/{plan}")

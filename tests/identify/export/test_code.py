@@ -11,7 +11,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identify import load_experiment
 from identify.effects.catalogue import effects
 from identify.effects.expression import parse
 from identify.export.c_code import c_code
@@ -28,33 +27,8 @@ from identify.results.certificate import Certificate
 from identify.results.exported_model import ExportedModelDocument
 from identify.simulation.torque_model import TorqueModel, Windows
 from tests.identify.export.structured_text_interpreter import Block
-from tests.plants.single_joint import record, write_experiment
 
-EVERYTHING = [
-    "viscous-asymmetric",
-    "viscous-power",
-    "stribeck",
-    "load-friction",
-    "presliding",
-    "friction-warmup",
-    "joint-spring",
-    "friction-position",
-    "gain-saturation",
-]
 COMPILER = shutil.which("cc") or shutil.which("gcc")
-
-
-@pytest.fixture(scope="module")
-def plant(tmp_path_factory):
-    recorded = record({"stribeck": 1.0}, seed=5, duration=12.0, payload_masses=(0.0, 4.0))
-    return load_experiment(write_experiment(tmp_path_factory.mktemp("plant") / "bench", recorded))
-
-
-@pytest.fixture(scope="module", params=["usual", "everything", "load-velocity"])
-def result(request, plant):
-    if request.param == "everything":
-        return identify(plant, "usual", EVERYTHING)
-    return identify(plant, request.param)
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,6 @@ from zipfile import ZipFile
 import numpy as np
 import pytest
 
-from identify import load_experiment
 from identify.export import write
 from identify.export.exported_model import exported_model
 from identify.export.fmi_source import ValueReferences
@@ -20,8 +19,7 @@ from identify.export.fmu_torque import fmu_torque
 from identify.export.record_error import Motion
 from identify.identification import identify
 from identify.recording import InputError
-from tests.identify.export.test_code import EVERYTHING, of_the_model, without_payload_ratio
-from tests.plants.single_joint import record, write_experiment
+from tests.identify.export.test_code import of_the_model, without_payload_ratio
 
 fmpy = pytest.importorskip("fmpy", reason="FMPy (extra fmu) is not installed")
 
@@ -32,21 +30,6 @@ COMPILER = shutil.which("cc") or shutil.which("gcc")
 HEADERS = Path(fmpy.__file__).parent / "c-code"
 
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="no C compiler on this machine")
-
-
-@pytest.fixture(scope="module")
-def plant(tmp_path_factory):
-    recorded = record({"stribeck": 1.0}, seed=5, duration=12.0, payload_masses=(0.0, 4.0))
-    return load_experiment(write_experiment(tmp_path_factory.mktemp("plant") / "bench", recorded))
-
-
-@pytest.fixture(scope="module", params=["usual", "everything", "load-velocity"])
-def result(request, plant):
-    return (
-        identify(plant, "usual", EVERYTHING)
-        if request.param == "everything"
-        else identify(plant, request.param)
-    )
 
 
 @pytest.fixture
