@@ -36,12 +36,11 @@ ODD = b"}{ not yaml ]["
 
 
 def plan_within_limits() -> ExcitationPlan:
-    """A slow move up, and a fast one there and back."""
-    moves = (
-        Move(to=(0.5,), duration=1.5, ramp=0.3),
-        Move(to=(1.2,), duration=1.6, ramp=0.5),
-        Move(to=(0.5,), duration=1.6, ramp=0.5),
-    )
+    """Slow moves to and fro, then fast ones. Both last longer in simulated time than this process takes to hear of them: it is
+    told of the progress by the clock, and an idle machine is through a plan of a few seconds before."""
+    slow = [Move(to=(end,), duration=1.5, ramp=0.3) for end in (0.5, 0.35)]
+    fast = [Move(to=(end,), duration=1.6, ramp=0.5) for end in (1.2, 0.5)]
+    moves = (*slow * 4, slow[0], *fast * 5)
     return ExcitationPlan(joints=("j3",), start=(0.35,), phases=moves)
 
 

@@ -7,7 +7,7 @@ from tests.faults.sessions import SESSION_FAULTS, session_cell
 BY_NAME = {fault.name: fault for fault in SESSION_FAULTS}
 CELLS = [
     ("experiment's folder deleted", "checked"),  # the session could not be closed
-    ("recording deleted", "slow"),
+    ("recording deleted", "fast"),
     ("acquisition and recorder killed", "slow"),
 ]
 
