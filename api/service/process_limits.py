@@ -12,6 +12,8 @@ from pathlib import Path
 
 MEBIBYTE = 1024 * 1024
 GIBIBYTE = 1024 * MEBIBYTE
+AFTER_SIGXCPU = 5
+"""s of processor time from the signal that a process may handle to the one that it cannot"""
 
 
 def half_of_memory(most: int) -> int:
@@ -42,8 +44,9 @@ class ProcessLimits:
         """Take the limits on, for this process and all that it starts; there is no way back."""
         begins_with = int(Path("/proc/self/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
         _lower(resource.RLIMIT_AS, begins_with + self.memory)
-        # Ends a process whose service was killed and which nobody watches any more.
-        _lower(resource.RLIMIT_CPU, int(self.seconds) + 1)
+        # Ends a process whose service was killed and which nobody watches any more. It ends by SIGXCPU, which says why: at
+        # the hard limit the kernel would send SIGKILL.
+        _lower(resource.RLIMIT_CPU, int(self.seconds) + 1, AFTER_SIGXCPU)
         _lower(resource.RLIMIT_NOFILE, self.descriptors)
         _lower(resource.RLIMIT_CORE, 0)
         if self.written is not None:
@@ -67,7 +70,11 @@ def ended_by(status: int | None) -> str:
     return f"the process ended with status {status}"
 
 
-def _lower(kind: int, wanted: int) -> None:
+def _lower(kind: int, wanted: int, room: int = 0) -> None:
+    """The soft limit to `wanted` and the hard one to `room` above it; neither above what is allowed now."""
     hard = resource.getrlimit(kind)[1]
-    value = wanted if hard == resource.RLIM_INFINITY else min(wanted, hard)
-    resource.setrlimit(kind, (value, value))
+
+    def allowed(value: int) -> int:
+        return value if hard == resource.RLIM_INFINITY else min(value, hard)
+
+    resource.setrlimit(kind, (allowed(wanted), allowed(wanted + room)))

@@ -1,8 +1,11 @@
 """Mischief to the processes of a session and to the clock, for the matrix: what happens, and whether a motion may go on."""
 
 import contextlib
+import os
+import socket
 import time
 from collections.abc import Callable, Iterator
+from multiprocessing.connection import Connection
 from typing import Any
 
 from daq.safety import StopCause, StopReason
@@ -19,11 +22,18 @@ def _silent(stage: Stage) -> None:
 
 def _parent_dies(stage: Stage) -> None:
     stage.beats = False
-    stage.parent.close()
+    _ends(stage.parent)
 
 
 def _recorder_dies(stage: Stage) -> None:
     stage.recorder.close()
+
+
+def _ends(connection: Connection) -> None:
+    """The other side sees the end now, as when the kernel ends a process; after `close` it would wait for the thread that
+    listens here."""
+    with contextlib.suppress(OSError), socket.socket(fileno=os.dup(connection.fileno())) as ours:
+        ours.shutdown(socket.SHUT_RDWR)
 
 
 def _recorder_tells(stage: Stage) -> None:
