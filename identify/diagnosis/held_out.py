@@ -97,15 +97,14 @@ class FoldedProducts:
         options = [own[own >= 0] for own in (place[variant] for variant in listed)]
         bounds = [b for trial in trials for b in trial.bounds or (None,) * len(trial.variants)]
         fits = fit_options(trained, judged, options, bounds)
-        price = column_price(
-            float(self.weights[joint] ** 2 * judged.target()[-1]), len(self.observation.blocks)
-        )
-        worth = fits.gain - price * np.array([len(option) for option in options])
+        left = float(self.weights[joint] ** 2 * judged.target()[-1])
+        widths = np.array([len(option) for option in options])
         found, first = [], 0
         for trial in trials:
             own = slice(first, first + len(trial.variants))
             first = own.stop
-            best = np.argmax(worth[:, own], axis=1)
+            price = column_price(left, fits.gain[-1, own], len(self.observation.blocks))
+            best = np.argmax(fits.gain[:, own] - price * widths[own], axis=1)
             chosen = (np.arange(self.count), own.start + best[:-1])
             found.append(
                 HeldOut(

@@ -217,26 +217,28 @@ def choose_constants(
             others = columns_of([i for i in range(len(variants)) if i != index])
             options = [observation.slot_columns[starts[index] + o] for o in range(len(variants[index]))]
             explained, left = _explained(products, others, options)
-            # With the widest choice all joints' weighted residuals are about equal, and of noise alone.
-            rest = max(left - float(explained.max()), 0.0) / len(observation.joint_columns)
-            price = column_price(rest, len(observation.blocks))
-            picked[index] = int(np.argmax(explained - price * np.array([len(option) for option in options])))
+            widths = np.array([len(option) for option in options])
+            # With the widest choice all joints' weighted residuals are about equal.
+            price = column_price(left, explained, len(observation.blocks), len(observation.joint_columns))
+            picked[index] = int(np.argmax(explained - price * widths))
         if picked == before:
             break
     return picked
 
 
-def column_price(residual: float, blocks: int) -> float:
+def column_price(left: float, explained: Array, blocks: int, joints: int = 1) -> float:
     """Squared residual that a further column must take away to be worth having, among choices of different width.
 
-    Mallows' C_p, each block of time counting as one independent observation, whatever the colour of the residual, so that
-    choices with more columns are not preferred for fitting noise (C. L. Mallows, "Some comments on C_p", Technometrics
-    15(4), 1973).
+    Mallows' C_p: the noise is what the widest choice leaves, and each block of time counts as one independent observation,
+    whatever the colour of the residual, so that choices with more columns are not preferred for fitting noise (C. L.
+    Mallows, "Some comments on C_p", Technometrics 15(4), 1973). What is left without the columns would ask more of an
+    effect the stronger it is.
 
-    residual : squared norm that stands for the noise: what a joint's model leaves with the widest choice, or, where that is
-        not known, without the columns, which asks more of a strong effect
+    left      : squared residual without any of the choices
+    explained : (choices,) how much of it each takes away
+    joints    : number of joints that the residual is the sum over
     """
-    return 2.0 * residual / max(blocks, 1)
+    return 2.0 * max(left - float(explained.max()), 0.0) / joints / max(blocks, 1)
 
 
 def _place(choices: Sequence[dict[str, float]], present: dict[str, float] | None) -> int:
