@@ -92,13 +92,16 @@ class JobProcess:
         if not self._receiver.poll(max(0.0, min(timeout, left))):
             return ("exceeded", self._limits.time_words) if left < timeout else None
         try:
-            return self._receiver.recv()
+            message = self._receiver.recv()
         except EOFError:
             self._process.join()
             status = self._process.exitcode
             if status == -signal.SIGXCPU:
                 return "exceeded", self._limits.time_words
             return "died", ended_by(status)
+        # Without this a computation that never ceases to report would have no time limit on the wall.
+        late = left <= 0 and message[0] == "progress"
+        return ("exceeded", self._limits.time_words) if late else message
 
     def cancel(self) -> None:
         """Ask the computation to stop at its next report of progress."""
