@@ -52,7 +52,7 @@ def violations(
             f"rig {rig.name} ({', '.join(names)})"
         )
     if times is None:
-        times = sampling_times(plan)
+        times = without_repeats(plan, sampling_times(plan))
     position, velocity, acceleration, jerk = plan.evaluate(times)
     current = None if torque is None else np.asarray(np.linalg.solve(rig.drive_gain, torque.T).T, dtype=float)
     broken: list[Violation] = []
@@ -86,6 +86,14 @@ def violations(
 def sampling_times(plan: ExcitationPlan) -> Array:
     """(N,) s: the times at which a plan is looked at, both ends included."""
     return np.linspace(0.0, plan.duration, max(2, int(np.ceil(plan.duration / SAMPLING)) + 1))
+
+
+def without_repeats(plan: ExcitationPlan, times: Array) -> Array:
+    """Those of `times` (N,), s, at which the motion does not only repeat what it did a period before."""
+    repeats = np.zeros(len(times), bool)
+    for begin, end, period in plan.repeated:
+        repeats |= (times > begin + period + SAMPLING) & (times < end)
+    return times[~repeats]
 
 
 def require_within_limits(

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from daq.excitation.excitation_plan import ExcitationPlan
-from daq.excitation.plan_limits import require_within_limits, sampling_times, violations
+from daq.excitation.plan_limits import require_within_limits, sampling_times, violations, without_repeats
+from daq.excitation.sinusoid import Sinusoids
 from daq.excitation.trapezoid import Move
 from identify.recording.errors import InputError
 
@@ -90,3 +91,14 @@ def test_a_plan_is_looked_at_each_millisecond_both_ends_included(plan):
     assert (times[0], times[-1]) == (0.0, plan.duration)
     assert np.diff(times).max() <= 0.001 + 1e-12
     assert len(times) == 2001
+
+
+def test_one_period_of_what_repeats_shows_all_that_the_others_would():
+    swing = Sinusoids(frequency=0.5, repeats=20, fade=1.0, centre=(0.2,), cosine=((0.1,),), sine=((0.3,),))
+    plan = ExcitationPlan(name="swing", joints=("j3",), start=(0.2,), phases=(swing,))
+    every = sampling_times(plan)
+    seen = without_repeats(plan, every)
+    assert len(seen) < len(every) / 8
+    assert (seen[0], seen[-1]) == (0.0, plan.duration)
+    for all_of_them, these in zip(plan.evaluate(every), plan.evaluate(seen), strict=True):
+        assert np.abs(these).max() == pytest.approx(np.abs(all_of_them).max(), rel=1e-5)
