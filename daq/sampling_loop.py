@@ -235,9 +235,8 @@ class SamplingLoop:
     def _wait_for_recorder(self) -> None:
         """In simulated time nothing is gained by overtaking the recorder."""
         patience = time.monotonic() + 5.0
-        while (
-            self._row_ring.room < ROWS_IN_RING // 2 or self._frame_ring.room < FRAMES_IN_RING // 2
-        ) and time.monotonic() < patience:
+        rings = (self._row_ring, self._frame_ring)
+        while any(ring.room < ring.capacity // 2 for ring in rings) and time.monotonic() < patience:
             time.sleep(_NAP)
 
     def end(self) -> None:

@@ -60,7 +60,7 @@ def test_an_acquisition_process_killed_at_twenty_moments_loses_no_sample(rig, ar
         session = armed_session(rig, plan=long_plan)
         with RingReader(f"{session._ring}-rows") as ring:
             session.start()
-            after = moments.uniform(0.0, 1.5)
+            after = moments.uniform(0.0, 0.7)
             begun = time.monotonic()
             wait_until(lambda after=after, begun=begun: time.monotonic() - begun >= after)
             session._acquisition.kill()
