@@ -11,7 +11,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-import can
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,6 +21,7 @@ from daq.rig import Rig
 from daq.rig_drives import MODES
 from daq.safety import StopCause
 from daq.samples import COMMAND_CAME, POSITION_CAME, Phase, RowDecoder
+from drivers import can
 from drivers.cia402 import State
 from drivers.frames import ERROR, EXTENDED, FD, FRAME, REMOTE
 from drivers.process_data import DriveStream
