@@ -31,3 +31,12 @@ JudgeMotion = Annotated[
         help="also predict motion a second ahead where the fit did not see, and say of each effect whether that gets worse",
     ),
 ]
+
+KeepLearned = Annotated[
+    bool,
+    typer.Option(
+        "--keep-learned",
+        help="write every description that is offered beside the experiment and name it under its effects, so that --add"
+        " takes it like any other",
+    ),
+]

@@ -3,7 +3,7 @@
 import textwrap
 from collections.abc import Iterator
 
-from identify.results.diagnosis import DiagnosisDocument
+from identify.results.diagnosis import DiagnosisDocument, Learned
 from identify.results.improvement import ImprovementDocument
 from identify.results.unseen_motion import JointUnseenMotion, UnseenMotionErrors
 
@@ -43,6 +43,8 @@ def _diagnosis_lines(document: DiagnosisDocument) -> Iterator[str]:
         if joint.missing:
             first = next(c for c in joint.candidates if c.effect == joint.missing[0])
             yield from textwrap.wrap(first.explanation, 100, initial_indent="  ", subsequent_indent="  ")
+        if joint.learned is not None:
+            yield from learned_lines(joint.joint, joint.learned)
         for row in joint.where[:2]:
             where = row.label or f"{row.from_:.3g} to {row.to:.3g}"
             yield f"  {row.share_of_error:.0%} of the squared error lies at {row.variable} {where}"
@@ -64,8 +66,34 @@ def improvement_text(document: ImprovementDocument) -> str:
         lines.append(f"  {number}. {name:40s} {_percent(step.relative_error):>8s}{validation}")
         if step.motion is not None:
             lines.append(f"     {motion_text(step.motion)}")
+    for joint, learned in (document.learned or {}).items():
+        lines += [f"{joint}:", *learned_lines(joint, learned)]
     lines.append(f"Verdict: {document.verdict}.")
     return "\n".join(lines)
+
+
+def learned_lines(joint: str, learned: Learned) -> Iterator[str]:
+    """What is offered, its form or its table, and how it is added."""
+    yield (
+        f"  offered, not added: {learned.effect}, a description and no cause: held out"
+        f" {_percent(learned.relative_error_before)}, with it {_percent(learned.relative_error_after)}"
+    )
+    if learned.form is not None:
+        yield f"    {learned.form}  ({learned.unit})"
+    heads = ("backwards", "forwards") if learned.variables[1:] == ("direction",) else ("",)
+    yield f"    {learned.variables[0]:>10s}  " + "  ".join(
+        f"{head + ' ' + learned.unit:>22s}" for head in heads
+    )
+    width = len(heads)
+    for place, knot in enumerate(learned.knots[0]):
+        own = range(place * width, (place + 1) * width)
+        cells = [_with_deviation(learned.values[each], learned.deviations[each]) for each in own]
+        yield f"    {knot:>10.4g}  " + "  ".join(f"{cell:>22s}" for cell in cells)
+    yield f"    to try it: --keep-learned, then --add {learned.effect}@{joint}"
+
+
+def _with_deviation(value: float, deviation: float | None) -> str:
+    return f"{value:.4g}" if deviation is None else f"{value:.4g} ± {deviation:.2g}"
 
 
 def motion_text(motion: UnseenMotionErrors) -> str:

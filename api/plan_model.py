@@ -315,6 +315,7 @@ class _Views:
             motor_velocity=motion.dq @ motor,
             motor_acceleration=motion.ddq @ motor,
             motor_share=float(body.shares[joint, owner]),
+            positions=motion.q,
             inertial=self._inertial[joint],
             memory=self._memory,
             load_slope_of=lambda: body.slope_columns(joint, payload, motion.q, motion.dq, motion.ddq).at(chi),

@@ -1,5 +1,8 @@
 """`coulomb diagnose` and `coulomb improve`."""
 
+import sys
+from typing import TYPE_CHECKING
+
 import typer
 
 from api.command_arguments import (
@@ -8,11 +11,16 @@ from api.command_arguments import (
     Cluster,
     Experiment,
     JudgeMotion,
+    KeepLearned,
     ModelName,
     RecordRobot,
     RecordTip,
     Workers,
 )
+
+if TYPE_CHECKING:
+    from identify.recording import Experiment as LoadedExperiment
+    from identify.results.diagnosis import Learned
 
 
 def register(application: typer.Typer) -> None:
@@ -28,6 +36,7 @@ def diagnose_command(
     robot: RecordRobot = None,
     tip: RecordTip = None,
     motion: JudgeMotion = False,
+    keep_learned: KeepLearned = False,
     workers: Workers = 1,
     cluster: Cluster = None,
     as_json: AsJson = False,
@@ -40,6 +49,8 @@ def diagnose_command(
 
     with Computing(workers, cluster)(), opened_experiment(experiment, robot, tip) as loaded:
         document = diagnose(loaded, model, add or [], motion=motion).document()
+        if keep_learned:
+            _keep(loaded, [joint.learned for joint in document.joints if joint.learned is not None])
     print(document.json_text() if as_json else diagnosis_text(document))
 
 
@@ -49,6 +60,7 @@ def improve_command(
     robot: RecordRobot = None,
     tip: RecordTip = None,
     motion: JudgeMotion = False,
+    keep_learned: KeepLearned = False,
     workers: Workers = 1,
     cluster: Cluster = None,
     as_json: AsJson = False,
@@ -61,4 +73,17 @@ def improve_command(
 
     with Computing(workers, cluster)(), opened_experiment(experiment, robot, tip) as loaded:
         document = improve(loaded, model, motion=motion).document()
+        if keep_learned:
+            _keep(loaded, list((document.learned or {}).values()))
     print(document.json_text() if as_json else improvement_text(document))
+
+
+def _keep(experiment: "LoadedExperiment", learned: "list[Learned]") -> None:
+    """Write what is offered beside the experiment, and say where.
+
+    Raises InputError: a file of that name is there.
+    """
+    from identify.recording import append_effect
+
+    for each in learned:
+        print(f"{append_effect(experiment.folder, each.effect, each.file)}: written", file=sys.stderr)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.diagnosis.caution import caution, load_siblings
+from identify.diagnosis.description import Describer
 from identify.diagnosis.finding import Finding
 from identify.diagnosis.joint_diagnosis import JointDiagnosis
 from identify.diagnosis.motion_judgement import effects_on_motion
@@ -105,7 +106,7 @@ def diagnose(
     Raises InputError: the experiment, the model or an effect is wrong.
     """
     record = open_record(experiment)
-    result = diagnose_record(record, model, requested_model(record, model, add), progress)
+    result = with_descriptions(diagnose_record(record, model, requested_model(record, model, add), progress))
     return replace(result, motion=effects_on_motion(result.fitted, result.added)) if motion else result
 
 
@@ -191,6 +192,30 @@ def diagnose_record(
     named = {(term.effect.name, joint.joint) for joint in joints for term in joint.missing}
     missing = tuple(t for t, judged in added if (t.effect.name, record.joint_names[judged]) in named)
     return Diagnosis(record.experiment, name, fitted, present, joints, missing, tuple(first.left_out))
+
+
+def with_descriptions(diagnosis: Diagnosis, of_doubted_only: bool = False) -> Diagnosis:
+    """The diagnosis with a description, where one holds, of what a joint's missing effects do not explain.
+
+    of_doubted_only : only where a description may stand in the place of what is missing
+    """
+    wanted = [
+        place
+        for place, joint in enumerate(diagnosis.joints)
+        if joint.doubted is not None or (joint.verdict == "unexplained" and not of_doubted_only)
+    ]
+    if not wanted:
+        return diagnosis
+    describer = Describer.of(diagnosis.better, diagnosis.fitted)
+    joints, gone = list(diagnosis.joints), set[tuple[str, int]]()
+    for place in wanted:
+        offered = describer.offer(place, joints[place])
+        if offered is not None:
+            gone |= offered.replaces
+            names = {name for name, _ in offered.replaces}
+            joints[place] = joints[place].described(offered.document, names)
+    added = tuple(term for term in diagnosis.added if term.key not in gone)
+    return replace(diagnosis, joints=tuple(joints), added=added)
 
 
 def _verified(
@@ -353,6 +378,7 @@ def _conclude(
         where=where,
         noise_floor=floor,
         superfluous=first.superfluous(joint),
+        doubted=final.doubted(joint, missing) if outcome == "missing" else None,
     )
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from identify.diagnosis.diagnosis import Diagnosis, diagnose_record
+from identify.diagnosis.diagnosis import Diagnosis, diagnose_record, with_descriptions
 from identify.diagnosis.motion_judgement import motion_of_story
 from identify.diagnosis.story import Step, exchanged, step_of, widened
 from identify.estimation.fitting import Progress, fit_model
@@ -72,6 +72,9 @@ class Improvement:
                 for step, motion in zip(self.steps, self.motion or [None] * len(self.steps), strict=True)
             ),
             verdict=self.verdict,
+            learned={
+                joint.joint: joint.learned for joint in self.diagnosis.joints if joint.learned is not None
+            },
         )
 
     def to_json(self) -> Json:
@@ -102,6 +105,7 @@ def improve(
         report(min(0.9, (len(steps) - 1) / MOST_STEPS), f"diagnosis after {len(steps) - 1} additions")
         last = steps[-1].fitted.model
         diagnosis = diagnose_record(record, model, last, without=frozenset(refused))
+        diagnosis = with_descriptions(diagnosis, of_doubted_only=True)
         # an effect of a motor that two joints share is found on both, and is one
         waiting = [term for term in diagnosis.added if not last.has(*term.key)]
         waiting = list({term.key: term for term in waiting}.values())
@@ -124,6 +128,7 @@ def improve(
             gone = {step.added for step in steps} - {step.added for step in better}
             refused |= {term.key for term in gone if term is not None}
             steps = better
+    diagnosis = with_descriptions(diagnosis)
     judged = None
     if motion:
         report(0.9, "predicting motion that the fits did not see")

@@ -1,14 +1,14 @@
 """What is said of one joint, and its part of the document."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field, replace
 
 from identify.diagnosis.finding import Finding
 from identify.diagnosis.probability import JointProbabilities
 from identify.diagnosis.structure import Structure
 from identify.effects.model import Term
 from identify.results import diagnosis as documents
-from identify.results.diagnosis import Verdict, Where
+from identify.results.diagnosis import Learned, Verdict, Where
 from identify.validation.noise_floor import NoiseFloor
 
 
@@ -21,6 +21,8 @@ class JointDiagnosis:
     evidence  : what each of them is worth beside all the others
     findings  : every candidate beside the model, the best first; what stands out only beside the missing ones, beside them
     rivals    : for an effect those that explain the data alike, judged in the round that found it
+    doubted   : a variable over which a free function explains what missing effects of a fixed shape do not
+    learned   : a description of what they do not explain; None where none is offered
     probable  : how probable each candidate is, and that nothing, or nothing known, is missing
     cautions  : for a candidate what these data cannot tell of it
     structure : what a predictor without any model still finds, after the missing effects are added
@@ -38,6 +40,26 @@ class JointDiagnosis:
     superfluous: tuple[str, ...]
     probable: JointProbabilities
     cautions: dict[str, str] = field(default_factory=dict)
+    doubted: str | None = None
+    learned: Learned | None = None
+
+    def described(self, learned: Learned, replaces: Collection[str]) -> "JointDiagnosis":
+        """With a description, in the place of missing effects that explain nothing beside it: the cause is in no
+        catalogue, and so is what they were probable for."""
+        known = dict(self.probable.effects)
+        moved = max((known[name] or 0.0 for name in replaces if name in known), default=0.0)
+        return replace(
+            self,
+            verdict="unexplained",
+            missing=tuple(term for term in self.missing if term.effect.name not in replaces),
+            evidence=tuple(each for each in self.evidence if each.candidate.name not in replaces),
+            probable=replace(
+                self.probable,
+                effects={name: 0.0 if name in replaces else value for name, value in known.items()},
+                unexplained=max(self.probable.unexplained or 0.0, moved),
+            ),
+            learned=learned,
+        )
 
     def document(self) -> documents.JointDiagnosis:
         """Its part of the document."""
@@ -61,6 +83,7 @@ class JointDiagnosis:
             superfluous=self.superfluous,
             probability_adequate=self.probable.adequate,
             probability_unexplained=self.probable.unexplained,
+            learned=self.learned,
         )
 
     def _candidates(self, findings: Sequence[Finding]) -> tuple[documents.Candidate, ...]:

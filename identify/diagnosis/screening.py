@@ -89,6 +89,21 @@ class Screening:
         best = min(errors, key=lambda name: errors[name])
         return best, errors[best]
 
+    def doubted(self, joint: int, missing: Sequence[Term]) -> str | None:
+        """The variable over which a free function explains what missing effects of a fixed shape do not; None where there
+        is none.
+
+        An effect without constants has one shape. If it is the cause, nothing is left over its variable.
+        """
+        for variable, columns in self.free_functions[joint].items():
+            of_one_shape = any(
+                term.effect.variable == variable and not term.constants and len(term.effect.parameters) == 1
+                for term in missing
+            )
+            if of_one_shape and self.selection.explains(joint, columns):
+                return variable
+        return None
+
     def least(self, joint: int) -> float:
         """The gain in squared held-out error that an effect must have to be any operator's business.
 

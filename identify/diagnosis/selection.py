@@ -397,6 +397,10 @@ class Selection:
         fared = self.motion.evaluate(joint, self.base(), [trial])[0]
         return float(np.sqrt(max(fared.total, 0.0) / max(self.motion.measured(joint), 1e-300)))
 
+    def explains(self, joint: int, columns: Index) -> bool:
+        """Whether further columns lower a joint's error on unseen motion as much as an effect must."""
+        return self.held_out_error(joint, columns) < (1 - LEAST_DROP) * self.held_out_error(joint)
+
     def worth(self, joint: int, base: Index, columns: Index) -> float:
         """Part of the held-out error of a joint that some columns take away."""
         before, after = self.motion.evaluate(joint, base, [Trial((base[:0],)), Trial((columns,))])

@@ -179,6 +179,7 @@ def steady_motion(summary: JointSummary) -> JointMotion:
         motor_velocity=speed * direction,
         motor_acceleration=still,
         motor_share=1.0,
+        positions=position[:, None],
         inertial=np.zeros((len(still), 0)),
         memory=BlockMemory(),
         load_slope_of=lambda: still,

@@ -22,8 +22,10 @@ constants:
 explanation: The arm leans on a rubber bumper. Check the end stops.
 ```
 
-with the signals q, dq, ddq, load, torque, t, temp and the functions sign, abs, exp, log, sqrt, sin, cos, tan, tanh, atan, min,
-max; or a subclass of `identify.effects.effect.Effect` that an installed package offers under the entry point `coulomb.effects`
+with the signals q, dq, ddq, load, torque, t, temp, direction (the sign of dq, without the noise at reversals), q1, q2, … (the
+positions of all joints) and the functions sign, abs, exp, log, sqrt, sin, cos, tan, tanh, atan, min, max. What the diagnosis
+learns where the catalogue ends (`coulomb diagnose EXPERIMENT --keep-learned`) is such a file too. Or a subclass of
+`identify.effects.effect.Effect` that an installed package offers under the entry point `coulomb.effects`
 (`how-to/add-an-effect.md`). A parameter's range is that of the value as fitted; of a ratio that is its deviation from 1.
 """
 

@@ -10,6 +10,7 @@ explanation: A notch in the bearing. Check the raceway.
 
 import ast
 import itertools
+import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Literal
@@ -34,7 +35,10 @@ SIGNALS: Mapping[str, str] = {
     "torque": "whole torque of the fitted model, N m or N",
     "t": "time since the session began, s",
     "temp": "temperature, °C",
+    "direction": "sign of the velocity, turning where the positions as recorded turn",
 }
+NEIGHBOUR = re.compile(r"q[1-9][0-9]?")
+"""Position of the joint of that number, rad or m: `q2` is the second joint's."""
 FUNCTIONS: Mapping[str, Callable[..., Array]] = {
     "sign": np.sign,
     "abs": np.abs,
@@ -90,7 +94,7 @@ class OwnEffectFile(_Settings):
     explanation: str = "A user's own effect."
     source: str = "the user's own"
     unit: str = "N m"
-    variable: Literal["q", "dq", "ddq", "load", "time"] = "dq"
+    variable: Literal["q", "dq", "ddq", "load", "time", "temperature"] = "dq"
 
 
 Node = Callable[[Mapping[str, Array]], Array]
@@ -122,6 +126,12 @@ class OwnEffect(Effect):
         self.uses_load = any(_names(text) & {"load", "torque"} for text in settings.columns)
         self.uses_torque = any("torque" in _names(text) for text in settings.columns)
         self.nonlinear = any("ddq" in _names(text) for text in settings.columns)
+        self.neighbours = {
+            int(name[1:]) - 1
+            for text in settings.columns
+            for name in _names(text) - set(settings.constants)
+            if NEIGHBOUR.fullmatch(name)
+        }
         warm = any("temp" in _names(text) for text in settings.columns)
         self.conditions = (TEMPERATURE,) if warm else ()
 
@@ -131,6 +141,8 @@ class OwnEffect(Effect):
         return [dict(choice) for choice in itertools.product(*listed)][:MOST_VARIANTS]
 
     def formulas(self, constants: Constants) -> tuple[str, ...] | None:
+        if self.neighbours:
+            return None  # exported code knows a joint's own signals
         return tuple(with_constants(text, constants) for text in self.settings.columns)
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
@@ -141,8 +153,11 @@ class OwnEffect(Effect):
             "load": motion.load,
             "torque": motion.model_torque,
             "t": motion.session_time,
+            "direction": motion.direction,
             **{name: np.asarray(value) for name, value in constants.items()},
         }
+        for joint in self.neighbours:
+            values[f"q{joint + 1}"] = motion.positions[:, joint]
         if motion.temperature is not None:
             values["temp"] = motion.temperature
         with np.errstate(all="ignore"):
@@ -213,7 +228,7 @@ def _node(tree: ast.expr, text: str, names: frozenset[str]) -> Node:
     if isinstance(tree, ast.Name):
         if tree.id == "pi":
             return lambda values: np.asarray(np.pi)
-        if tree.id not in names:
+        if tree.id not in names and not NEIGHBOUR.fullmatch(tree.id):
             known = ", ".join(sorted(names))
             raise ValueError(f"'{text}': '{tree.id}' is neither a signal nor a constant; there are {known}")
         name = tree.id

@@ -78,6 +78,8 @@ class JointMotion:
     motor_acceleration: Array
     motor_share: float
     """c_jm: torque on this joint per unit of torque of that motor on its own joint"""
+    positions: Array
+    """(samples, joints): of all joints, rad or m"""
     inertial: Array
     """(samples, base parameters that act on the joint): columns of eq. (10)"""
     memory: BlockMemory

@@ -43,7 +43,8 @@ class Slot:
     def name(self) -> tuple[Hashable, ...]:
         """What tells it from other slots on one record."""
         effect = self.term.effect
-        return type(effect), effect.name, self.term.joint, self.constants
+        # formulas that are tried as descriptions share a name
+        return type(effect), effect.name, effect.regressors, self.term.joint, self.constants
 
 
 @dataclass(frozen=True)
@@ -125,6 +126,7 @@ class JointContext:
             motor_velocity=block.dq @ motor,
             motor_acceleration=block.ddq @ motor,
             motor_share=float(body.shares[joint, owner]),
+            positions=block.q,
             inertial=self.inertial[joint],
             memory=self.memory,
             load_slope_of=lambda: self.prepared.load_slope(joint, chi),

@@ -108,6 +108,12 @@ def known_effects(experiment: Experiment) -> dict[str, Effect]:
 
         for path in experiment.effects:
             effect = load_own_effect(path)
+            beyond = [each for each in effect.neighbours if each >= len(experiment.robot.joints)]
+            if beyond:
+                count = len(experiment.robot.joints)
+                raise InputError(
+                    f"{path}: columns: 'q{beyond[0] + 1}': the robot has {count} joints, q1 to q{count}"
+                )
             if effect.name in known:
                 raise InputError(f"{path}: name: an effect named '{effect.name}' is already in the catalogue")
             known[effect.name] = effect

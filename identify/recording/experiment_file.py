@@ -333,3 +333,18 @@ def append_session(folder: Path, session: DeclaredSession, payload: Payload | No
     extended = check_settings(ExperimentFile, document, {}, path)
     write_experiment(folder, extended)
     return extended
+
+
+def append_effect(folder: Path, name: str, content: str) -> Path:
+    """Write a user's own effect beside the experiment in a folder, and name it there; returns its file.
+
+    content : the effect, YAML
+    Raises InputError: the experiment is not valid, or there is a file of that name.
+    """
+    experiment = read_experiment_file(folder / EXPERIMENT_FILE)
+    path = folder / f"{name}.yaml"
+    if path.exists():
+        raise InputError(f"{path}: exists already; remove it, or rename it and its line under 'effects'")
+    write_atomically(path, content.encode())
+    write_experiment(folder, experiment.model_copy(update={"effects": (*experiment.effects, path.name)}))
+    return path

@@ -94,19 +94,42 @@ class LeftoverStructure(Part):
 class Learned(Part):
     """A description of what no catalogue effect explains, offered as an effect. It names no cause."""
 
-    variables: tuple[str, ...] = Field(description="one or two of q, dq, load, time, …", examples=[["q"]])
+    effect: str = Field(description="its name, as an own effect", examples=["learned-position-j3"])
+    variables: tuple[str, ...] = Field(
+        description="q, dq, load, time, temperature, or the position of another joint, q and its number; behind it `direction`"
+        " where the torque differs between the directions of motion",
+        examples=[["q"]],
+    )
     form: str | None = Field(
-        description="a short closed form that does as well; null where none does", examples=["sin(2·q)"]
+        description="a short closed form that does as well, in the language of own effects; null where none does",
+        examples=["max(0, q - 0.71)**1.5"],
     )
     knots: tuple[tuple[float, ...], ...] = Field(
         description="support points of each variable, in its SI unit", examples=[[[-1.0, 0.0, 1.0]]]
     )
     values: tuple[float, ...] = Field(
-        description="N m or N at the support points; of two variables the last one runs fastest",
+        description="torque at the support points, in `unit`; of two variables the last one runs fastest",
         examples=[[0.1, 0.0, -0.1]],
+    )
+    deviations: tuple[Figure, ...] = Field(
+        description="standard deviation of each value, which holds for autocorrelated residuals; null where not known",
+        examples=[[0.01, 0.01, 0.02]],
+    )
+    unit: str = Field(description="of the values: N m or N", examples=["N m"])
+    relative_error_before: Figure = Field(
+        description="of the joint without it, on motion that the fit did not see", examples=[0.045]
     )
     relative_error_after: Figure = Field(
         description="of the joint with it, on motion that the fit did not see", examples=[0.031]
+    )
+    p_value: Figure = Field(description="probability of such a gain by chance, 0 to 1", examples=[1e-12])
+    explanation: str = Field(
+        description="what it is, in an operator's words",
+        examples=["A torque over the position that no effect of the catalogue explains."],
+    )
+    file: str = Field(
+        description="the effect as a file that an experiment can name under `effects`, YAML",
+        examples=["name: learned-position-j3\ncolumns: [...]\n"],
     )
 
 

@@ -1,8 +1,10 @@
 """A model improved step by step: the document of `coulomb improve --json`."""
 
+from collections.abc import Mapping
+
 from pydantic import Field
 
-from identify.results.diagnosis import Verdict
+from identify.results.diagnosis import Learned, Verdict
 from identify.results.document import Document, Figure, Part
 from identify.results.effect import EffectOnJoint
 from identify.results.unseen_motion import UnseenMotionErrors
@@ -47,4 +49,9 @@ class ImprovementDocument(Document):
     steps: tuple[Step, ...] = Field(description="the start and each addition")
     verdict: Verdict = Field(
         description="the worst over the joints after the last step", examples=["adequate"]
+    )
+    learned: Mapping[str, Learned] | None = Field(
+        default=None,
+        description="by joint, a description of what is still unexplained after the last step, where one holds; it is offered,"
+        " not added; null where not looked for",
     )

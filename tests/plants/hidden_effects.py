@@ -254,6 +254,17 @@ def shaking_base(run: Run, strength: float) -> None:
     run.torque += strength * 3.0 * np.sin(2 * np.pi * 1.37 * run.shape * run.time) * swell
 
 
+def detent(run: Run, strength: float) -> None:
+    """tau += s 30 (q - 0.15 k) / 0.12 exp(-((q - 0.15 k) / 0.12)^2): a magnet beside the joint holds it at one place."""
+    away = (run.q - 0.15 * run.shape) / 0.12
+    run.torque += strength * 30.0 * away * np.exp(-(away**2))
+
+
+def drifting_offset(run: Run, strength: float) -> None:
+    """tau += s 4 (1 - exp(-t / (9 k s))): the offset of an amplifier that is switched on with every session."""
+    run.torque += strength * 4.0 * (1.0 - np.exp(-run.time / (9.0 * run.shape)))
+
+
 BENDING: Mapping[str, Change] = {"backlash": backlash, "elasticity": elasticity}
 
 ON_THE_TORQUE: Mapping[str, Change] = {
@@ -286,6 +297,8 @@ LEFT_OUT_OF_EVERY_CATALOGUE: Mapping[str, Change] = {
     "one-sided-bumper": one_sided_bumper,
     "sloshing": sloshing,
     "shaking-base": shaking_base,
+    "detent": detent,
+    "drifting-offset": drifting_offset,
 }
 
 HIDDEN: Mapping[str, Change] = {

@@ -10,7 +10,7 @@ The joint, for a session with a payload of mass m at the distance L on the link'
     tau       = tau_out + Ia q'' + FV q' + FC sign q' + offset + hidden effects              the motor
     v         = tau / drive gain                                                             the command
 
-The hidden effects are in `hidden_effects.py`; `HIDDEN` names them, after the contract. Three of them
+The hidden effects are in `hidden_effects.py`; `HIDDEN` names them, after the contract. Some of them
 (`LEFT_OUT_OF_EVERY_CATALOGUE`) are there to see that a diagnosis admits what it does not know.
 
     recorded = record({"stribeck": 1.0}, seed=7)

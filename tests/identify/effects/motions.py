@@ -33,6 +33,7 @@ def motion_of(**changed: object) -> JointMotion:
         "motor_velocity": 2.0 * dq,
         "motor_acceleration": 2.0 * ddq,
         "motor_share": 0.5,
+        "positions": q[:, None],
         "inertial": np.column_stack([ddq, np.cos(q)]),
         "memory": BlockMemory(),
         "load_slope_of": lambda: -30.0 * np.sin(q),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,7 +11,9 @@ from hypothesis import strategies as st
 
 import identify
 from identify.effects.expression import load_own_effect, parse
+from identify.estimation.requested_model import known_effects
 from identify.recording.errors import InputError
+from tests.identify.effects.motions import motion_of
 
 
 @pytest.mark.parametrize(
@@ -76,3 +80,24 @@ def test_an_own_effect_is_judged_like_those_of_the_catalogue(hidden_stretch):
     said = identify.diagnose(identify.load_experiment(hidden_stretch)).joints[0]
     assert said.missing[0].effect.name == "lean-on-bumper"
     assert said.verdict == "missing"
+
+
+def test_the_direction_and_other_joints_positions_are_signals(tmp_path):
+    path = tmp_path / "pull.yaml"
+    path.write_text(
+        "name: pull\ncolumns: ['direction * (q2 - rest)']\nconstants: {rest: {from: 0.5, to: 0.5, count: 1}}\n"
+    )
+    effect = load_own_effect(path)
+    plain = motion_of()
+    motion = motion_of(positions=np.column_stack([plain.q, 0.3 + 0.1 * plain.time]))
+    expected = np.sign(plain.dq) * (0.1 * plain.time - 0.2)
+    np.testing.assert_allclose(effect.columns(motion, {"rest": 0.5})[:, 0], expected, rtol=1e-12)
+    assert effect.formulas({"rest": 0.5}) is None  # exported code sees one joint at a time
+
+
+def test_the_position_of_a_joint_that_the_robot_does_not_have_is_refused(hidden_stretch, tmp_path):
+    loaded = identify.load_experiment(hidden_stretch)
+    path = tmp_path / "pull.yaml"
+    path.write_text("name: pull\ncolumns: [q2]\n")
+    with pytest.raises(InputError, match=r"pull\.yaml: columns: 'q2': the robot has 1 joint"):
+        known_effects(replace(loaded, effects=(path,)))

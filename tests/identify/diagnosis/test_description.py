@@ -1,0 +1,82 @@
+"""What no catalogue knows is offered as a description, and only there; it is then an effect like any other."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import identify
+from identify.diagnosis.improvement import improve
+from identify.recording import InputError, append_effect
+from tests.plants.single_joint import record, write_experiment
+
+
+def hidden(folder, effects, **motion):
+    settings = {"payload_masses": (0.0, 3.0), "duration": 30.0, "rate": 250.0, "repeats": 1, **motion}
+    return write_experiment(folder / "joint", record(effects, **settings))
+
+
+@pytest.fixture(scope="module")
+def bumper(tmp_path_factory):
+    """A joint that leans on a rubber bumper at one end: 16 max(0, q − 0.7)^1.5."""
+    return hidden(tmp_path_factory.mktemp("bumper"), {"one-sided-bumper": 0.1}, seed=4)
+
+
+@pytest.fixture(scope="module")
+def said(bumper):
+    return identify.diagnose(identify.load_experiment(bumper)).document()
+
+
+def test_a_bumper_on_one_side_is_described_as_what_it_is_and_not_called_a_spring(said):
+    joint = said.joints[0]
+    assert (joint.verdict, joint.missing) == ("unexplained", ())
+    assert joint.learned.variables == ("q",)
+    assert "max(0, q - " in joint.learned.form
+    assert joint.learned.relative_error_after < 0.7 * joint.learned.relative_error_before
+    knots, values = np.array(joint.learned.knots[0]), np.array(joint.learned.values)
+    truth = 16.0 * np.maximum(0.0, knots - 0.7) ** 1.5
+    np.testing.assert_allclose(values, truth, atol=0.15 * truth.max())
+    assert all(deviation >= 0 for deviation in joint.learned.deviations)
+
+
+def test_what_is_kept_is_added_like_any_effect_and_leaves_nothing_to_explain(bumper, said):
+    learned = said.joints[0].learned
+    kept = append_effect(bumper, learned.effect, learned.file)
+    loaded = identify.load_experiment(bumper)
+    assert loaded.effects == (kept,)
+    added = [f"{learned.effect}@elbow"]
+    before, after = (identify.identify(loaded, "usual", add).document() for add in ([], added))
+    assert after.relative_error < 0.8 * before.relative_error
+    again = identify.diagnose(loaded, "usual", added).document().joints[0]
+    assert (again.verdict, again.learned) == ("adequate", None)
+    # without it, it is what the diagnosis misses: now it stands in a catalogue
+    assert identify.diagnose(loaded).document().joints[0].missing == (learned.effect,)
+    with pytest.raises(InputError, match="exists already"):
+        append_effect(bumper, learned.effect, learned.file)
+
+
+def test_improvement_offers_and_does_not_add(tmp_path):
+    folder = hidden(tmp_path, {"drifting-offset": 1.0}, seed=5)
+    story = improve(identify.load_experiment(folder)).document()
+    assert story.verdict == "unexplained"
+    learned = story.learned["elbow"]
+    assert learned.variables == ("time",)
+    assert learned.effect not in {str(step.added) for step in story.steps}
+    # 4 (1 − exp(−t/9)): the constant part is the offset's
+    change = np.ptp(np.array(learned.values))
+    assert change == pytest.approx(4.0 * (1 - np.exp(-30.0 / 9.0)), rel=0.1)
+
+
+@pytest.mark.parametrize(
+    "effects", [{}, {"joint-spring": 1.0}, {"viscous-quadratic": 0.5}, {"sloshing": 0.3}]
+)
+def test_nothing_is_offered_where_nothing_is_missing_or_its_name_is_known_or_no_function_of_one_variable(
+    tmp_path, effects
+):
+    joint = (
+        identify.diagnose(identify.load_experiment(hidden(tmp_path, effects, seed=6))).document().joints[0]
+    )
+    assert joint.learned is None
+    assert joint.verdict == {0: "adequate"}.get(
+        len(effects), "unexplained" if "sloshing" in effects else "missing"
+    )

@@ -1,0 +1,76 @@
+"""Descriptions are own effects: tables are linear between their points, forms are what their names say."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from identify.effects.learned_forms import (
+    LIBRARY,
+    MOST_COLUMNS,
+    at_points,
+    closed_forms,
+    searched_finer,
+    tables,
+    variables_of,
+)
+from tests.identify.effects.motions import motion_of
+from tests.identify.effects.summaries import summary_of
+
+SUMMARY = summary_of(position_range=(-0.8, 0.8), maximum_speed=6.0)
+MOTION = motion_of()
+
+
+def variable(name):
+    return next(each for each in variables_of(SUMMARY, [SUMMARY]) if each.name == name)
+
+
+@pytest.mark.parametrize("name", ["q", "dq"])
+def test_a_table_is_linear_between_its_points(name):
+    over, position = variable(name), MOTION.q if name == "q" else np.abs(MOTION.dq)
+    factors = {
+        "plain": [np.ones_like(MOTION.q)],
+        "turned": [MOTION.direction],
+        "both": [np.maximum(0, -MOTION.direction), np.maximum(0, MOTION.direction)],
+    }
+    tried = list(tables(over, SUMMARY))
+    assert {table.sense for table in tried} == set(factors)
+    for table in tried:
+        columns = table.effect.columns(MOTION, {})
+        assert columns.shape[1] <= MOST_COLUMNS
+        values = np.random.default_rng(1).normal(size=columns.shape[1])
+        told = at_points(table, values)
+        curves = np.split(values, len(factors[table.sense]))
+        expected = np.zeros_like(MOTION.q)
+        for factor, curve in zip(factors[table.sense], curves, strict=True):
+            ends = [0.0] if len(curve) == len(table.knots) - 2 else []
+            expected += factor * np.interp(position, table.knots, [0.0, *curve, *ends])
+        np.testing.assert_allclose(columns @ values, expected, atol=2e-4)
+        assert told.shape == ((len(table.knots),) if table.sense == "plain" else (len(table.knots), 2))
+
+
+def test_every_form_is_searched_inside_the_range_and_finer_around_the_choice():
+    over = variable("q")
+    forms = list(closed_forms(over, "turned", SUMMARY))
+    assert {form.form for form in forms} <= set(LIBRARY)
+    for form in forms:
+        choices = form.effect.grid(SUMMARY)
+        assert 0 < len(choices) <= 64
+        chosen = choices[len(choices) // 2]
+        columns = form.effect.columns(MOTION, chosen)
+        assert np.all(np.isfinite(columns))
+        finer = searched_finer(form, chosen)
+        for constant, value in chosen.items():
+            listed = sorted({each[constant] for each in finer.effect.grid(SUMMARY)})
+            assert listed[0] <= value * (1 + 1e-5)
+            assert value * (1 - 1e-5) <= listed[-1]
+            assert listed[-1] - listed[0] < 0.6 * (
+                max(c[constant] for c in choices) - min(c[constant] for c in choices)
+            )
+        assert len(finer.effect.grid(SUMMARY)) <= 64
+
+
+def test_names_that_are_taken_are_not_given_again():
+    plain = variable("q").effect
+    again = next(each for each in variables_of(SUMMARY, [SUMMARY], {plain}) if each.name == "q").effect
+    assert again == f"{plain}-2"
