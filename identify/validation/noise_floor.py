@@ -28,6 +28,8 @@ STRETCHES = 20
 """of the phase, whose scatter gives the interval of a floor"""
 FEWEST_PHASES = 100
 """degrees of freedom behind a joint's noise floor"""
+MOST_ANSWERED = 0.5
+"""Part of the acceleration's power that may differ between repeats: with more, the motion is mostly the noise's."""
 MOST_STEPS = 20
 """windows by which a lag is followed to where the repeats differ least"""
 LOOKED_AT = 800
@@ -64,11 +66,15 @@ def noise_floors(record: Record, residuals: Mapping[str, Array]) -> list[NoiseFl
     periods takes away 1/K of the noise; the estimate is corrected for it. It is no higher than the model's own error on
     the same sessions, which holds the noise too.
 
-    The interval is that of the scatter between stretches of the phase, each of them independent of the others.
+    The interval is that of the scatter between stretches of the phase, each of them independent of the others. In a soft
+    loop its upper end is higher: where the acceleration answers the noise n, least squares takes a part ρ² of the power of n
+    for inertia, ρ being the correlation of n with the whole acceleration. Only what differs between repeats can be correlated
+    with it, so that ρ² is at most the part s of the acceleration's power that does not repeat (Cauchy, Schwarz), and the
+    power of n at most 1/(1 − s) times what is left. Where most of the acceleration does not repeat there is no floor.
     """
     count = record.joints
     noise, measured, left = np.zeros(count), np.zeros(count), np.zeros(count)
-    variance = np.zeros(count)
+    variance, answer, acceleration = np.zeros(count), np.zeros(count), np.zeros(count)
     repeats = np.zeros(count, bool)
     for entry in record.entries():
         samples = record.samples[entry.file]
@@ -78,8 +84,11 @@ def noise_floors(record: Record, residuals: Mapping[str, Array]) -> list[NoiseFl
         repeat, period = stretch
         residual = residuals[entry.file]
         first = int(np.searchsorted(samples.time, repeat.time[0]))
-        repeated = replace(repeat, measured=residual[first : first + len(repeat.time)])
-        squares, freedom = phase_scatter(repeated, period)
+        part = residual[first : first + len(repeat.time)]
+        both = replace(repeat, measured=np.hstack([part, repeat.ddq]))
+        squares, freedom = phase_scatter(both, period)
+        unsteady = squares[:, count:].sum(0) / np.maximum(freedom[:, count:].sum(0), 1)
+        squares, freedom = squares[:, :count], freedom[:, :count]
         whole = freedom.sum(0)
         for joint in np.flatnonzero(whole > FEWEST_PHASES):
             moving = samples.moving[:, joint]
@@ -91,22 +100,29 @@ def noise_floors(record: Record, residuals: Mapping[str, Array]) -> list[NoiseFl
             variance[joint] += (deviation * moving.sum()) ** 2
             measured[joint] += np.sum(samples.measured[moving, joint] ** 2)
             left[joint] += np.sum(residual[moving, joint] ** 2)
+            answer[joint] += unsteady[joint] * len(repeat.time)
+            acceleration[joint] += np.sum(repeat.ddq[:, joint] ** 2)
             repeats[joint] = True
+    known = repeats & (measured > 0) & (answer <= MOST_ANSWERED * acceleration)
+    answered = answer / np.where(acceleration > 0, acceleration, 1.0)
     return [
-        _floor(noise[joint], variance[joint], left[joint], measured[joint])
-        if repeats[joint] and measured[joint] > 0
+        _floor(noise[joint], variance[joint], left[joint], measured[joint], answered[joint])
+        if known[joint]
         else None
         for joint in range(count)
     ]
 
 
-def _floor(noise: float, variance: float, left: float, measured: float) -> NoiseFloor:
-    """From sums of squares; the interval from Student's quantile on the logarithm, which keeps it above zero."""
+def _floor(noise: float, variance: float, left: float, measured: float, answered: float) -> NoiseFloor:
+    """From sums of squares; the interval from Student's quantile on the logarithm, which keeps it above zero.
+
+    answered : part of the acceleration's power that does not repeat
+    """
     from scipy.stats import t
 
     spread = float(t.ppf(0.975, STRETCHES - 1)) * float(np.sqrt(variance)) / max(noise, 1e-300)
     power = min(noise, left)
-    low, high = noise * np.exp(-spread), noise * np.exp(spread)
+    low, high = noise * np.exp(-spread), noise * np.exp(spread) / (1 - answered)
     value, low, high = (
         float(np.sqrt(each / measured)) for each in (power, min(low, power), max(high, power))
     )
@@ -203,8 +219,8 @@ def _speeds_differ(velocity: Array, period: float) -> float:
 
 
 def phase_scatter(samples: Samples, period: float) -> tuple[Array, NDArray[np.int64]]:
-    """Squared differences of the `measured` between periods at the same phase, N² m², and degrees of freedom behind
-    them, by stretch of the phase (STRETCHES, joints).
+    """Squared differences of the `measured` between periods at the same phase, in its unit squared, and degrees of freedom
+    behind them, by stretch of the phase (STRETCHES, columns); the columns are those of the joints, once or several times.
 
     The samples lie at other phases in each period; a cubic spline reads them at the same ones. The period is
     refined to where the positions scatter least. Phases at which a joint is about to turn round in any period are left
@@ -228,7 +244,8 @@ def phase_scatter(samples: Samples, period: float) -> tuple[Array, NDArray[np.in
     steady = _steady(samples)
 
     def is_steady(times: Array) -> NDArray[np.bool_]:
-        return steady[np.clip(np.round(times / step).astype(int), 0, len(steady) - 1)]
+        rows = steady[np.clip(np.round(times / step).astype(int), 0, len(steady) - 1)]
+        return np.tile(rows, samples.measured.shape[1] // rows.shape[1])
 
     return _scatter(CubicSpline(clock, samples.measured), clock[-1], period, step, is_steady)
 

@@ -85,7 +85,7 @@ def test_in_closed_loop_the_floor_is_the_disturbance_and_not_what_the_controller
     inside = [
         joint.noise_floor_interval[0] <= truth <= joint.noise_floor_interval[1] for joint, truth in known
     ]
-    assert np.mean(inside) >= 0.6
+    assert np.mean(inside) >= 0.9
 
 
 def test_no_floor_lies_above_the_error_of_the_model(answered):
