@@ -16,7 +16,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 import config
 from daq.json_object import JsonObject
 from drivers.bus import BusSettings
-from drivers.drive_gain import drive_gain
+from drivers.drive_gain import drive_gain, is_singular
 from drivers.errors import DriverError
 from drivers.profile import PROFILE_ENDINGS, DriveProfile, is_path, load_profile
 from drivers.profile_against_dictionary import mismatches
@@ -239,7 +239,7 @@ class Rig(_Settings):
             n = len(joints)
             if len(self.gear_matrix) != n or any(len(row) != n for row in self.gear_matrix):
                 raise ValueError(f"gear_matrix must have {n} rows of {n} numbers")
-            if abs(np.linalg.det(np.array(self.gear_matrix))) < 1e-9:
+            if is_singular(np.array(self.gear_matrix, dtype=float)):
                 raise ValueError("gear_matrix cannot be inverted: some joint is not driven")
         for index, (axis, profile) in enumerate(zip(self.axes, self.profiles, strict=True)):
             unit = profile.current_reference.unit

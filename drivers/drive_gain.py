@@ -15,6 +15,21 @@ from numpy.typing import ArrayLike, NDArray
 CommandUnit = Literal["A", "N m", "V", "rated current", "rated torque"]
 
 
+SINGULAR = 1e-9
+"""Smallest singular value, in parts of the rows' greatest entries, below which motors move alike."""
+
+
+def is_singular(gear_ratio: NDArray[np.float64]) -> bool:
+    """Whether the joints' velocities do not follow from the motors': (n, n) N of eq. (4).
+
+    Judged by the directions of the rows: gears of very different ratios beside each other are no reason.
+    """
+    greatest = np.abs(gear_ratio).max(axis=1, keepdims=True)
+    if not greatest.all():
+        return True
+    return bool(np.linalg.matrix_rank(gear_ratio / greatest, tol=SINGULAR) < len(gear_ratio))
+
+
 def drive_gain(
     gear_ratio: ArrayLike,
     command_unit: CommandUnit,
@@ -48,7 +63,7 @@ def drive_gain(
         ratio = np.diag(ratio)
     if ratio.ndim != 2 or len(set(ratio.shape)) != 1:
         raise ValueError(f"gear_ratio must be (n,) or (n, n), not {ratio.shape}")
-    if np.linalg.matrix_rank(ratio) < len(ratio):
+    if is_singular(ratio):
         raise ValueError("gear_ratio is singular: some motor does not move, or two motors move alike")
     given = {
         "torque_constant (N m/A)": torque_constant,

@@ -53,7 +53,7 @@ def moving_from(axis: Axis, row: int, speed: float) -> np.ndarray:
 
 
 def test_values_are_written_with_as_many_digits_as_tell_them_from_their_limit():
-    assert excess_in_words(18.0003, 18.0, "A") == "18 A above 18 A".replace("18 A above", "18.0003 A above")
+    assert excess_in_words(18.0003, 18.0, "A") == "18.0003 A above 18 A"
     assert excess_in_words(2.5, 2.0, "rad/s") == "2.5 rad/s above 2 rad/s"
     assert excess_in_words(2.00001234, 2.0, "rad/s") == "2.00001 rad/s above 2 rad/s"
     assert excess_in_words(np.nextafter(2.0, 3.0), 2.0, "m/s").startswith("2.0000000000000004 m/s above")
@@ -78,20 +78,16 @@ def test_an_acceleration_is_judged_over_two_windows(axis, block):
     """½ a t² has the same difference of velocities everywhere; four counts over the window squared are rounding."""
     span = axis.window * axis.rig.cycle
     rounding = 4 * axis.resolution / span**2
-    first = max(0, int(0.2 * axis.speed / axis.acceleration / axis.rig.cycle))
     for share, stopped in ((0.99, False), (1.01, True)):
         a = axis.acceleration + share * rounding
-        time = axis.time - axis.time[first]
-        position = 0.5 * a * np.where(axis.time * a < 0.9 * axis.speed, axis.time, 0) ** 2
-        still_slow = int(np.argmax(position[1:] == 0)) if (position[1:] == 0).any() else ROWS
-        position[still_slow + 1 :] = np.nan
+        # nothing comes any more once it is nearly too fast
+        position = np.where(a * axis.time < 0.9 * axis.speed, 0.5 * a * axis.time**2, np.nan)
         found = axis.check(position, block=block)
         assert bool(found) is stopped
         if stopped:
             assert found[0][0] == 2 * axis.window + LASTING - 1
             assert found[0][1].startswith("acceleration ")
             assert found[0][1].endswith("rad/s²")
-        assert len(time) == ROWS
 
 
 def test_one_wrong_sample_and_two_are_no_motion_and_three_are(axis):

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from drivers.drive_gain import drive_gain
+from drivers.drive_gain import drive_gain, is_singular
 
 
 def test_joint_3_of_the_rx130l_has_the_drive_gain_of_the_paper():
@@ -52,3 +52,13 @@ def test_quantities_that_do_not_fit_are_refused(arguments, words):
     ratio, unit, *rest = arguments
     with pytest.raises(ValueError, match=words):
         drive_gain(ratio, unit, **(rest[0] if rest else {}))
+
+
+def test_gears_of_very_different_ratios_are_not_singular_and_motors_that_move_alike_are():
+    np.testing.assert_array_equal(drive_gain([45.0, 9.4e17], "N m"), np.diag([45.0, 9.4e17]))
+    np.testing.assert_array_equal(drive_gain([1e-13, 45.0], "N m"), np.diag([1e-13, 45.0]))
+    assert is_singular(np.array([[1.0, 1.0], [1e6, 1e6]]))
+    assert is_singular(np.array([[1.0, 0.0], [0.0, 0.0]]))
+    # the angle between the two rows, about 1.4e-9 and 0.7e-9 of a singular value
+    assert not is_singular(np.array([[1.0, 1.0], [1.0, 1.0 + 4e-9]]))
+    assert is_singular(np.array([[1.0, 1.0], [1.0, 1.0 + 1e-9]]))

@@ -29,7 +29,7 @@ TABLE = (
     "t,q1,v1,extra\n"
     + "".join(f"{k / 100},{np.sin(k / 20):.6f},{np.cos(k / 20):.5f},{k}\n" for k in range(60))
 ).encode()
-MANY = settings(max_examples=150, deadline=2000, suppress_health_check=[HealthCheck.function_scoped_fixture])
+MANY = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 def is_read_or_refused(folder):
