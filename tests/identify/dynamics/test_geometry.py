@@ -18,8 +18,8 @@ def test_what_people_type_for_right_angles_is_one_and_what_is_further_off_is_kep
 
 def test_a_robot_s_geometry_is_its_joints_values_in_order():
     joints = (
-        Joint(name="lift", type="prismatic", alpha=1.5708, d=0.1, theta=0.2, r=0.3),
-        Joint(name="turn", type="revolute", alpha=0.4, d=0.5, theta=-1.5708, r=0.7),
+        Joint(name="lift", type="prismatic", alpha=1.5708, d=0.1, theta=0.2, r=0.3, drive_gain=1.0),
+        Joint(name="turn", type="revolute", alpha=0.4, d=0.5, theta=-1.5708, r=0.7, drive_gain=1.0),
     )
     geometry = Geometry.from_robot(Robot(gravity=(0.0, 1.0, -9.81), joints=joints))
     np.testing.assert_array_equal(geometry.gravity, [0.0, 1.0, -9.81])
