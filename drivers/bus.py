@@ -4,6 +4,7 @@ Every interface that python-can knows can be named: `socketcan` on Linux, `slcan
 the serial-line protocol, `virtual` for nodes inside this process, and the vendors' own.
 """
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -75,7 +76,12 @@ def open_bus(
         check_network_interface(settings.channel)
         return _open_adapter(settings, can_filters=filters, receive_own_messages=receive_own_messages)
     return gateway.join(
-        settings.interface, settings.channel, lambda: _open_adapter(settings), filters, receive_own_messages
+        json.dumps(settings.model_dump(mode="json"), sort_keys=True),
+        settings.interface,
+        settings.channel,
+        lambda: _open_adapter(settings),
+        filters,
+        receive_own_messages,
     )
 
 

@@ -48,22 +48,22 @@ class _Echoes:
         return True
 
 
-_gateways: dict[tuple[str, str], "_Gateway"] = {}
+_gateways: dict[str, "_Gateway"] = {}
 _gateways_lock = threading.Lock()
 
 
 class _Gateway:
     """The adapter and the thread that listens to it."""
 
-    def __init__(self, key: tuple[str, str], adapter: can.BusABC):
+    def __init__(self, key: str, interface: str, channel: str, adapter: can.BusABC):
         self.key = key
-        self.channel = f"{key[0]}:{key[1]}"
+        self.channel = f"{interface}:{channel}"
         self.members = 0
         self._adapter = adapter
         self._sending = threading.Lock()
-        self._echoes = _Echoes() if key[0] in _ECHOING else None
+        self._echoes = _Echoes() if interface in _ECHOING else None
         self._closing = threading.Event()
-        self._port = InProcessBus(self.channel)
+        self._port = InProcessBus(key)
         self._port.serve(self._send)
         self._thread = threading.Thread(target=self._receive, name=f"gateway {self.channel}", daemon=True)
         self._thread.start()
@@ -102,7 +102,7 @@ class GatewayMember(InProcessBus):
     """A bus on the channel of a gateway; leaving it is `shutdown`, as for any bus."""
 
     def __init__(self, gateway: _Gateway, can_filters: Any, receive_own_messages: bool):
-        super().__init__(gateway.channel, can_filters, receive_own_messages)
+        super().__init__(gateway.key, can_filters, receive_own_messages)
         self._gateway: _Gateway | None = gateway
 
     def shutdown(self) -> None:
@@ -120,6 +120,7 @@ class GatewayMember(InProcessBus):
 
 
 def join(
+    key: str,
     interface: str,
     channel: str,
     open_adapter: Callable[[], can.BusABC],
@@ -128,12 +129,13 @@ def join(
 ) -> GatewayMember:
     """A bus by the gateway of an adapter; `open_adapter` is called if nobody has opened it yet.
 
+    key : all by which one adapter differs from another: two networks may share a channel's name and differ in their port
+
     Raises what `open_adapter` raises.
     """
     with _gateways_lock:
-        key = (interface, channel)
         gateway = _gateways.get(key)
         if gateway is None:
-            gateway = _gateways[key] = _Gateway(key, open_adapter())
+            gateway = _gateways[key] = _Gateway(key, interface, channel, open_adapter())
         gateway.members += 1
     return GatewayMember(gateway, can_filters, receive_own_messages)

@@ -6,7 +6,6 @@ from pathlib import Path
 from identify.recording import InputError, Robot
 from identify.recording.csv_mistakes import check_header
 from identify.recording.foreign import ColumnMap, ForeignTable, measure, read_foreign
-from identify.recording.session_csv import write_csv_session
 
 _OWN_NAME = re.compile(r"^(q|v|ext|temp)\d+$")
 
@@ -32,15 +31,7 @@ def rewrite_by_contract(path: Path, robot: Robot) -> tuple[str, ...]:
             raise mistake from None
     samples = measure(table, columns, [not joint.revolute for joint in robot.joints])
     written = path.with_name(f"rewritten-{path.name}")
-    write_csv_session(
-        written,
-        samples.time,
-        samples.position,
-        samples.command,
-        samples.external,
-        samples.temperature,
-        samples.extra,
-    )
+    samples.write(written)
     written.replace(path)
     return samples.remarks
 

@@ -23,7 +23,6 @@ from identify.recording.experiment_file import (
     write_experiment,
 )
 from identify.recording.foreign.roles import ColumnMap, MeasuredSession
-from identify.recording.session_csv import write_csv_session
 from identify.recording.strict_yaml import read_strict_yaml
 
 COLUMNS_FILE = "import.yaml"
@@ -64,16 +63,7 @@ def import_sessions(
             )
     with undone_on_error(folder, [session.file for session in sessions]):
         for session in sessions:
-            samples = session.measured
-            write_csv_session(
-                folder / session.file,
-                samples.time,
-                samples.position,
-                samples.command,
-                samples.external,
-                samples.temperature,
-                samples.extra,
-            )
+            session.measured.write(folder / session.file)
         if robot is not None:
             payloads = tuple(dict.fromkeys(session.payload for session in sessions))
             document = {

@@ -151,3 +151,20 @@ def test_a_bus_over_multicast_that_echoes_our_frames_shows_each_frame_once_and_t
     assert frames.count((0x205, True)) == 20
     assert frames.count((0x205, False)) == 0
     assert frames.count((0x80, False)) == 1
+
+
+def test_two_networks_that_differ_in_their_port_alone_are_two_adapters():
+    def network(port):
+        return BusSettings(
+            interface="udp_multicast", channel="239.74.163.2", options={"port": port, "hop_limit": 0}
+        )
+
+    first, second = open_bus(network(43_187)), open_bus(network(43_188))
+    with can.Bus(interface="udp_multicast", channel="239.74.163.2", port=43_188, hop_limit=0) as other:
+        first.send_frame(0x205, b"1")
+        second.send_frame(0x206, b"2")
+        heard = other.recv(10.0)
+    first.shutdown()
+    second.shutdown()
+    assert heard is not None
+    assert heard.arbitration_id == 0x206

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from identify.recording.errors import InputError
 from identify.recording.foreign.repair import Repair, bridged, refuse_coarse_clock, repaired_stamps
 from identify.recording.foreign.table import Clock, ForeignColumn, ForeignTable, unit_words
 from identify.recording.sampling import SHORTEST_SEGMENT
+from identify.recording.session_csv import write_csv_session
 from identify.recording.units import SI_NAMES, Unit, unit_of
 
 Array = NDArray[np.float64]
@@ -58,6 +60,12 @@ class MeasuredSession:
     temperature: Array | None
     extra: dict[str, NDArray[Any]] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
+
+    def write(self, path: Path) -> None:
+        """As a session by the contract (`write_csv_session`)."""
+        write_csv_session(
+            path, self.time, self.position, self.command, self.external, self.temperature, self.extra
+        )
 
 
 @dataclass(frozen=True)
