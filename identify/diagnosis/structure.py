@@ -1,7 +1,7 @@
 """Is what is left noise? Several questions to the residual, each answered on motion that the answer did not see."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,7 +55,7 @@ class Structure:
     variables: tuple[str, ...]
     share: float
     deviation: float
-    least: float = LEAST_SHARE
+    least: float = field(default_factory=lambda: LEAST_SHARE)
 
     @property
     def found(self) -> bool:

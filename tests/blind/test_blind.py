@@ -47,16 +47,12 @@ def scores() -> list[Score]:
 
 
 def right(scores: list[Score]) -> Counter[str]:
-    return Counter(score.case.kind for score in scores if score.right)
+    return Counter(score.kind for score in scores if score.right)
 
 
 def wrong(scores: list[Score]) -> list[tuple[str, tuple[str, ...], str, tuple[str, ...]]]:
     """What to print when a count is not what it was."""
-    return [
-        (score.case.kind, score.case.names, score.verdict, score.missing)
-        for score in scores
-        if not score.right
-    ]
+    return [(score.kind, score.names, score.verdict, score.missing) for score in scores if not score.right]
 
 
 def test_nothing_is_blamed_on_quiet_and_on_noisy_records_without_a_fault(scores):

@@ -32,6 +32,12 @@ class LoopArm:
     amplitude  : of the disturbance, part of the usual torque (root mean square)
     delay      : s by which the recorded command is late
     stiction   : N m, how much more dry friction is at rest (decay over 0.05 rad/s)
+    quadratic  : N m s²/rad², friction over the square of the speed
+    spring     : N m/rad, pulls towards 0.2 rad
+    load_friction : part of the load that rubs
+    bumper     : N m/rad^1.5, rubber beyond 0.4 rad
+    command_noise : N m, white noise of the recorded command
+    drift      : part by which dry friction falls while a session lasts
     """
 
     inertia: float = 12.0
@@ -53,6 +59,12 @@ class LoopArm:
     motion: str = "fourier"
     period: float | None = None
     """s after which what is asked for comes again; None where it does not"""
+    quadratic: float = 0.0
+    spring: float = 0.0
+    load_friction: float = 0.0
+    bumper: float = 0.0
+    command_noise: float = 0.0
+    drift: float = 0.0
 
 
 def draw_arm(random: np.random.Generator, **fixed: object) -> LoopArm:
@@ -145,6 +157,9 @@ def simulate(
     positions, torques = np.empty((len(runs), len(time))), np.empty((len(runs), len(time)))
     pushed = np.empty((len(runs), len(time)))
     viscous, coulomb, stiction = of("viscous"), of("coulomb"), of("stiction")
+    quadratic, spring, rubbing, bumper = of("quadratic"), of("spring"), of("load_friction"), of("bumper")
+    fade = of("drift") / time[-1]
+    load = moment * np.cos(q)
     for index in range(len(time)):
         disturbance = keep * disturbance + np.sqrt(1 - keep**2) * loudness * noise[:, index]
         off = asked[:, 0, index] - q
@@ -153,9 +168,12 @@ def simulate(
         torque = ahead + stiff * off + integral * held  # the amplifier follows within the period
         positions[:, index], torques[:, index], pushed[:, index] = q, torque, disturbance
         for _ in range(2):
-            slide = coulomb + stiction * np.exp(-np.abs(dq) / 0.05)
-            friction = viscous * dq + slide * np.tanh(dq / 2e-3)
+            slide = coulomb * (1.0 - fade * time[index]) + stiction * np.exp(-np.abs(dq) / 0.05)
+            slide += rubbing * np.abs(load)
+            friction = (viscous + quadratic * np.abs(dq)) * dq + slide * np.tanh(dq / 2e-3)
+            friction += spring * (q - 0.2) + bumper * np.maximum(0.0, q - 0.4) ** 1.5
             ddq = (torque + disturbance - moment * np.cos(q) - friction) / inertia
+            load = inertia * ddq + moment * np.cos(q)
             dq = dq + 0.5 * STEP * ddq
             q = q + 0.5 * STEP * dq
     if disturbances is not None:
@@ -167,6 +185,9 @@ def simulate(
         late = round(arm.delay / STEP)
         command = np.roll(torques[row], late)
         command[:late] = torques[row, 0]
+        if arm.command_noise:
+            random = np.random.default_rng([arm.seed, len(found[place[id(arm)]]), 11])
+            command = command + arm.command_noise * random.standard_normal(len(command))
         found[place[id(arm)]].append(
             (time, np.round(positions[row] / count) * count, command / arm.drive_gain)
         )

@@ -1,5 +1,5 @@
 """How much the diagnosis depends on each of its constants: `python -m tests.sensitivity [--cases N] [--seed S]
-[--write docs/diagnosis.md]`.
+[--only MODULE.CONSTANT…] [--write docs/diagnosis.md]`.
 
 Every constant is halved and doubled while all others keep their values, and the cases of a reduced blind bench are
 diagnosed again. A part that is nearer to 1 than to 0 is varied by its distance from 1. Each case is recorded once.
@@ -17,7 +17,7 @@ from itertools import count
 from pathlib import Path
 
 import identify
-from identify.diagnosis.diagnosis import diagnose_record
+from identify.diagnosis.diagnosis import diagnose_record, with_descriptions
 from identify.estimation.record import Record
 from identify.estimation.requested_model import open_record, requested_model
 from tests.blind.cases import Case, draw
@@ -72,7 +72,8 @@ def reduced_bench(cases: int, seed: int, folder: Path) -> list[Tried]:
 
 def diagnosed(case: Case, record: Record) -> tuple[tuple[str, tuple[str, ...]], bool]:
     """Verdict and names, and whether they are right."""
-    said = diagnose_record(record, "usual", requested_model(record, "usual")).document().joints[0]
+    diagnosis = diagnose_record(record, "usual", requested_model(record, "usual"))
+    said = with_descriptions(diagnosis, of_doubted_only=True).document().joints[0]
     return (said.verdict, said.missing), is_right(case, said)
 
 
@@ -120,7 +121,16 @@ def main() -> None:
     parser.add_argument("--cases", type=int, default=28)
     parser.add_argument("--seed", type=int, default=7)
     parser.add_argument("--write", type=Path, help="a page whose section on sensitivity is replaced")
+    parser.add_argument("--only", nargs="+", help="these constants, such as finding.STEADY")
     options = parser.parse_args()
+    wanted = [(module, name) for module, names in CONSTANTS.items() for name in names]
+    if options.only:
+        unknown = set(options.only) - {f"{module}.{name}" for module, name in wanted}
+        if unknown:
+            parser.error(
+                f"--only: {', '.join(sorted(unknown))}: not among those that decide names and verdicts"
+            )
+        wanted = [(module, name) for module, name in wanted if f"{module}.{name}" in options.only]
     with tempfile.TemporaryDirectory() as scratch:
         bench = reduced_bench(options.cases, options.seed, Path(scratch))
         known = sum(tried.right for tried in bench)
@@ -134,18 +144,17 @@ def main() -> None:
             "| constant | value | less | right | said otherwise | more | right | said otherwise |",
             "|---|---|---|---|---|---|---|---|",
         ]
-        for module, names in CONSTANTS.items():
-            for name in names:
-                value = vars(sys.modules[f"identify.diagnosis.{module}"])[name]
-                row = f"| `{module}.{name}` | {value:g} "
-                for other in other_values(value):
-                    with varied(module, name, other):
-                        again = [diagnosed(tried.case, tried.record) for tried in bench]
-                    right = sum(found for _, found in again)
-                    changed = sum(said != tried.said for (said, _), tried in zip(again, bench, strict=True))
-                    row += f"| {other:.3g} | {right} | {changed} "
-                lines.append(row + "|")
-                print(lines[-1], flush=True)
+        for module, name in wanted:
+            value = vars(sys.modules[f"identify.diagnosis.{module}"])[name]
+            row = f"| `{module}.{name}` | {value:g} "
+            for other in other_values(value):
+                with varied(module, name, other):
+                    again = [diagnosed(tried.case, tried.record) for tried in bench]
+                right = sum(found for _, found in again)
+                changed = sum(said != tried.said for (said, _), tried in zip(again, bench, strict=True))
+                row += f"| {other:.3g} | {right} | {changed} "
+            lines.append(row + "|")
+            print(lines[-1], flush=True)
     text = "\n".join(lines) + "\n"
     if options.write:
         page = options.write.read_text(encoding="utf-8").partition(HEADING)[0]
