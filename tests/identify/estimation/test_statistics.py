@@ -9,8 +9,18 @@ from scipy.stats import t as student_distribution
 
 from identify.estimation.least_squares import least_squares
 from identify.estimation.observation import Observation, TimeBlock
-from identify.estimation.statistics import classical_deviation, robust_deviation, student
+from identify.estimation.statistics import (
+    classical_deviation,
+    deviation_from_blocks,
+    effective_blocks,
+    joined,
+    leave_out,
+    long_run_deviation,
+    robust_deviation,
+    student,
+)
 from identify.estimation.triangular_factor import TriangularFactor
+from tests.identify.estimation.synthetic_observation import single
 
 RATE = 40.0  # Hz, of the decimated samples
 BLOCKS = 40  # for each session, as `observe` makes them
@@ -118,3 +128,103 @@ def test_too_few_blocks_give_no_robust_deviation():
         [None], 6, [], [], observation.joint_columns, observation.blocks[:4], observation.factors[:4]
     )
     assert np.isnan(robust_deviation(few, least_squares(few))).all()
+
+
+def bartlett(influence, sessions, bandwidth):
+    """Sum of the products of all pairs of blocks of one session, each with Bartlett's weight, written out."""
+    total = 0.0
+    for i, one in enumerate(influence):
+        for j, other in enumerate(influence):
+            if sessions[i] == sessions[j]:
+                total += max(0.0, 1 - abs(i - j) / bandwidth) * one * other
+    return total
+
+
+@pytest.mark.parametrize("pole", [0.0, 0.3, 0.8, 0.999])
+def test_the_long_run_deviation_is_andrews_s_and_kiefer_and_vogelsangs(pole):
+    """Bandwidth 1.1447 (α n)^⅓ with α = 4 ρ² / ((1 − ρ)² (1 + ρ)²), at most half of the record; the quantile of b."""
+    random = np.random.default_rng(8)
+    count = 24
+    sessions = np.repeat([0, 1], [14, 10])
+    influence = lfilter([1.0], [1.0, -pole], random.standard_normal(count)) + 3.0 * (pole > 0.9)
+    same = sessions[1:] == sessions[:-1]
+    rho = np.clip(np.sum((influence[1:] * influence[:-1])[same]) / np.sum(influence**2), 0.0, 0.97)
+    alpha = 4 * rho**2 / ((1 - rho) ** 2 * (1 + rho) ** 2)
+    bandwidth = min(1 + 1.1447 * (alpha * count) ** (1 / 3), 12.0)
+    assert bool(bandwidth == 12.0) is (pole > 0.7)
+    b = bandwidth / count
+    quantile = 1.96 + 2.9694 * b + 0.4160 * b**2 - 0.5324 * b**3
+    variance = bartlett(influence, sessions, bandwidth) * (count - 1) / count
+    found = long_run_deviation(influence[:, None], sessions)
+    np.testing.assert_allclose(found, [np.sqrt(variance) * quantile / 1.96], rtol=1e-10)
+    # parameters stand beside each other, each with a bandwidth of its own; one that nothing moves has none
+    both = long_run_deviation(
+        np.column_stack([influence, np.zeros(count), influence[::-1]]), np.zeros(count, int)
+    )
+    assert both[1] == 0.0
+    assert both[0] == pytest.approx(both[2])
+
+
+def test_blocks_that_alone_carry_a_parameter_are_few_and_widen_its_deviation():
+    """Shares h of information: (Σh)²/Σh² is 1 for one block, n for n alike, 9/5 for shares 2 and 1."""
+    slopes = np.zeros((6, 3, 3))
+    slopes[2, 0, 0] = 5.0
+    slopes[:, 1, 1] = 2.0
+    slopes[0, 2, 2], slopes[1, 2, 2] = 4.0, 2.0
+    np.testing.assert_allclose(effective_blocks(slopes, slopes), [1.0, 6.0, 9 / 5])
+
+
+def test_a_deviation_is_the_long_run_one_widened_by_student_s_quantile_of_the_effective_blocks():
+    random = np.random.default_rng(9)
+    slopes = np.abs(random.standard_normal((8, 1, 1))) + 1.0
+    scores = random.standard_normal((8, 1))
+    scores -= scores.mean(0)
+    sessions = np.zeros(8, int)
+    effective = effective_blocks(slopes, slopes)
+    expected = long_run_deviation(leave_out(slopes, scores), sessions) * student(effective - 1) / 1.96
+    np.testing.assert_allclose(deviation_from_blocks(slopes, scores, slopes, sessions), expected)
+    assert np.isnan(deviation_from_blocks(slopes[:5], scores[:5], slopes[:5], sessions[:5])).all()
+    assert np.isfinite(deviation_from_blocks(slopes[:6], scores[:6], slopes[:6], sessions[:6])).all()
+    assert np.isnan(deviation_from_blocks(slopes, 0 * scores, slopes, sessions)).all()
+
+
+def test_leaving_a_block_out_is_fitting_again_without_it():
+    random = np.random.default_rng(10)
+    W, Y = random.standard_normal((60, 2)), random.standard_normal(60)
+    chi = np.linalg.lstsq(W, Y, rcond=None)[0]
+    parts = [slice(6 * k, 6 * k + 6) for k in range(10)]
+    again = np.array(
+        [
+            np.linalg.lstsq(np.delete(W, np.r_[part], axis=0), np.delete(Y, np.r_[part]), rcond=None)[0] - chi
+            for part in parts
+        ]
+    )
+    slopes = np.array([W[part].T @ W[part] for part in parts])
+    scores = np.array([W[part].T @ (Y[part] - W[part] @ chi) for part in parts])
+    np.testing.assert_allclose(leave_out(slopes, scores), again - again.mean(0), rtol=1e-9, atol=1e-12)
+    # a parameter that one block alone carries goes to zero without it
+    slopes[:, 1, :] = slopes[:, :, 1] = 0.0
+    slopes[3, 1, 1] = 2.0
+    scores[:, 1] = 0.0
+    assert leave_out(slopes, scores)[3, 1] == pytest.approx(0.0)
+
+
+def test_the_classical_deviation_is_the_textbook_s():
+    random = np.random.default_rng(11)
+    W = random.standard_normal((30, 3))
+    Y = W @ np.ones(3) + random.standard_normal(30)
+    fit = least_squares(single(W, Y, 5))
+    left = Y - W @ fit.chi
+    variance = left @ left / (30 - 3)
+    expected = np.sqrt(variance * np.diag(np.linalg.inv(W.T @ W)))
+    np.testing.assert_allclose(classical_deviation(fit), expected, rtol=1e-9)
+    exact = least_squares(single(W[:3], Y[:3], 1))
+    assert np.isnan(classical_deviation(exact)).all()
+    one_over = least_squares(single(W[:4], Y[:4], 1))
+    assert np.isfinite(classical_deviation(one_over)).all()
+
+
+def test_neighbours_of_one_session_are_joined_and_what_is_over_goes_to_the_last():
+    assert joined(np.array([0, 0, 0, 0, 0, 1, 1, 1]), 2).tolist() == [0, 0, 1, 1, 1, 2, 2, 2]
+    assert joined(np.array([0, 0, 1]), 4).tolist() == [0, 0, 1]
+    assert joined(np.array([0, 0, 0]), 1).tolist() == [0, 1, 2]
