@@ -19,6 +19,14 @@ AsJson = Annotated[bool, typer.Option("--json", help="one JSON document on stdou
 Workers = Annotated[
     int, typer.Option(min=1, max=256, help="processes of this machine that sessions are divided among")
 ]
+WorkersOfDiagnosis = Annotated[
+    int | None,
+    typer.Option(
+        min=1,
+        max=256,
+        help="processes that sessions are divided among; if not said, joints are divided among two where there are two cores",
+    ),
+]
 Cluster = Annotated[
     str | None,
     typer.Option(help="a Dask scheduler whose workers are used instead (tcp://host:8786; extra 'dask')"),

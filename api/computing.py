@@ -1,8 +1,14 @@
 """Where the long computations of a command or of the service reduce their sessions."""
 
+import os
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Self
+
+MOST_FORKS = 2
+"""Processes among which a diagnosis divides its joints unless told otherwise; half of what it does is not divided."""
 
 
 @dataclass(frozen=True)
@@ -11,10 +17,22 @@ class Computing:
 
     workers : processes of this machine that a computation divides its sessions among
     cluster : address of a Dask scheduler, such as tcp://host:8786; its workers are used instead
+    forks   : forks of this process, itself included, that a diagnosis divides its joints among. Not for a job of the
+              service: it has other threads, and is counted and limited as one process
     """
 
     workers: int = 1
     cluster: str | None = None
+    forks: int = 1
+
+    @classmethod
+    def of_diagnosis(cls, workers: int | None, cluster: str | None) -> Self:
+        """As a command that diagnoses is told; told nothing, it uses a second core where there is one."""
+        if workers is None and cluster is None:
+            # elsewhere than on Linux a fork of a process that has loaded these libraries is not safe
+            cores = len(os.sched_getaffinity(0)) if sys.platform == "linux" else 1
+            return cls(forks=min(MOST_FORKS, cores))
+        return cls(1 if workers is None else workers, cluster)
 
     @contextmanager
     def __call__(self) -> Iterator[None]:
@@ -39,6 +57,11 @@ class Computing:
             from identify.estimation.processes import Processes
 
             with Processes(self.workers) as processes, computed_by(processes):
+                yield
+        elif self.forks > 1:
+            from identify.estimation.forked import forked
+
+            with forked(self.forks):
                 yield
         else:
             yield

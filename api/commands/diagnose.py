@@ -15,7 +15,7 @@ from api.command_arguments import (
     ModelName,
     RecordRobot,
     RecordTip,
-    Workers,
+    WorkersOfDiagnosis,
 )
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def diagnose_command(
     tip: RecordTip = None,
     motion: JudgeMotion = False,
     keep_learned: KeepLearned = False,
-    workers: Workers = 1,
+    workers: WorkersOfDiagnosis = None,
     cluster: Cluster = None,
     as_json: AsJson = False,
 ) -> None:
@@ -47,7 +47,7 @@ def diagnose_command(
     from api.record_experiment import opened_experiment
     from identify.diagnosis.diagnosis import diagnose
 
-    with Computing(workers, cluster)(), opened_experiment(experiment, robot, tip) as loaded:
+    with Computing.of_diagnosis(workers, cluster)(), opened_experiment(experiment, robot, tip) as loaded:
         document = diagnose(loaded, model, add or [], motion=motion).document()
         if keep_learned:
             _keep(loaded, [joint.learned for joint in document.joints if joint.learned is not None])
@@ -61,7 +61,7 @@ def improve_command(
     tip: RecordTip = None,
     motion: JudgeMotion = False,
     keep_learned: KeepLearned = False,
-    workers: Workers = 1,
+    workers: WorkersOfDiagnosis = None,
     cluster: Cluster = None,
     as_json: AsJson = False,
 ) -> None:
@@ -71,7 +71,7 @@ def improve_command(
     from api.record_experiment import opened_experiment
     from identify.diagnosis.improvement import improve
 
-    with Computing(workers, cluster)(), opened_experiment(experiment, robot, tip) as loaded:
+    with Computing.of_diagnosis(workers, cluster)(), opened_experiment(experiment, robot, tip) as loaded:
         document = improve(loaded, model, motion=motion).document()
         if keep_learned:
             _keep(loaded, list((document.learned or {}).values()))

@@ -135,17 +135,16 @@ def diagnose_record(
     forward: dict[tuple[str, int], Finding] = {}
     doubts: dict[tuple[str, int], tuple[str, ...]] = {}
     screening = first = Screening.of(present)
-    listed = first_findings = [screening.selection.findings(joint) for joint in range(record.joints)]
     least = [screening.least(joint) for joint in range(record.joints)]
+    listed, chosen = screening.selection.search(refused, least)
+    first_findings = listed
     for index in range(MOST_ROUNDS):
         report(0.1 + 0.8 * index / MOST_ROUNDS, "judging every candidate on motion that the fit did not see")
         if index:
             screening, present, added, evidence = _verified(fitted, present, added, refused, least)
-            listed = [screening.selection.findings(joint) for joint in range(record.joints)]
+            listed, chosen = screening.selection.search(refused, least)
         if index == MOST_ROUNDS - 1:
             break
-        open_ = [[f for f in findings if f.candidate.term.key not in refused] for findings in listed]
-        chosen = screening.selection.additions(open_, least)
         if not chosen:
             exchanged = _exchanged(screening, added, refused, doubts)
             worse = worse_on_unseen(present, added) if exchanged is None else []

@@ -1,6 +1,6 @@
 """Which effects are justified: forward, in pairs, and backward, by the error on motion that the fit did not see."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -13,10 +13,13 @@ from identify.diagnosis.evidence import GroupEvidence, group_evidence
 from identify.diagnosis.finding import LEAST_DROP, LEAST_OF_TORQUE, SIGNIFICANCE, Finding
 from identify.diagnosis.held_out import FoldedProducts, HeldOut, Trial, folds_of_motion, folds_of_sessions
 from identify.effects.effect import DeclaredLoad
+from identify.estimation import forked
 from identify.estimation.observation import Observation
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
+Addition = tuple[Candidate, int]
+"""A candidate, and the variant of its constants."""
 
 FOLDS = 10
 """stretches of every session left out in turn"""
@@ -69,6 +72,34 @@ class Selection:
     def base(self, declared: bool = False) -> Index:
         """Columns of the present model; `declared` takes the payloads as declared."""
         return self.model_columns if declared else np.union1d(self.model_columns, self.ratio_columns)
+
+    def search(
+        self, refused: Collection[tuple[str, int]], least: Sequence[float]
+    ) -> tuple[list[list[Finding]], list[Addition]]:
+        """Of every joint all candidates beside the present model, the best first; and what to add now: each joint's
+        strongest justified effect, or a pair that only helps together.
+
+        refused : effects (name, joint) that are not to be added
+        least   : for every joint the gain that an effect must have
+
+        Joints whose strongest is much weaker than the strongest of all wait: a fault of one joint shows in
+        others through the inertial parameters that they share.
+        """
+
+        def of_joint(joint: int) -> tuple[list[Finding], tuple[float, list[Addition]] | None]:
+            findings = self.findings(joint)
+            open_ = [f for f in findings if f.candidate.term.key not in refused]
+            return findings, self._strongest(joint, open_, least[joint])
+
+        by_joint = forked.each(of_joint, range(len(self.observation.joint_columns)), known=self.candidates)
+        choices = sorted(
+            (choice for _, choice in by_joint if choice is not None),
+            key=lambda choice: choice[0],
+            reverse=True,
+        )
+        strongest = choices[0][0] if choices else 0.0
+        additions = [each for drop, added in choices if drop >= WAITING * strongest for each in added]
+        return [findings for findings, _ in by_joint], additions
 
     def findings(self, joint: int) -> list[Finding]:
         """All candidates of a joint beside the present model, the best first."""
@@ -195,7 +226,7 @@ class Selection:
         known = {finding.candidate.name: evidence for finding, evidence in zip(asked, answers, strict=True)}
         return [replace(finding, loop=known.get(finding.candidate.name)) for finding in findings]
 
-    def _refuted(self, joint: int, listed: Sequence[tuple[Candidate, int]]) -> bool:
+    def _refuted(self, joint: int, listed: Sequence[Addition]) -> bool:
         """Whether instruments see nothing of one of some candidates."""
         asked = [(c, variant) for c, variant in listed if c.from_derivatives]
         return bool(asked) and any(e.p_value >= SIGNIFICANCE for e in self.loop(joint, asked))
@@ -260,33 +291,19 @@ class Selection:
             and not self._decided(finding, other)
         )
 
-    def additions(
-        self, ranked: Sequence[Sequence[Finding]], least: Sequence[float]
-    ) -> list[tuple[Candidate, int]]:
-        """What to add now: each joint's strongest justified effect, or a pair that only helps together.
-
-        ranked : every joint's candidates, the best first
-        least  : for every joint the gain that an effect must have
-
-        Joints whose strongest is much weaker than the strongest of all wait: a fault of one joint shows in
-        others through the inertial parameters that they share.
-        """
-        choices: list[tuple[float, list[tuple[Candidate, int]]]] = []
-        for joint, findings in enumerate(ranked):
-            worth = [finding for finding in findings if finding.gain >= least[joint]]
-            single = next((finding for finding in worth if finding.justified), None)
-            pair = None if single is not None else self._pair(joint, findings, least[joint])
-            if single is not None:
-                choices.append((single.drop, [(single.candidate, single.variant)]))
-            elif pair is not None:
-                choices.append(pair)
-        choices.sort(key=lambda choice: choice[0], reverse=True)
-        strongest = choices[0][0] if choices else 0.0
-        return [addition for drop, added in choices if drop >= WAITING * strongest for addition in added]
+    def _strongest(
+        self, joint: int, findings: Sequence[Finding], least: float
+    ) -> tuple[float, list[Addition]] | None:
+        """A joint's strongest justified effect that gains at least `least`, or such a pair; with the drop of the error."""
+        worth = [finding for finding in findings if finding.gain >= least]
+        single = next((finding for finding in worth if finding.justified), None)
+        if single is not None:
+            return single.drop, [(single.candidate, single.variant)]
+        return self._pair(joint, findings, least)
 
     def _pair(
         self, joint: int, findings: Sequence[Finding], least: float
-    ) -> tuple[float, list[tuple[Candidate, int]]] | None:
+    ) -> tuple[float, list[Addition]] | None:
         """Two effects that only help together, and by at least the gain `least`."""
         listed = [f for f in findings if f.candidate.beside_ratio][:PAIRED]
         if len(listed) < 2:
@@ -298,7 +315,7 @@ class Selection:
             for pair in pairs
         ]
         before, *after = self.motion.evaluate(joint, base, [Trial((base[:0],)), *trials])
-        best: tuple[float, list[tuple[Candidate, int]]] | None = None
+        best: tuple[float, list[Addition]] | None = None
         for pair, trial, fared in zip(pairs, trials, after, strict=True):
             drop = 1 - float(np.sqrt(max(fared.total, 0) / max(before.total, 1e-300)))
             if (
@@ -337,7 +354,7 @@ class Selection:
                 return False
         return True
 
-    def replacement(self, joint: int, columns: Index, complexity: int) -> tuple[Candidate, int] | None:
+    def replacement(self, joint: int, columns: Index, complexity: int) -> Addition | None:
         """The candidate that would do clearly better in the place of some columns of the model, or as well and simpler."""
         listed = [c for c in self.candidates if c.judged == joint and c.beside_ratio]
         base = np.setdiff1d(self.base(), columns)
@@ -358,9 +375,7 @@ class Selection:
                 return candidate, variant
         return None
 
-    def decided_since(
-        self, joint: int, columns: Index, rivals: Sequence[str]
-    ) -> tuple[Candidate, int] | None:
+    def decided_since(self, joint: int, columns: Index, rivals: Sequence[str]) -> Addition | None:
         """The rival of a term of the model that explains what the term does not, and leaves it nothing to explain.
 
         columns : the term's. What one round left undecided may be decided when other effects are in the model.

@@ -52,8 +52,12 @@ def nearest_admissible(r: Array, chi: Array, admissible: Admissible) -> Array:
     if abs(rest[-1]) < 1e-12:
         return chi  # the bounds contradict each other
     z = -rest[:-1] / rest[-1] * unit
-    nearest = chi + np.linalg.solve(r, z)
-    return np.clip(nearest, admissible.lower, admissible.upper)
+    nearest = np.clip(chi + np.linalg.solve(r, z), admissible.lower, admissible.upper)
+    # a parameter that a bound holds is at the bound, not a rounding beside it
+    least, most = np.flatnonzero(low), np.flatnonzero(high)
+    least, most = least[weights[: len(least)] > 0], most[weights[len(least) :][: len(most)] > 0]
+    nearest[least], nearest[most] = admissible.lower[least], admissible.upper[most]
+    return nearest
 
 
 def admissible_fit(observation: Observation, fit: LeastSquares, admissible: Admissible) -> LeastSquares:

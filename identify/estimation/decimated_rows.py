@@ -13,6 +13,7 @@ from identify.estimation.context import FittedTorque, JointContext, Slot, contex
 from identify.estimation.record import Record
 from identify.estimation.reversal_noise import ReversalNoise, dry_friction
 from identify.recording import SessionEntry
+from identify.signals.parallel_filter import NUMBERS_AT_ONCE
 
 Array = NDArray[np.float64]
 
@@ -101,11 +102,14 @@ class _Columns:
 
     def __init__(self, record: Record, entry: SessionEntry, slots: Sequence[Slot]) -> None:
         self._record, self._file, self._slots = record, entry.file, slots
-        self._on_rows = [rows_of(record, slot.term) for slot in slots]
+        self._on_joint: list[list[int]] = [[] for _ in range(record.joints)]
         self._held: dict[tuple[int, int], list[Array]] = {}
         self._new: dict[tuple[int, int], list[Array]] = {}
-        for index, (slot, joints) in enumerate(zip(slots, self._on_rows, strict=True)):
-            for joint in () if slot.follows_fit else joints:
+        for index, slot in enumerate(slots):
+            for joint in rows_of(record, slot.term):
+                self._on_joint[joint].append(index)
+                if slot.follows_fit:
+                    continue
                 held = record.held_columns(entry.file, slot.name, joint)
                 if held is None:
                     self._new[index, joint] = []
@@ -116,32 +120,35 @@ class _Columns:
     def rows(self, number: int, context: JointContext) -> tuple[list[Array], ColumnTable]:
         """For every joint its rows [W Y tau] of the block with this number."""
         prepared, joints = context.prepared, self._record.joints
-        fresh: list[list[tuple[int, Array]]] = [[] for _ in range(joints)]
-        known: list[dict[int, Array]] = [{} for _ in range(joints)]
-        for index, (slot, on) in enumerate(zip(self._slots, self._on_rows, strict=True)):
-            for joint in on:
-                if (index, joint) in self._held:
-                    known[joint][index] = self._held[index, joint][number]
-                else:
-                    columns = slot.term.effect.columns(context.motion(joint, slot.term.joint), slot.values)
-                    fresh[joint].append((index, columns))
         rows, widths = [], [0] * len(self._slots)
-        for joint, joint_columns in enumerate(fresh):
-            if joint_columns:
-                filtered = prepared.block.decimate(np.hstack([columns for _, columns in joint_columns]))
-                ends = np.cumsum([columns.shape[1] for _, columns in joint_columns])
-                parts = np.split(filtered, ends[:-1], axis=1)
-                known[joint].update(
-                    (index, part) for (index, _), part in zip(joint_columns, parts, strict=True)
-                )
-            for index in sorted(known[joint]):
-                widths[index] = known[joint][index].shape[1]
+        for joint, indices in enumerate(self._on_joint):
+            known = {i: self._held[i, joint][number] for i in indices if (i, joint) in self._held}
+            known |= self._computed(context, joint, [index for index in indices if index not in known])
+            for index in indices:
+                widths[index] = known[index].shape[1]
                 if (index, joint) in self._new:
-                    self._new[index, joint].append(known[joint][index].copy())
-            effects = [known[joint][index] for index in sorted(known[joint])]
+                    self._new[index, joint].append(known[index].copy())
+            effects = [known[index] for index in indices]
             measured = prepared.measured_rows[:, [joint, joints + joint]]
             rows.append(np.hstack([prepared.inertial_rows[joint], *effects, measured]))
-        return rows, ColumnTable.of(self._record, widths, [sorted(joint_columns) for joint_columns in known])
+        return rows, ColumnTable.of(self._record, widths, self._on_joint)
+
+    def _computed(self, context: JointContext, joint: int, indices: Sequence[int]) -> dict[int, Array]:
+        """The decimated columns of some slots on the rows of a joint.
+
+        A few slots' columns at a time are computed and filtered, while the processor's cache holds them.
+        """
+        decimated: dict[int, Array] = {}
+        waiting: dict[int, Array] = {}
+        for index in indices:
+            slot = self._slots[index]
+            waiting[index] = slot.term.effect.columns(context.motion(joint, slot.term.joint), slot.values)
+            if index == indices[-1] or sum(columns.size for columns in waiting.values()) >= NUMBERS_AT_ONCE:
+                filtered = context.block.decimate_tables(list(waiting.values()))
+                ends = np.cumsum([columns.shape[1] for columns in waiting.values()])
+                decimated |= zip(waiting, np.split(filtered, ends[:-1], axis=1), strict=True)
+                waiting.clear()
+        return decimated
 
     def hold(self) -> None:
         """Give the record what was computed for the first time."""

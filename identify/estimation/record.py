@@ -112,7 +112,7 @@ class PreparedBlock:
     @cached_property
     def measured_rows(self) -> Array:
         """(M, 2 n) filtered and decimated: Y (torque less the known load) of every joint, then tau."""
-        return self.block.decimate(np.hstack([self.torque - self.known, self.torque]))
+        return self.block.decimate_tables([self.torque - self.known, self.torque])
 
     def load_slope(self, joint: int, chi: Array) -> Array:
         """(N,): derivative of the load of a joint over its own position, for base parameters chi."""

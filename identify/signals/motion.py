@@ -8,7 +8,7 @@ the result of the whole session.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -84,6 +84,12 @@ class MotionBlock:
             table, self.first, self.count, self.factor, self.cutoff, self.sampling_period
         )
         return result.reshape(self.count, *columns.shape[1:])
+
+    def decimate_tables(self, tables: Sequence[Array]) -> Array:
+        """The same for several tables (N, k_i) side by side: (M, sum of k_i)."""
+        return parallel_filter.decimate_tables(
+            tables, self.first, self.count, self.factor, self.cutoff, self.sampling_period
+        )
 
     def at_decimated(self, values: Array) -> Array:
         """Values (N, ...) at the decimated instants, picked without filtering: (M, ...)."""

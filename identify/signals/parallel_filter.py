@@ -14,6 +14,7 @@ to 40 ns.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -28,8 +29,8 @@ DECIMATION_OF_NYQUIST = 0.8
 STRETCH = 96
 """Rows multiplied at a time, about: long enough for the matrix product to be quick, short enough to waste
 little."""
-LARGEST_PRODUCT = 1 << 17
-"""Numbers held at a time between product and sum: 1 MB, which stays in the processor's cache."""
+NUMBERS_AT_ONCE = 1 << 17
+"""Rows times columns laid out and multiplied at a time: 1 MB, which stays in the processor's cache."""
 LARGEST_MULTIPLICATION = 1 << 18
 """Multiplications of one matrix product. OpenBLAS shares larger ones among threads, which for products this
 small costs more CPU than it saves, and ten times as much on a machine that is busy."""
@@ -48,34 +49,61 @@ def decimate(
     columns : (N, k); the rows picked are first, first + factor, ... (count of them); returns (count, k)
     Beyond its ends a column is continued oddly, as filtfilt does.
     """
+    return decimate_tables([columns], first, count, factor, cutoff, sampling_period)
+
+
+def decimate_tables(
+    tables: Sequence[Array], first: int, count: int, factor: int, cutoff: float, sampling_period: float
+) -> Array:
+    """`decimate` for the columns of several tables side by side, which are never copied into one.
+
+    tables : at least one, of (N, k_i); returns (count, sum of k_i)
+    """
     band, stretch, group = _band(cutoff, sampling_period, factor)
-    stretches = band.shape[0] // group  # that one group of decimated rows reaches over
-    half = zero_phase.memory(cutoff, sampling_period)
+    reached = len(band) // group  # stretches that one group of decimated rows reaches over
+    start = first - zero_phase.memory(cutoff, sampling_period)
     groups = math.ceil(count / group)
-    needed = (groups + stretches - 1) * stretch
-    k = columns.shape[1]
-    rows = _rows(columns, first - half, needed).reshape(-1, stretch, k)
-    result = np.zeros((groups, group, k))
-    width = max(1, min(k, LARGEST_MULTIPLICATION // band.size))
-    for left in range(0, k, width):
-        chunk = slice(left, min(left + width, k))
-        _add_products(result[:, :, chunk], band, rows[:, :, chunk])
-    return result.reshape(groups * group, k)[:count]
-
-
-def _add_products(result: Array, band: Array, rows: Array) -> None:
-    """Add what every stretch of rows, (stretches of the session, rows of a stretch, k), gives to every
-    group."""
-    groups, group, k = result.shape
-    stretches = band.shape[0] // group
-    at_once = max(1, LARGEST_PRODUCT // (band.shape[0] * k))
-    for begin in range(0, len(rows), at_once):
-        product = np.matmul(band, rows[begin : begin + at_once]).reshape(-1, stretches, group, k)
-        for late in range(stretches):
+    stretches = groups + reached - 1
+    result = np.empty((groups, group, sum(table.shape[1] for table in tables)))
+    width = max(1, NUMBERS_AT_ONCE // (stretches * stretch))
+    at_once = max(1, LARGEST_MULTIPLICATION // band.size)
+    laid_out = np.empty((width, stretches * stretch))
+    product = np.empty(len(band) * width * stretches)
+    done = 0
+    for table in tables:
+        for left in range(0, table.shape[1], width):
+            columns = table[:, left : left + width].T
+            k = len(columns)
+            _lay_out(columns, start, laid_out[:k])
+            products = product[: len(band) * k * stretches].reshape(len(band), -1)
+            rows = (
+                laid_out[:k].reshape(k * stretches, stretch).T
+            )  # the stretches of some columns as one matrix
+            for begin in range(0, k * stretches, at_once):
+                some = slice(begin, begin + at_once)
+                np.matmul(band, rows[:, some], out=products[:, some])
+            parts = products.reshape(reached, group, k, stretches)
             # Stretch number s adds its part `late` to the group that began `late` stretches before it.
-            low, high = max(begin - late, 0), min(begin + len(product) - late, groups)
-            if low < high:
-                result[low:high] += product[low + late - begin : high + late - begin, late]
+            summed = parts[0, :, :, :groups]
+            for late in range(1, reached):
+                summed += parts[late, :, :, late : late + groups]
+            result[:, :, done : done + k] = summed.transpose(2, 0, 1)
+            done += k
+    return result.reshape(groups * group, -1)[:count]
+
+
+def _lay_out(columns: Array, start: int, rows: Array) -> None:
+    """Samples start ... of columns (k, N), continued oddly beyond their ends, into rows (k, needed)."""
+    samples, needed = columns.shape[1], rows.shape[1]
+    before, after = max(-start, 0), max(start + needed - samples, 0)
+    rows[:, before : needed - after] = columns[:, max(start, 0) : start + needed]
+    last = samples - 1
+    if before:
+        rows[:, :before] = 2 * columns[:, :1] - columns[:, np.minimum(np.arange(before, 0, -1), last)]
+    if after:
+        rows[:, needed - after :] = (
+            2 * columns[:, -1:] - columns[:, np.maximum(last - 1 - np.arange(after), 0)]
+        )
 
 
 @lru_cache(maxsize=16)
@@ -90,19 +118,3 @@ def _band(cutoff: float, sampling_period: float, factor: int) -> tuple[Array, in
     for row in range(group):
         band[row, row * factor : row * factor + len(kernel)] = kernel
     return band.reshape(group, stretches, stretch).swapaxes(0, 1).reshape(-1, stretch).copy(), stretch, group
-
-
-def _rows(columns: Array, start: int, needed: int) -> Array:
-    """Rows start ... start + needed of the columns, continued oddly beyond their ends; C-contiguous."""
-    before, after = max(-start, 0), max(start + needed - len(columns), 0)
-    inner = columns[max(start, 0) : start + needed]
-    if not before and not after:
-        return np.ascontiguousarray(inner)
-    rows = np.empty((needed, columns.shape[1]))
-    rows[before : needed - after] = inner
-    last = len(columns) - 1
-    if before:
-        rows[:before] = 2 * columns[0] - columns[np.minimum(np.arange(before, 0, -1), last)]
-    if after:
-        rows[needed - after :] = 2 * columns[last] - columns[np.maximum(last - 1 - np.arange(after), 0)]
-    return rows

@@ -118,9 +118,9 @@ def _floor(noise: float, variance: float, left: float, measured: float, answered
 
     answered : part of the acceleration's power that does not repeat
     """
-    from scipy.stats import t
+    from scipy.special import stdtrit
 
-    spread = float(t.ppf(0.975, STRETCHES - 1)) * float(np.sqrt(variance)) / max(noise, 1e-300)
+    spread = float(stdtrit(STRETCHES - 1, 0.975)) * float(np.sqrt(variance)) / max(noise, 1e-300)
     power = min(noise, left)
     low, high = noise * np.exp(-spread), noise * np.exp(spread) / (1 - answered)
     value, low, high = (

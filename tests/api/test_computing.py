@@ -41,6 +41,19 @@ def test_identify_prints_the_same_document_with_two_workers(experiment):
     assert_same(json.loads(shared.stdout), json.loads(alone.stdout))
 
 
+def test_identify_imports_only_what_it_needs(experiment):
+    """The command is timed beside another identifier; each of these takes a tenth of its time or more."""
+    heavy = ("pandas", "matplotlib", "h5py", "fastapi", "can", "daq", "multiprocessing", "scipy.stats")
+    program = (
+        "import sys; sys.argv = ['coulomb', *sys.argv[1:]]\n"
+        "from api.command_line import main\n"
+        f"try:\n    main()\nfinally:\n    print([n for n in {heavy} if n in sys.modules], file=sys.stderr)"
+    )
+    call = [sys.executable, "-c", program, "identify", str(experiment), "--json"]
+    told = subprocess.run(call, capture_output=True, text=True, timeout=120, check=False)
+    assert told.stderr == "[]\n"
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_that_computes_long_takes_the_same_two_options(command):
     _register_commands("")
@@ -81,6 +94,16 @@ def test_one_worker_is_this_process():
         assert isinstance(chosen, Processes)
         assert chosen.workers == 2
     assert chosen_executor() is SERIAL
+
+
+def test_a_diagnosis_that_is_told_nothing_uses_a_second_core(monkeypatch):
+    monkeypatch.setattr(os, "sched_getaffinity", lambda process: {0, 1, 2, 3})
+    assert Computing.of_diagnosis(None, None) == Computing(forks=2)
+    monkeypatch.setattr(os, "sched_getaffinity", lambda process: {3})
+    assert Computing.of_diagnosis(None, None) == Computing()
+    assert Computing.of_diagnosis(1, None) == Computing()
+    assert Computing.of_diagnosis(3, None) == Computing(workers=3)
+    assert Computing.of_diagnosis(None, "tcp://host:8786") == Computing(cluster="tcp://host:8786")
 
 
 WORK = """

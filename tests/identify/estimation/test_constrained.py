@@ -29,6 +29,10 @@ def test_the_values_are_those_of_a_bounded_least_squares(seed, count):
     found = nearest_admissible(np.linalg.qr(columns, mode="r"), free, bounds)
     expected = lsq_linear(columns, target, (bounds.lower, bounds.upper), method="bvls").x
     np.testing.assert_allclose(found, expected, atol=1e-5)
+    # what is held at a bound is said of parameters that are at it: a rounding beside it would not be
+    for bound in (bounds.lower, bounds.upper):
+        near = np.abs(found - bound) < 1e-9
+        np.testing.assert_array_equal(found[near], bound[near])
 
 
 @settings(max_examples=60, deadline=None)
