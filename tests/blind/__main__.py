@@ -1,5 +1,5 @@
-"""The blind bench: `python -m tests.blind [--cases N] [--loops N] [--rigs N] [--seed S] [--workers N | --cluster ADDRESS]
-[--record FILE] [--part K/N] [--write docs/blind.md]`.
+"""The blind bench: `python -m tests.blind [--cases N] [--loops N] [--rigs N] [--plasmodes N] [--seed S]
+[--workers N | --cluster ADDRESS] [--record FILE] [--part K/N] [--write docs/blind.md]`.
 
 A case is drawn, recorded and diagnosed by one worker. Those of a cluster need this checkout on their path. With `--record` every
 score is written to a file as soon as it is there, and cases that the file has are not run again: a run that was broken off
@@ -16,10 +16,11 @@ from pathlib import Path
 from api.computing import Computing
 from identify.estimation.executor import chosen_executor
 from identify.recording.errors import InputError
+from tests.blind.plasmodes import data, present
 from tests.blind.report import page
 from tests.blind.score import Score, of_a_case
 
-PLANTS = {"joint": "cases", "loop": "loops", "rig": "rigs"}
+PLANTS = {"joint": "cases", "loop": "loops", "rig": "rigs", "plasmode": "plasmodes"}
 """The plants and the options that say how many cases of each."""
 
 
@@ -54,6 +55,7 @@ def main() -> None:
     parser.add_argument("--cases", type=int, default=320, help="of the test joint, moved as planned")
     parser.add_argument("--loops", type=int, default=240, help="of arms in closed loop")
     parser.add_argument("--rigs", type=int, default=40, help="simulated rigs")
+    parser.add_argument("--plasmodes", type=int, default=0, help="effects put into the measured records")
     parser.add_argument("--seed", type=int, default=2026)
     parser.add_argument("--workers", type=int, default=2, help="processes of this machine")
     parser.add_argument("--cluster", help="a Dask scheduler whose workers are used instead (tcp://host:8786)")
@@ -62,6 +64,8 @@ def main() -> None:
     parser.add_argument("--merge", type=Path, nargs="+", help="run nothing; put these records together")
     parser.add_argument("--write", type=Path)
     options = parser.parse_args()
+    if options.plasmodes and not present():
+        parser.error(f"--plasmodes: there are no measured records in {data()}; set COULOMB_MEASURED_DATA")
     if options.workers < 1:
         parser.error("--workers: must be 1 or more")
     try:

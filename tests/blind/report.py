@@ -25,6 +25,8 @@ AIM = {
     "rig catalogued": 98,
     "rig pair": 92,
     "rig uncatalogued": 90,
+    "plasmode strong": 90,
+    "plasmode weak": 70,
 }
 """Per cent."""
 EDGES = (0.0, 0.05, 0.2, 0.4, 0.6, 0.8, 0.95, 1.0)
@@ -35,7 +37,8 @@ HEAD = """# The diagnosis on hidden effects
 The test joint (`tests/plants/single_joint.py`) has parameters, noise, payloads and motion of its own in every case. The loops
 (`tests/plants/closed_loop.py`) are arms under a position controller with the disturbance inside the loop, each with its own
 controller, bandwidth, noise and drift. The rigs are `drivers/simulated` over the virtual bus. Effects are scaled: strong ones
-cause at least half of the residual's power, weak ones a fifth to under a half.
+cause at least half of the residual's power, weak ones a fifth to under a half. Plasmodes are real records with an effect put into
+one joint's torque that adds 1.5 (strong) or 0.6 times (weak) what the usual model leaves.
 
 Right means: the hidden effect first and verdict `missing`; both of a pair named; `adequate` where nothing is hidden;
 `unexplained` where the effect is in no catalogue. Two names for what these payloads cannot tell apart count as one if the

@@ -12,6 +12,7 @@ import identify
 from identify.results.diagnosis import JointDiagnosis
 from tests.blind.cases import Case, draw
 from tests.blind.loops import LoopCase, draw_loop
+from tests.blind.plasmodes import PlasmodeCase, draw_plasmode
 from tests.blind.rigs import RigCase, draw_rig
 
 SAME_ON_THESE_DATA = (
@@ -23,7 +24,7 @@ name is right, if the other is given as indistinguishable."""
 SAID = 0.05
 """Probability below which a candidate is not said to be missing; there are some twenty such in every case."""
 
-AnyCase = Case | RigCase | LoopCase
+AnyCase = Case | RigCase | LoopCase | PlasmodeCase
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,8 @@ def diagnose_blindly(case: AnyCase, plant: str = "joint", seed: int = 0, index: 
     with tempfile.TemporaryDirectory() as scratch:
         folder = case.experiment(Path(scratch))
         began = time.perf_counter()
-        said = identify.diagnose(identify.load_experiment(folder), "usual").document().joints[0]
+        place = case.joint if isinstance(case, PlasmodeCase) else 0
+        said = identify.diagnose(identify.load_experiment(folder), "usual").document().joints[place]
         seconds = time.perf_counter() - began
     return scored(case, said, seconds, plant, seed, index)
 
@@ -102,7 +104,9 @@ def scored(case: AnyCase, said: JointDiagnosis, seconds: float, plant: str, seed
 
 def _statements(case: AnyCase, said: JointDiagnosis) -> list[tuple[float, bool]]:
     """Probability and truth of what is said of a joint."""
-    listed = []
+    listed: list[tuple[float, bool]] = []
+    if isinstance(case, PlasmodeCase):
+        return listed  # what the machine has of its own nobody knows
     if said.probability_adequate is not None:
         listed.append((said.probability_adequate, not case.names))
     if said.probability_unexplained is not None:
@@ -117,7 +121,7 @@ def _statements(case: AnyCase, said: JointDiagnosis) -> list[tuple[float, bool]]
 def of_a_case(seed: int, place: tuple[str, int]) -> Score:
     """The score of a case by its plant and index; one that could not be recorded counts as wrong."""
     plant, index = place
-    draws = {"joint": draw, "rig": draw_rig, "loop": draw_loop}
+    draws = {"joint": draw, "rig": draw_rig, "loop": draw_loop, "plasmode": draw_plasmode}
     case: AnyCase = draws[plant](seed, index)
     try:
         return diagnose_blindly(case, plant, seed, index)
@@ -136,6 +140,8 @@ def is_right(case: AnyCase, said: JointDiagnosis) -> bool:
     if case.kind.endswith("pair"):
         return all(any(_same(name, other, said) for other in missing) for name in case.names)
     (name,) = case.names
+    if isinstance(case, PlasmodeCase):  # the machine has effects of its own
+        return any(_same(name, other, said) for other in missing)
     return said.verdict == "missing" and bool(missing) and _same(name, missing[0], said)
 
 

@@ -7,12 +7,15 @@ import argparse
 import numpy as np
 import pytest
 
+from identify.recording import load_experiment
 from identify.recording.errors import InputError
 from tests.blind.__main__ import part_of, recorded, run
 from tests.blind.loops import LoopCase, draw_loop, with_effects
+from tests.blind.plasmodes import present, with_effect
 from tests.blind.report import page, reliability, wilson
 from tests.blind.score import Score
 from tests.plants.closed_loop import LoopArm, simulate
+from tests.plants.single_joint import record, write_experiment
 
 
 def score(index, right=True, **changed):
@@ -50,7 +53,7 @@ def test_what_a_record_has_is_not_run_again(tmp_path):
     file = tmp_path / "record.jsonl"
     file.write_text(f"{score(0).line()}\n{score(1).line()}\n", encoding="utf-8")
     options = argparse.Namespace(
-        record=file, cases=2, loops=0, rigs=0, seed=5, part=(1, 1), cluster=None, workers=1
+        record=file, cases=2, loops=0, rigs=0, plasmodes=0, seed=5, part=(1, 1), cluster=None, workers=1
     )
     assert run(options) == [score(0), score(1)]
 
@@ -96,3 +99,20 @@ def test_every_effect_of_the_loops_changes_the_motion_or_the_command():
     (reference,), *others = simulate([plain, *(with_effects(plain, each) for each in hiding)])
     for ((_, _, command),) in others:
         assert np.abs(command - reference[2]).max() > 0.01 * np.abs(reference[2]).max()
+
+
+def test_a_plasmode_changes_the_command_by_the_effect_and_nothing_else(tmp_path, monkeypatch):
+    monkeypatch.setenv("COULOMB_MEASURED_DATA", str(tmp_path))
+    made = record({}, payload_masses=(0.0, 3.0), duration=4.0, rate=250.0, repeats=1, seed=2)
+    write_experiment(tmp_path / "emps", made)
+    assert present() == ("emps",)
+    folder = with_effect("emps", 0, "joint-spring", 2.0, 0.25, tmp_path / "with")
+    before, after = (load_experiment(each) for each in (tmp_path / "emps", folder))
+    pairs = [(before.read(a), after.read(b)) for a, b in zip(before.sessions, after.sessions, strict=True)]
+    places = np.concatenate([old.position for old, _ in pairs])
+    torque = np.concatenate([(new.command - old.command) * made.joint.drive_gain for old, new in pairs])
+    shape = (places - places.min()) / np.ptp(places) - 0.25
+    np.testing.assert_allclose(torque, 2.0 * shape / np.sqrt(np.mean(shape**2)), atol=1e-9)
+    for old, new in pairs:
+        np.testing.assert_array_equal(old.position, new.position)
+        np.testing.assert_array_equal(old.time, new.time)
