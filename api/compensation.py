@@ -58,7 +58,7 @@ def torque_ahead(
     Raises InputError: the model is of another robot, impossible, or not known at the plan's speeds and loads; the rig file
         lacks what the torque is scaled by; the extra `feasible` is not installed.
     """
-    _same_robot(result, rig)
+    require_same_robot(result, rig)
     cycles = int(np.floor(plan.duration / rig.cycle)) + 1
     # a target is reached one cycle after it has taken effect; the torque beside it acts meanwhile
     times = np.maximum((np.arange(cycles) - 0.5) * rig.cycle, 0.0)
@@ -80,7 +80,8 @@ def torque_ahead(
     return TorqueAhead(offset, motion, torque, tuple(remarks))
 
 
-def _same_robot(result: Identification, rig: Rig) -> None:
+def require_same_robot(result: Identification, rig: Rig) -> None:
+    """Raises InputError: a model is of another robot than a rig, or of other drive gains."""
     experiment = result.experiment
     theirs = [joint.name for joint in experiment.robot.joints]
     ours = [axis.joint for axis in rig.axes]

@@ -44,6 +44,19 @@ _AMPERE: dict[str, tuple[str, Callable[[Any], float]]] = {
 """By unit of a drive's current reference: what an axis must state, and the A that one unit is."""
 
 
+def ampere_per_unit(axis: "Axis", unit: str) -> float:
+    """A that one unit of a drive's current or torque is, by what the axis states.
+
+    Raises InputError where the axis does not state what that takes.
+    """
+    field, of_axis = _AMPERE[unit]
+    if getattr(axis, field) is None:
+        raise InputError(
+            f"axis {axis.joint}: {field} is missing; the drive {axis.drive} has values in {unit}"
+        )
+    return float(of_axis(axis))
+
+
 class _Settings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 

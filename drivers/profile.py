@@ -14,20 +14,11 @@ import numpy as np
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
+from drivers.compensation_objects import CompensationObjects
 from drivers.errors import DriverError
+from drivers.object_kinds import OBJECT_KINDS, ObjectType
 
-ObjectType = Literal["int8", "int16", "int32", "uint8", "uint16", "uint32", "float32"]
 Unit = Literal["count", "A", "V", "N m", "rated current", "rated torque", "°C"]
-
-_KINDS = {
-    "int8": "<i1",
-    "int16": "<i2",
-    "int32": "<i4",
-    "uint8": "<u1",
-    "uint16": "<u2",
-    "uint32": "<u4",
-    "float32": "<f4",
-}
 
 
 class ObjectReference(BaseModel):
@@ -48,7 +39,7 @@ class ObjectReference(BaseModel):
     @property
     def kind(self) -> str:
         """NumPy's name of the type, little-endian."""
-        return _KINDS[self.type]
+        return OBJECT_KINDS[self.type]
 
     @property
     def bits(self) -> int:
@@ -87,6 +78,9 @@ class DriveProfile(BaseModel):
         "(homing attained) is looked at in homing mode",
     )
     homed_source: str = Field(default="", description="where that bit is from")
+    compensation: CompensationObjects | None = Field(
+        default=None, description="the drive's own compensation of friction and cogging, if it can be written"
+    )
     transmit_pdos: int = Field(default=4, ge=1, le=512, description="number of TPDOs of the drive")
 
     @field_validator("position")

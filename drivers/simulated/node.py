@@ -377,6 +377,9 @@ class SimulatedNode(canopen.LocalNode):
             if self.faults.emergency is not None:
                 code, self.faults.emergency = self.faults.emergency, None
                 drive.fail(code)
+        elif index in drive.compensation.raw:
+            drive.compensation.raw[index][max(subindex, 1) - 1] = self._signed(index, subindex)
+            drive.compensation.take()
         elif index == 0x605A:
             drive.machine.quick_stop_option = self._signed(index, 0)
         elif index == 0x605E:
@@ -417,6 +420,9 @@ class SimulatedNode(canopen.LocalNode):
             (0x608F, 2, 1),
         ):
             self._store(index, subindex, value)
+        for index, values in self.drive.compensation.raw.items():
+            for place, value in enumerate(values, 1):
+                self._store(index, 0 if len(values) == 1 else place, value)
         if axis.oddities.fixed_interpolation is not None:
             self._store(0x60C2, 1, axis.oddities.fixed_interpolation)
             self._store(0x60C2, 2, -3)

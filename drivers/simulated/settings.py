@@ -5,6 +5,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from drivers.simulated.compensation import CompensationSettings
 from drivers.simulated.faults import FaultSettings
 
 
@@ -83,6 +84,7 @@ class SimulatedAxis(BaseModel):
         description="what the drive does after sync_timeout without SYNC: it stops with a fault, or goes on as it went",
     )
     servo: ServoSettings = ServoSettings()
+    compensation: CompensationSettings = CompensationSettings()
     faults: FaultSettings = FaultSettings()
     oddities: OdditySettings = OdditySettings()
 

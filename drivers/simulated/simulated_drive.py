@@ -11,6 +11,7 @@ from drivers import cia402
 from drivers.cia402 import Mode, State
 from drivers.simulated import process_image as slot
 from drivers.simulated.cia402_machine import POWERED, Cia402Machine
+from drivers.simulated.compensation import Compensation
 from drivers.simulated.faults import Faults
 from drivers.simulated.servo import Servo
 from drivers.simulated.settings import SimulatedAxis
@@ -62,6 +63,7 @@ class SimulatedDrive:
         self.image = [0] * slot.SLOTS
         self.machine = Cia402Machine()
         self.servo = Servo(axis)
+        self.compensation = Compensation(axis.compensation, axis.counts_per_turn)
         self.counts_per_radian = axis.counts_per_radian
         self.position_offset = axis.position_offset
         self.rated_current = axis.rated_current
@@ -348,6 +350,7 @@ class SimulatedDrive:
         image[slot.FOLLOWING_ERROR] = round(error)
         self._supervise(error, duration)
         added = image[slot.TORQUE_OFFSET] * 1e-3 * self.rated_current
+        added += self.compensation.current(self._demand_velocity, position)
         return servo.follow_position(demand, self._demand_velocity, position, limit, duration, added)
 
     def _halt(self, position: int, limit: float, duration: float) -> float:

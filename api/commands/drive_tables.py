@@ -1,0 +1,56 @@
+"""`coulomb drive-tables`: friction and cogging as the drives' own compensation takes them."""
+
+from typing import Annotated
+
+import typer
+
+from api.command_arguments import Additions, AsJson, ModelName
+
+
+def register(application: typer.Typer) -> None:
+    """Add the command."""
+    application.command("drive-tables")(drive_tables)
+
+
+def drive_tables(
+    rig: Annotated[str, typer.Argument(help="rig file, or the name of one in config/rigs")],
+    experiment: Annotated[
+        str, typer.Option(help="of this robot: folder, experiment.yaml, or name of a stored one")
+    ],
+    model: ModelName = "load-velocity",
+    add: Additions = None,
+    write: Annotated[
+        bool, typer.Option("--write", help="write the tables and read them back; left out, they are shown")
+    ] = False,
+    yes: Annotated[bool, typer.Option("--yes", help="write without asking; simulated rigs only")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Show a model's friction and cogging as the drives' own compensation takes them; with --write, the drives hold them.
+
+    Support points are chosen for the least error on the record. Nothing is written to a drive that has power, moves or has a
+    fault; every object is read back, and if one is refused all get back what they held.
+    """
+    from api.drive_tables import drive_tables as tables_of
+    from api.drive_tables_text import drive_tables_text
+    from api.stored_experiments import resolve
+    from daq.homing import require_lasting_drives
+    from daq.rig import Rig
+    from identify.identification import identify
+    from identify.recording import InputError, load_experiment
+
+    settings = Rig.load(rig)
+    if yes and settings.simulated is None:
+        raise InputError(
+            "--yes: is for simulated rigs; a real drive's settings are changed by a person who sees it"
+        )
+    if write:
+        require_lasting_drives(settings)
+    result = identify(load_experiment(resolve(experiment)), model, add or [])
+    document = tables_of(result, settings, model, write=False)
+    if write:
+        if not yes:
+            typer.echo(drive_tables_text(document), err=True)
+            if not typer.confirm(f"Write these tables to the drives of rig {settings.name}?", err=True):
+                raise typer.Exit(1)
+        document = tables_of(result, settings, model, write=True)
+    print(document.json_text() if as_json else drive_tables_text(document))

@@ -1,0 +1,196 @@
+"""A model's friction and cogging as the tables of the drives' own compensation, chosen for the least error on the record."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from api.compensation import require_same_robot
+from daq.drive_tables import ObjectWrite, write_tables
+from daq.rig import Axis, Rig, ampere_per_unit
+from drivers.compensation_objects import CurrentRow, FrictionObjects, SpeedRow
+from drivers.profile import DriveProfile
+from identify.export.exported_model import ExportedModel, Torque, exported_model
+from identify.export.planned_torque import planned_torque
+from identify.export.support_points import speed_line, turn_line, turn_line_at
+from identify.export.write import motions_of
+from identify.identification import Identification
+from identify.recording import InputError
+from identify.results.drive_tables import DriveTable, DriveTablesDocument, JointTables, TableObject
+
+Array = NDArray[np.float64]
+COGGING = "torque-ripple"
+
+
+@dataclass(frozen=True)
+class _Record:
+    """(N, n) of the motors along the record: rad/s, rad from where the encoder counts zero, A of each kind."""
+
+    speed: Array
+    angle: Array
+    friction: Array
+    cogging: Array
+
+
+def drive_tables(result: Identification, rig: Rig, model: str, write: bool) -> DriveTablesDocument:
+    """The tables of all drives of a rig; with `write`, they hold them afterwards.
+
+    Raises InputError: the model is of another robot; no drive of the rig takes tables; a value does not fit its object; a drive
+    is not ready to be written to.
+    """
+    require_same_robot(result, rig)
+    profiles = rig.profiles
+    if all(profile.compensation is None for profile in profiles):
+        named = ", ".join(dict.fromkeys(profile.name for profile in profiles))
+        raise InputError(
+            f"rig {rig.name}: no compensation tables are described for its drives ({named}): a profile's section `compensation`"
+            " says which objects hold them"
+        )
+    exported = exported_model(result)
+    record = _record(exported, result, rig)
+    joints = [
+        _joint(rig, axis, place, profile, record, exported)
+        for place, (axis, profile) in enumerate(zip(rig.axes, profiles, strict=True))
+    ]
+    if write:
+        writes = [[each for table in joint.tables for each in table.objects] for joint in joints]
+        before = write_tables(rig, [[_to_write(each) for each in listed] for listed in writes])
+        joints = [_with_before(joint, held) for joint, held in zip(joints, before, strict=True)]
+    return DriveTablesDocument(
+        experiment=result.experiment.name,
+        rig=rig.name,
+        model=model,
+        written=write,
+        joints=tuple(joints),
+        remarks=exported.remarks,
+    )
+
+
+def _record(model: ExportedModel, result: Identification, rig: Rig) -> _Record:
+    parts: list[tuple[Array, Array, Array, Array]] = []
+    for motion in motions_of(result):
+        friction, cogging = (
+            np.asarray(
+                np.linalg.solve(
+                    rig.drive_gain, planned_torque(replace(model, torques=torques), motion).beside.T
+                ).T,
+                np.float64,
+            )
+            for torques in (_rubbing(model), _cogging(model))
+        )
+        angle = (motion.q - rig.position_offset) @ rig.motor_gear.T
+        parts.append((motion.dq @ rig.motor_gear.T, angle, friction, cogging))
+    return _Record(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+
+def _rubbing(model: ExportedModel) -> tuple[Torque, ...]:
+    """Friction, and the offset that a table's constant may hold. What is made of the sum with all others is left out."""
+    early, _ = model.in_order
+    return tuple(torque for torque in early if torque.rubs or torque.effect == "offset")
+
+
+def _cogging(model: ExportedModel) -> tuple[Torque, ...]:
+    return tuple(torque for torque in model.torques if torque.effect == COGGING)
+
+
+def _joint(
+    rig: Rig, axis: Axis, place: int, profile: DriveProfile, record: _Record, model: ExportedModel
+) -> JointTables:
+    takes = profile.compensation
+    tables: list[DriveTable] = []
+    remarks: list[str] = []
+    if takes is None:
+        remarks.append(f"the profile {profile.name} describes no compensation tables")
+    else:
+        # the drive's own sign: what it counts up as current, and the motor's direction that it counts up as position
+        sign = profile.current_reference.sign
+        if takes.friction is not None and np.any(record.friction[:, place]):
+            tables.append(_friction(axis, takes.friction, record, place, sign))
+        if takes.cogging is not None and np.any(record.cogging[:, place]):
+            tables.append(_over_turn(axis, takes.cogging, record, place, sign))
+        elif takes.cogging is None and any(torque.motor == place for torque in _cogging(model)):
+            remarks.append("the drive takes no table of cogging: the model's torque ripple is left out")
+        remarks += takes.remarks
+    return JointTables(
+        joint=axis.joint, node=axis.node, drive=profile.name, tables=tuple(tables), remarks=tuple(remarks)
+    )
+
+
+def _friction(axis: Axis, objects: FrictionObjects, record: _Record, place: int, sign: int) -> DriveTable:
+    speed, current = record.speed[:, place], record.friction[:, place]
+    line = speed_line(
+        speed, current, objects.speeds.points, objects.backward is None, objects.constant is not None
+    )
+    speeds = line.speeds
+    if objects.speeds.largest is not None and speeds[-1] > objects.speeds.largest * objects.speeds.radians:
+        # beyond what the object takes there is no point: the best line within
+        slow = np.abs(speed) <= objects.speeds.largest * objects.speeds.radians
+        line = speed_line(
+            speed[slow],
+            current[slow],
+            objects.speeds.points,
+            objects.backward is None,
+            objects.constant is not None,
+        )
+        speeds = line.speeds
+    written = _objects(objects.speeds, speeds / objects.speeds.radians)
+    rows = [(objects.forward, line.forward), (objects.backward, line.backward)]
+    rows.append((objects.constant, np.array([line.constant])))
+    for row, values in rows:
+        if row is not None:
+            written += _objects(row, sign * values / ampere_per_unit(axis, row.unit))
+    left = current - line.at(speed)
+    return DriveTable(
+        of="friction",
+        points=tuple(zip(speeds.tolist(), line.forward.tolist(), line.backward.tolist(), strict=True)),
+        constant=line.constant if objects.constant is not None else None,
+        wanted=_rms(current),
+        left=_rms(left),
+        objects=tuple(written),
+    )
+
+
+def _over_turn(axis: Axis, row: CurrentRow, record: _Record, place: int, sign: int) -> DriveTable:
+    angle, current = record.angle[:, place], record.cogging[:, place]
+    values = turn_line(angle, current, row.points)
+    return DriveTable(
+        of="cogging",
+        points=tuple((number / row.points, float(value)) for number, value in enumerate(values)),
+        constant=None,
+        wanted=_rms(current),
+        left=_rms(current - turn_line_at(values, angle)),
+        objects=tuple(_objects(row, sign * values / ampere_per_unit(axis, row.unit))),
+    )
+
+
+def _objects(row: SpeedRow | CurrentRow, values: Array) -> list[TableObject]:
+    try:
+        raw = row.raw(values)
+    except ValueError as problem:
+        raise InputError(f"a table cannot be written: {problem}") from None
+    return [
+        TableObject(
+            object=f"0x{row.index:04X}:{row.subindex + number:02X}", type=row.type, value=value, before=None
+        )
+        for number, value in enumerate(raw)
+    ]
+
+
+def _to_write(each: TableObject) -> ObjectWrite:
+    index, _, subindex = each.object.partition(":")
+    return ObjectWrite(int(index, 16), int(subindex, 16), each.type, each.value)
+
+
+def _with_before(joint: JointTables, held: Sequence[float]) -> JointTables:
+    values = iter(held)
+    return joint.changed(
+        tables=tuple(
+            table.changed(objects=tuple(each.changed(before=next(values)) for each in table.objects))
+            for table in joint.tables
+        )
+    )
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))

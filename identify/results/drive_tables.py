@@ -1,0 +1,50 @@
+"""Friction and cogging as the drives' own compensation takes them: the document of `coulomb drive-tables --json`."""
+
+from pydantic import Field
+
+from identify.results.document import Document, Figure, Part
+
+
+class TableObject(Part):
+    """One object of a drive."""
+
+    object: str = Field(description="index and sub-index", examples=["0x2021:03"])
+    type: str = Field(description="of the raw value", examples=["int32"])
+    value: float = Field(description="what the object is to hold, in the drive's counts", examples=[412])
+    before: float | None = Field(description="what it held before it was written; null where nothing was")
+
+
+class DriveTable(Part):
+    """A line through support points, in one drive's units."""
+
+    of: str = Field(description="friction or cogging", examples=["friction"])
+    points: tuple[tuple[float, ...], ...] = Field(
+        description="friction: speed of the motor in rad/s, A forward, A backward; cogging: turn of the motor, A"
+    )
+    constant: Figure = Field(description="A, in both directions; null where the drive has no object for it")
+    wanted: Figure = Field(description="A, root mean square over the record of what the model gives")
+    left: Figure = Field(description="A, the same of what the table does not give")
+    objects: tuple[TableObject, ...] = Field(description="what is written, in this order")
+
+
+class JointTables(Part):
+    """The tables of one drive."""
+
+    joint: str = Field(description="name of the joint", examples=["j3"])
+    node: int = Field(description="CANopen node id", examples=[3])
+    drive: str = Field(description="its profile", examples=["simulated"])
+    tables: tuple[DriveTable, ...] = Field(description="none where the drive takes none")
+    remarks: tuple[str, ...] = Field(description="what the operator must know before writing")
+
+
+class DriveTablesDocument(Document):
+    """The document of `coulomb drive-tables --json`."""
+
+    MADE_BY = "coulomb drive-tables --json"
+
+    experiment: str = Field(description="the model's", examples=["rx130l-joint3"])
+    rig: str = Field(description="name of the rig", examples=["rx130l-joint3-simulated"])
+    model: str = Field(description="as it was asked for", examples=["load-velocity"])
+    written: bool = Field(description="whether the drives hold the tables now, read back")
+    joints: tuple[JointTables, ...] = Field(description="in the order of the rig's axes")
+    remarks: tuple[str, ...] = Field(description="what the reader must know of the model")

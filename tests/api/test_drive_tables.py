@@ -1,0 +1,164 @@
+"""Friction and cogging in the drives' own tables: written safely, read back; a drive follows better by them."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from api.commands.drive_tables import drive_tables as command
+from api.drive_tables import drive_tables
+from api.drive_tables_text import drive_tables_text
+from daq.drive_tables import ObjectWrite, write_tables
+from daq.excitation.standard_plan import standard_plan
+from daq.following_error import following_error
+from daq.plan_setpoints import plan_counts
+from daq.rig import RIGS, Rig
+from daq.session_events import SessionState
+from daq.session_workflow import PayloadSession
+from daq.simulated_rig import simulated_rig
+from drivers.bus import BusSettings
+from drivers.cia402 import Command
+from drivers.errors import DriverError
+from drivers.simulated import process_image as slot
+from identify.identification import identify
+from identify.recording import InputError, load_experiment
+from identify.results.drive_tables import DriveTablesDocument
+
+NAME = "rx130l-joint3-simulated"
+
+
+def of_drive(name):
+    """RX130L with another profile for its drive, in steps of 2 ms and cycles of 4 ms: half the time."""
+    rig = Rig.load(NAME)
+    assert rig.simulated is not None
+    return rig.model_copy(
+        update={
+            "axes": (rig.axes[0].model_copy(update={"drive": name}),),
+            "cycle": 0.004,
+            "simulated": {**rig.simulated, "servo_period": 0.002},
+        }
+    )
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return of_drive("simulated")
+
+
+def drive(rig, folder, seconds):
+    """One session without payload; its recording and the root mean square of its following error."""
+    plan = standard_plan(rig, seconds)
+    with PayloadSession(rig, folder, plan, rig.payload("none"), "operator", seed=3) as session:
+        assert session.check().ok
+        session.confirm_payload(0.0)
+        session.arm()
+        session.start()
+        assert session.wait(200.0) is SessionState.DONE
+        error = following_error(session.file, plan_counts(rig, plan)).error
+    return float(np.sqrt(np.nanmean(error**2)))
+
+
+@pytest.fixture(scope="module")
+def measured(rig, tmp_path_factory):
+    """Folder of one session, and its following error."""
+    folder = tmp_path_factory.mktemp("tables") / "rx130l"
+    return folder, drive(rig, folder, 18.1)
+
+
+@pytest.fixture(scope="module")
+def result(measured):
+    return identify(load_experiment(measured[0]), "usual")
+
+
+@pytest.fixture(scope="module")
+def tables(rig, result):
+    return drive_tables(result, rig, "usual", write=False)
+
+
+def test_a_drive_with_its_table_follows_better_without_any_torque_offset(rig, measured, tables, tmp_path):
+    (table,) = tables.joints[0].tables
+    assert table.of == "friction"
+    assert table.left < 0.2 * table.wanted  # at rest and below the slowest point a line over speed is none
+    in_drive = {
+        "speeds": [60.0 / (2.0 * np.pi) * point[0] for point in table.points],
+        "forward": [point[1] for point in table.points],
+        "backward": [point[2] for point in table.points],
+        "constant": table.constant,
+    }
+    simulated = {**rig.simulated, "drives": [{**rig.simulated["drives"][0], "compensation": in_drive}]}
+    with_table = drive(rig.model_copy(update={"simulated": simulated}), tmp_path / "with", 18.1)
+    assert with_table < 0.9 * measured[1]
+
+
+def test_tables_are_written_and_read_back_and_the_drive_uses_them(rig, result, tables):
+    there = rig.model_copy(update={"bus": BusSettings(interface="virtual", channel="drive-tables")})
+    with simulated_rig(there, there.payload("none")) as on:
+        written = drive_tables(result, there, "usual", write=True)
+        assert written.written
+        (table,) = written.joints[0].tables
+        assert [each.before for each in table.objects] == [0.0] * len(table.objects)
+        compensation = on.nodes[0].drive.compensation
+        for place, (speed, forward, backward) in enumerate(table.points):
+            counts = speed / (2.0 * np.pi) * there.axes[0].encoder_counts
+            hundredths = 100.0 * 60.0 / (2.0 * np.pi) * speed  # of an rpm
+            assert compensation.raw[0x2020][place] == pytest.approx(hundredths, abs=0.51)
+            assert compensation.current(counts, 0) == pytest.approx(forward + table.constant, abs=0.02)
+            assert compensation.current(-counts, 0) == pytest.approx(backward + table.constant, abs=0.02)
+        again = drive_tables(result, there, "usual", write=True)
+        assert all(each.before == each.value for each in again.joints[0].tables[0].objects)
+    assert not tables.written
+    assert "nothing was written" in drive_tables_text(tables)
+
+
+def test_nothing_is_written_to_a_drive_with_power_and_a_refusal_leaves_all_as_it_was(rig):
+    there = rig.model_copy(update={"bus": BusSettings(interface="virtual", channel="drive-tables-refused")})
+    first, unknown = ObjectWrite(0x2021, 1, "int32", 700), ObjectWrite(0x2024, 1, "int16", 5)
+    with simulated_rig(there, there.payload("none")) as on:
+        node = on.nodes[0]
+        node.drive.compensation.raw[0x2021][0] = 0
+        refused = node.set_data
+        # a drive that keeps to itself what it is told of one object
+        node.set_data = lambda index, *rest, **more: (
+            None if index == 0x2024 else refused(index, *rest, **more)
+        )
+        with pytest.raises(DriverError, match="to be read back"):
+            write_tables(there, [[first, unknown]])
+        assert node.drive.compensation.raw[0x2021][0] == 0
+        for command in (Command.SHUTDOWN, Command.SWITCH_ON, Command.ENABLE_OPERATION):
+            node.drive.image[slot.CONTROLWORD] = command.value
+            node.drive.take_controlword()
+        with pytest.raises(InputError, match=r"nothing was written: .*has power"):
+            write_tables(there, [[first]])
+        assert node.drive.compensation.raw[0x2021][0] == 0
+
+
+def test_a_family_with_one_support_point_gets_the_best_one_within_what_its_object_takes(result):
+    rig = of_drive("beckhoff-ax2000")
+    (joint,) = drive_tables(result, rig, "usual", write=False).joints
+    (table,) = joint.tables
+    assert [each.object for each in table.objects] == ["0x36A5:01", "0x36A4:01"]
+    speed, current = (each.value for each in table.objects)
+    assert 0 < speed <= 230_000  # 0.001 rpm
+    assert current == pytest.approx(1000.0 * table.points[0][1], abs=0.51)  # mA
+    assert table.points[0][2] == -table.points[0][1]
+    assert table.left < table.wanted
+    assert any("VUNIT" in remark for remark in joint.remarks)
+
+
+def test_a_rig_whose_drives_take_no_tables_is_told_what_is_missing(result):
+    with pytest.raises(
+        InputError, match=r"no compensation tables are described .*generic-cia402.*section `compensation`"
+    ):
+        drive_tables(result, Rig.load(NAME), "usual", write=False)
+
+
+def test_the_command_shows_and_writes_nothing_where_drives_do_not_last(measured, tmp_path, capsys):
+    file = tmp_path / "rig.yaml"
+    source = (RIGS / f"{NAME}.yaml").read_text(encoding="utf-8")
+    file.write_text(source.replace("drive: generic-cia402 ", "drive: simulated "), encoding="utf-8")
+    command(str(file), str(measured[0]), "usual", as_json=True)
+    assert not DriveTablesDocument.model_validate(json.loads(capsys.readouterr().out)).written
+    with pytest.raises(InputError, match="live only as long as a session"):
+        command(str(file), str(measured[0]), write=True, yes=True)
