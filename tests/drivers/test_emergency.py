@@ -37,6 +37,40 @@ def test_our_words_lie_in_the_class_that_canopen_s_table_gives_the_code(code):
     assert key is None or any(word in CODES[code] for word in key)
 
 
+CLASSES = """
+10 generic error|20 current|21 current at the input|22 current inside the drive|23 current at the output|30 voltage
+31 mains voltage|32 voltage inside the drive|33 output voltage|40 temperature|41 ambient temperature|42 drive temperature
+43 motor or transmission temperature|44 supply temperature|50 drive hardware|51 supply|52 measuring circuits or computer
+53 operating unit|54 power section|55 data storage|60 drive software|61 internal software|62 user software|63 parameters
+70 additional module|71 power electronics or motor|72 measuring circuits|73 sensor|74 computation circuits
+75 communication module|80 monitoring|81 communication|82 protocol|83 torque control|84 velocity control
+85 position control|86 positioning|87 synchronisation|88 winding|89 process data monitoring|8A control|90 external error
+F0 additional function|FF manufacturer specific
+"""
+"""CiA 301 table 26 and CiA 402-2 (object 0x603F): upper bytes of error codes"""
+
+
+@pytest.mark.parametrize("line", CLASSES.strip().replace("\n", "|").split("|"))
+def test_a_code_that_is_not_known_itself_is_told_by_its_upper_byte(line):
+    upper, _, meaning = line.partition(" ")
+    assert code_in_words(int(upper, 16) << 8 | 0xE7) == f"0x{upper}E7 {meaning}"
+
+
+# fmt: off
+STANDARD = [
+    0x0000, 0x2220, 0x2250, 0x2310, 0x2320, 0x2340, 0x3110, 0x3120, 0x3210, 0x3220, 0x3310, 0x4210,
+    0x4220, 0x4310, 0x5112, 0x5400, 0x5441, 0x6100, 0x6320, 0x7121, 0x7122, 0x7300, 0x7305, 0x7306,
+    0x7500, 0x8110, 0x8120, 0x8130, 0x8140, 0x8150, 0x8210, 0x8220, 0x8240, 0x8250, 0x8500, 0x8600,
+    0x8611, 0x8612, 0x8700, 0x8A00, 0x9000, 0xFF00,
+]
+# fmt: on
+"""CiA 301 table 26, CiA 402-2 table of object 0x603F"""
+
+
+def test_codes_of_drives_are_those_of_the_standards():
+    assert sorted(CODES) == STANDARD
+
+
 def test_the_error_register_is_told_bit_by_bit():
     assert register_in_words(0) == "no error"
     assert register_in_words(0x21) == "generic error, device profile specific"

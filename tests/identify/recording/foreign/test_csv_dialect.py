@@ -12,6 +12,8 @@ from hypothesis import strategies as st
 
 from identify.recording import InputError
 from identify.recording.foreign import ColumnMap, CsvOptions, measure, read_foreign
+from identify.recording.foreign.csv_dialect import choose_dialect, is_comment, uncommented
+from identify.recording.foreign.text_file import open_text
 
 spec = importlib.util.spec_from_file_location("dialects", Path(__file__).with_name("dialects.py"))
 dialects = importlib.util.module_from_spec(spec)
@@ -142,3 +144,177 @@ def test_commas_for_columns_and_decimals_are_refused_with_the_remedy(tmp_path):
     (tmp_path / "log.csv").write_bytes(written(Measured.of(50), Dialect(decimal=",")))
     with pytest.raises(InputError, match=r"cannot be told apart: export it with ';'"):
         read_foreign(tmp_path / "log.csv")
+
+
+def dialect_of(tmp_path, *lines, **options):
+    """What is told of a file of these lines."""
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return choose_dialect(open_text(path), CsvOptions(**options))
+
+
+SAMPLES = [f"{k},{0.5 * k},{k + 3}" for k in range(1, 9)]
+
+
+@pytest.mark.parametrize(
+    ("line", "remark"),
+    [
+        *((line, True) for line in ("# note", '"# note"', "  ", "", "//x", "!x", "%x")),
+        *((line, False) for line in ("1,2", "a#b", "/x")),
+    ],
+)
+def test_a_remark_begins_with_its_sign_or_is_blank(line, remark):
+    assert is_comment(line) is remark
+
+
+@pytest.mark.parametrize(
+    ("line", "plain"),
+    [
+        ("# t,q", "t,q"),
+        ("## t", "t"),
+        ("// t", "t"),
+        ("%% t", "t"),
+        ("% %t", "%t"),
+        ("t # q", "t # q"),
+        (" t", " t"),
+    ],
+)
+def test_the_sign_of_a_remark_is_taken_off_and_nothing_else(line, plain):
+    assert uncommented(line) == plain
+
+
+def test_names_units_and_the_first_line_of_samples(tmp_path):
+    found = dialect_of(tmp_path, "t,q,i", "s,deg,mA", *SAMPLES)
+    assert (found.header_line, found.first_line, found.width) == (1, 3, 3)
+    assert found.names == ["t", "q", "i"]
+    assert found.units == ["s", "deg", "mA"]
+    assert found.passed == []
+    assert (found.separator, found.quote, found.scope) == (",", '"', False)
+
+
+def test_what_stands_above_the_header_is_passed_over_and_counted(tmp_path):
+    found = dialect_of(tmp_path, "Recorder 3", "", "t,q,i", *SAMPLES)
+    assert (found.header_line, found.first_line) == (3, 4)
+    assert found.passed == ["1 line above the header passed over"]
+    found = dialect_of(tmp_path, "Recorder 3", "serial 4", "t,q,i", *SAMPLES)
+    assert found.passed == ["2 lines above the header passed over"]
+    found = dialect_of(tmp_path, "Recorder", *SAMPLES)
+    assert (found.header_line, found.names) == (0, ["1", "2", "3"])
+    assert found.passed == ["1 line passed over"]
+
+
+def test_the_header_in_a_remark_is_taken_where_it_fits(tmp_path):
+    found = dialect_of(tmp_path, "# t,q,i", *SAMPLES)
+    assert (found.header_line, found.names) == (1, ["t", "q", "i"])
+    found = dialect_of(tmp_path, "# t,q", *SAMPLES)
+    assert found.header_line == 0
+
+
+def test_data_types_and_words_between_names_and_samples_are_passed_over(tmp_path):
+    found = dialect_of(tmp_path, "t,q,i", "LREAL,DINT,uint16", *SAMPLES)
+    assert (found.header_line, found.units) == (1, [])
+    assert found.passed == ["line 2, data types, passed over"]
+    found = dialect_of(tmp_path, "t,q,i", "(one),(two),(three)", *SAMPLES)
+    assert found.units == ["(one)", "(two)", "(three)"]
+    found = dialect_of(tmp_path, "t,q,i", "one,two,three", *SAMPLES)
+    assert (found.header_line, found.names) == (2, ["one", "two", "three"])
+
+
+def test_half_of_a_row_of_units_must_be_known(tmp_path):
+    assert dialect_of(tmp_path, "t,q,i", "s,deg,what", *SAMPLES).units == ["s", "deg", "what"]
+    assert dialect_of(tmp_path, "t,q,i", "s,how,what", *SAMPLES).names == ["s", "how", "what"]
+    assert dialect_of(tmp_path, "t,q,i", "s,-,what", *SAMPLES).units == ["s", "-", "what"]
+
+
+def test_a_stated_header_line_is_the_header(tmp_path):
+    lines = ["a,b,c", "t,q,i", "s,deg,A", *SAMPLES]
+    found = dialect_of(tmp_path, *lines, header_line=1)
+    assert (found.header_line, found.names, found.first_line) == (1, ["a", "b", "c"], 4)
+    assert found.units == ["s", "deg", "A"]
+    assert found.passed == ["line 2, between the names and the samples, passed over"]
+    none = dialect_of(tmp_path, *lines, header_line=0)
+    assert (none.header_line, none.names) == (0, ["1", "2", "3"])
+    assert none.passed == ["3 lines passed over"]
+    with pytest.raises(InputError, match="no row of samples is found below line 11; is --header-line right"):
+        dialect_of(tmp_path, *lines, header_line=11)
+
+
+def test_a_first_column_without_a_name_and_a_last_one_without_cells(tmp_path):
+    found = dialect_of(tmp_path, "q,i", *SAMPLES)
+    assert found.names == ["", "q", "i"]
+    assert found.passed == ["the first column has no name: taken as numbers of rows"]
+    found = dialect_of(tmp_path, "t,q,i", *[f"{row}," for row in SAMPLES])
+    assert (found.names, found.width) == (["t", "q", "i"], 4)
+    assert found.passed == []
+
+
+@pytest.mark.parametrize(
+    ("names", "words"),
+    [
+        ("t,q,i,x,y", "names 5 columns, but the samples have 3 cells; is --separator right"),
+        # three cells for one name: as decimal commas between commas would make of it
+        ("t", "names 1 columns, but the samples have 3 cells; separator and decimal are both ','"),
+    ],
+)
+def test_names_that_do_not_fit_the_samples_are_refused(tmp_path, names, words):
+    with pytest.raises(InputError, match=words):
+        dialect_of(tmp_path, names, *SAMPLES, header_line=1)
+
+
+def test_names_of_another_number_of_cells_ask_for_the_header_line(tmp_path):
+    with pytest.raises(InputError, match=r"line 1: has 5 cells, but the samples from line 2 on have 3"):
+        dialect_of(tmp_path, "t,q,i,x,y", *SAMPLES)
+    with pytest.raises(InputError, match=r"line 1: has 2 cells.*have 4; separator and decimal are both ','"):
+        dialect_of(tmp_path, "t,q", *[f"{k},5,{k},25" for k in range(1, 9)])
+
+
+@pytest.mark.parametrize("sign", [";", "\t", ",", "|"])
+def test_a_first_line_may_state_the_separator(tmp_path, sign):
+    found = dialect_of(tmp_path, f"sep={sign}", *[line.replace(",", sign) for line in ("t,q,i", *SAMPLES)])
+    assert (found.separator, found.header_line, found.names) == (sign, 2, ["t", "q", "i"])
+
+
+def test_a_stated_separator_goes_before_that_of_the_file(tmp_path):
+    found = dialect_of(tmp_path, "sep=;", "t,q,i", *SAMPLES, separator="comma")
+    assert found.separator == ","
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"header_line": -1}, "--header-line: -1; give the line's number from 1, or 0 for none"),
+        ({"separator": "::"}, "--separator: '::' is not one sign"),
+        ({"separator": ""}, "--separator: '' is not one sign"),
+        ({"decimal": ";"}, "--decimal: ';' is not known; give '.' or ','"),
+    ],
+)
+def test_options_that_say_nothing_are_refused(options, words):
+    with pytest.raises(InputError) as refused:
+        CsvOptions(**options)
+    assert words in str(refused.value)
+    CsvOptions(header_line=0, separator="tab", decimal="comma")
+
+
+def test_empty_files_and_files_of_words_are_refused(tmp_path):
+    with pytest.raises(InputError, match="is empty"):
+        dialect_of(tmp_path, "# nothing", "")
+    with pytest.raises(InputError, match="no rows of numbers are found; give --separator"):
+        dialect_of(tmp_path, "a,b", "c,d")
+
+
+def test_single_quotes_are_quotes_where_most_lines_begin_with_one(tmp_path):
+    quoted = ["'t','q'", *[f"'{k}','{0.5 * k}'" for k in range(1, 9)]]
+    assert dialect_of(tmp_path, *quoted).quote == "'"
+    assert dialect_of(tmp_path, *quoted).names == ["t", "q"]
+    assert dialect_of(tmp_path, "'t',q", *SAMPLES).quote == '"'
+
+
+def test_names_broken_over_lines_inside_quotes_are_one_line(tmp_path):
+    found = dialect_of(tmp_path, '"t', '[s]",q,"i', '[mA]"', *SAMPLES)
+    assert found.names == ["t [s]", "q", "i [mA]"]
+    assert (found.header_line, found.first_line) == (1, 4)
+
+
+def test_blanks_separate_in_any_number(tmp_path):
+    found = dialect_of(tmp_path, "t   q  i", *[f" {k}   {0.5 * k}  {k}" for k in range(1, 9)])
+    assert (found.separator, found.names, found.width) == (" ", ["t", "q", "i"], 3)
