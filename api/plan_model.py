@@ -1,7 +1,8 @@
 """A model of the identifier as the planner sees it: regressor, loads and torques for planned motion."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -34,10 +35,11 @@ ASSUMED_WARMTH = (20.0, 30.0)
 
 @dataclass(frozen=True)
 class Identified:
-    """Values of parameters by name, and where they come from in words."""
+    """Values of parameters by name, where they come from in words, and the constants of (effect, joint) that were searched."""
 
     values: Mapping[str, float]
     source: str
+    constants: Mapping[tuple[str, str], Mapping[str, float]] = field(default_factory=dict)
 
     @classmethod
     def load(cls, path: Path) -> "Identified":
@@ -54,7 +56,8 @@ class Identified:
     def of(cls, document: IdentificationDocument) -> "Identified":
         """What an identification found."""
         values = {parameter.name: parameter.value for parameter in document.parameters}
-        return cls(values, f"identified: {document.experiment}, model {document.model}")
+        constants = {(each.effect, each.joint): each.values for each in document.constants}
+        return cls(values, f"identified: {document.experiment}, model {document.model}", constants)
 
 
 class RegressorModel:
@@ -93,7 +96,8 @@ class RegressorModel:
         )
         model = self._parse(additions)
         summaries = [self._summary(j, len(payloads)) for j in range(len(rig.axes))]
-        self._terms = [self._with_constants(term, summaries[term.joint]) for term in model.terms]
+        searched = identified.constants if identified else {}
+        self._terms = [self._with_constants(term, summaries[term.joint], searched) for term in model.terms]
         named = [
             (name, joint, unit, None)
             for name, joint, unit in zip(base.names, base.joints, base.units, strict=True)
@@ -200,8 +204,13 @@ class RegressorModel:
             model = model.with_terms(parse_addition(addition, joints, catalogue, gain))
         return model
 
-    def _with_constants(self, term: Term, summary: JointSummary) -> Term:
-        """The term with the middle of its constants' range; a plan that suits it suits its neighbours."""
+    def _with_constants(
+        self, term: Term, summary: JointSummary, searched: Mapping[tuple[str, str], Mapping[str, float]]
+    ) -> Term:
+        """The term with its constants as identified, else with the middle of their range: a plan that suits it suits its
+        neighbours."""
+        if known := searched.get((term.effect.name, summary.name)):
+            return term.chosen(dict(known))
         if reason := term.effect.not_planned:
             raise InputError(f"model: '{term.effect.name}' cannot be planned for: {reason}")
         grid = term.effect.grid(summary)
@@ -364,6 +373,26 @@ def _names(term: Term, width: int, summary: JointSummary) -> list[tuple[str, str
         )
         for parameter in listed
     ]
+
+
+def usual_model(rig: Rig, payload: Payload, identified: Identified | None) -> RegressorModel:
+    """The usual model of a rig with identified values, where these hold all its base parameters; else with assumed ones."""
+    names = base_parameters(Geometry.from_robot(rig.robot)).names
+    if identified is not None and not identified.values.keys() >= set(names):
+        identified = None
+    return RegressorModel(rig, "usual", [payload], identified=identified)
+
+
+def predicting_model(rig: Rig, payload: Payload, document: IdentificationDocument | None) -> RegressorModel:
+    """The model of an identification with all its effects, as found; the usual one where an effect of it needs more than a
+    planned motion, or where nothing is identified."""
+    usual = usual_model(rig, payload, Identified.of(document) if document is not None else None)
+    if document is None or not usual.is_identified:
+        return usual
+    with suppress(InputError):
+        effects_of_model = [str(each) for each in document.effects]
+        return RegressorModel(rig, "rigid", [payload], effects_of_model, Identified.of(document))
+    return usual
 
 
 def _identified_base(names: Sequence[str], identified: Identified) -> Array:

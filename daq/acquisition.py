@@ -69,8 +69,8 @@ class AcquisitionOrder:
 class AcquisitionMessage:
     """A word from the acquisition process.
 
-    what : `checked` (check), `armed`, `moving`, `progress` (cycle, cycles), `alarm` (what a person must do now),
-        `ended` (reason, counters, alarm)
+    what : `checked` (check), `armed`, `moving`, `progress` (cycle, cycles, first: the SYNC of the plan's first row, None while
+        that is not known), `alarm` (what a person must do now), `ended` (reason, counters, alarm)
     """
 
     what: Literal["checked", "armed", "moving", "progress", "alarm", "ended"]
@@ -78,6 +78,7 @@ class AcquisitionMessage:
     check: RigCheck | None = None
     cycle: int = 0
     cycles: int = 0
+    first: int | None = None
     reason: StopReason | None = None
     counters: JsonObject = field(default_factory=JsonObject)
     remarks: tuple[str, ...] = ()
@@ -312,9 +313,9 @@ class Acquisition:
         """The axes get power now."""
         self.tell(AcquisitionMessage("moving"))
 
-    def tell_progress(self, cycle: int, cycles: int) -> None:
-        """How far the plan has been driven."""
-        self.tell(AcquisitionMessage("progress", cycle=cycle, cycles=cycles))
+    def tell_progress(self, cycle: int, cycles: int, first: int | None) -> None:
+        """How far the plan has been driven, and at which SYNC it begins."""
+        self.tell(AcquisitionMessage("progress", cycle=cycle, cycles=cycles, first=first))
 
     def tell_alarm(self, alarm: str) -> None:
         """What a person must do now; empty words take it back."""

@@ -96,8 +96,8 @@ class Supervision(Protocol):
         """The axes get power now."""
         ...
 
-    def tell_progress(self, cycle: int, cycles: int) -> None:
-        """How far the plan has been driven."""
+    def tell_progress(self, cycle: int, cycles: int, first: int | None) -> None:
+        """How far the plan has been driven, and at which SYNC it begins."""
         ...
 
     def tell_alarm(self, alarm: str) -> None:
@@ -197,7 +197,9 @@ class Motion:
         setpoints = self._loop.setpoints
         if setpoints.length:
             self._done = max(0, setpoints.done - (setpoints.length - self._plan))
-        self._acquisition.tell_progress(self._done, self._plan)
+        began = setpoints.began
+        first = None if began is None else began + setpoints.length - self._plan
+        self._acquisition.tell_progress(self._done, self._plan, first)
 
     def _alarm(self, alarm: str) -> None:
         self._acquisition.alarm = alarm

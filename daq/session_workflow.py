@@ -45,6 +45,7 @@ from daq.safety import StopCause, StopReason
 from daq.samples import rows_of_the_session
 from daq.session_events import TRANSITIONS, SessionEvent, SessionState, StepOutOfTurn
 from daq.torque_offset import SentAhead
+from daq.weighed_mass import require_mass
 from drivers.errors import DriverError
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import Payload
@@ -57,8 +58,6 @@ _CHECK_TIMEOUT = 60.0
 """s for the acquisition process to start and to look at every drive"""
 _CLOSE_TIMEOUT = 30.0
 """s for processes to end by themselves"""
-_MASS_TOLERANCE = 0.005
-"""of the payload's mass, but at least 5 g: more is another payload, or a scale that is not tared"""
 
 
 @dataclass(frozen=True)
@@ -69,6 +68,8 @@ class Progress:
     cycles: int
     elapsed: float
     """s of the rig's time"""
+    first: int | None = None
+    """SYNC of the plan's first row; None while that is not known"""
 
     @property
     def fraction(self) -> float:
@@ -238,12 +239,7 @@ class PayloadSession:
         Raises InputError when that is not the payload's mass, StepOutOfTurn.
         """
         with self._step(SessionState.CHECKED, "confirm the payload"):
-            tolerance = max(0.005, _MASS_TOLERANCE * self.payload.mass)
-            if not abs(mass - self.payload.mass) <= tolerance:
-                raise InputError(
-                    f"payload {self.payload.name}: weighs {self.payload.mass:g} kg in the rig file, {mass:g} kg on "
-                    f"the scale; they may differ by {tolerance:.3g} kg"
-                )
+            require_mass(self.payload, mass)
             self.weighed_mass = mass
             self._enter(SessionState.CONFIRMED, f"payload {self.payload.name} confirmed, {mass:g} kg")
 
@@ -444,7 +440,7 @@ class PayloadSession:
                 self._enter(SessionState.ARMED, "armed: recording and monitors run; starting moves the robot")
             case "progress":
                 elapsed = message.cycle * self.rig.cycle
-                self._progress = Progress(message.cycle, message.cycles, elapsed)
+                self._progress = Progress(message.cycle, message.cycles, elapsed, message.first)
                 data = {
                     "cycle": message.cycle,
                     "cycles": message.cycles,

@@ -128,6 +128,11 @@ class SetpointStream:
         return trajectory is not None and self.done >= len(trajectory)
 
     @property
+    def began(self) -> int | None:
+        """SYNC at which the first target of the last trajectory took effect; None before that is known."""
+        return self._first_cycle + 1 if self._length and self._first_cycle >= 0 else None
+
+    @property
     def length(self) -> int:
         """Cycles of the last trajectory, 0 before there is one."""
         return self._length

@@ -10,21 +10,21 @@ from api.pages.catalogue_words import effect_titles
 from api.pages.error_figures import JointUnits
 from api.pages.figures.plan_preview import draw_plan_signal
 from api.pages.number_format import listing, number, percent, significant
-from api.plan_model import Identified, RegressorModel
+from api.plan_model import Identified, RegressorModel, predicting_model, usual_model
 from api.planned_motion import Determination, Repetition, determination, repetition
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.excitation.plan_limits import violations
 from daq.excitation.plan_model import PlannedMotion
 from daq.excitation.plan_report import COVERAGE_PERIOD
 from daq.rig import Rig
-from identify.dynamics.base_parameters import base_parameters
-from identify.dynamics.geometry import Geometry
 from identify.recording.experiment_file import Payload
 from identify.results.document import Json
 from identify.results.identification import IdentificationDocument
 
 PREVIEW_POINTS = 6000
 """Points of the motion that are looked at; the preview is drawn from their least and greatest values."""
+NARROW = 420.0
+"""Width of a figure that shares its row with others, or has a phone to itself."""
 REPEATED = 0.2
 """Part of a plan that must repeat for a noise floor, as `identify.validation.noise_floor` asks of a session."""
 
@@ -40,10 +40,14 @@ class Finding:
 
 @dataclass(frozen=True)
 class JointFigures:
-    """The planned motion of one joint, drawn: position, speed, and the torque where it can be predicted."""
+    """The planned motion of one joint, drawn: position, speed, and the torque where it can be predicted.
+
+    narrow : the same for a phone, where `figures` would be too wide to be read; empty where they are not
+    """
 
     name: str
     figures: list[Markup]
+    narrow: list[Markup]
 
 
 @dataclass(frozen=True)
@@ -74,35 +78,26 @@ def plan_view(
     model = usual_model(rig, payload, Identified.of(identification) if identification else None)
     period = plan.duration / (PREVIEW_POINTS - 1)
     motion = PlannedMotion(payload, time, position, velocity, acceleration, period)
-    torque = model.torque(motion) if model.is_identified else None
+    predicting = predicting_model(rig, payload, identification)
+    torque = predicting.torque(motion) if predicting.is_identified else None
     joints = []
-    width = 800.0 if len(rig.axes) == 1 else 420.0
     for index, axis in enumerate(rig.axes):
         units = JointUnits.of(rig.robot.joints[index].type)
         limits = axis.limits
-        rows = [
-            draw_plan_signal(
-                time, position[:, index], limits.position, "position", units.position, "position", width
-            ),
-            draw_plan_signal(
-                time,
-                velocity[:, index],
-                (-limits.velocity, limits.velocity),
-                "speed",
-                units.speed,
-                "measured",
-                width,
-            ),
+        signals = [
+            (position[:, index], limits.position, "position", units.position, "position"),
+            (velocity[:, index], (-limits.velocity, limits.velocity), "speed", units.speed, "measured"),
         ]
         if torque is not None:
             most = float(abs(rig.drive_gain[index, index])) * limits.current
             quantity = "force" if units.load == "N" else "torque"
-            rows.append(
-                draw_plan_signal(
-                    time, torque[:, index], (-most, most), quantity, units.load, "predicted", width
-                )
-            )
-        joints.append(JointFigures(axis.joint, rows))
+            signals.append((torque[:, index], (-most, most), quantity, units.load, "predicted"))
+        narrow = [draw_plan_signal(time, *signal, width=NARROW) for signal in signals]
+        if len(rig.axes) > 1:
+            joints.append(JointFigures(axis.joint, narrow, []))
+        else:
+            wide = [draw_plan_signal(time, *signal) for signal in signals]
+            joints.append(JointFigures(axis.joint, wide, narrow))
     torque_limits = {} if torque is None else {"torque": torque, "times": time}
     broken = [str(each) for each in violations(plan, rig, **torque_limits)]
     return PlanView(
@@ -114,14 +109,6 @@ def plan_view(
         if torque is not None
         else "The torque cannot be predicted before a first model; the current is watched on every sample.",
     )
-
-
-def usual_model(rig: Rig, payload: Payload, identified: Identified | None) -> RegressorModel:
-    """The usual model of a rig with identified values, where these hold all its base parameters; else with assumed ones."""
-    names = base_parameters(Geometry.from_robot(rig.robot)).names
-    if identified is not None and not identified.values.keys() >= set(names):
-        identified = None
-    return RegressorModel(rig, "usual", [payload], identified=identified)
 
 
 def purpose_words(report: Json | None) -> str | None:

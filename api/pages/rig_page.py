@@ -11,6 +11,7 @@ from api.pages.layout import experiment_link, frame
 from api.pages.number_format import moment, significant, utc_time
 from api.pages.rendering import PREFIX, Context, page
 from api.pages.rig_users import onlooker_words
+from api.pages.session_words import STATES
 from api.service import access
 from api.service.payload_sessions import ActiveSession
 from api.service.problems import Problem
@@ -162,11 +163,18 @@ def _state(active: ActiveSession | None) -> dict[str, str]:
     kind = {"faulted": "fault", "aborted": "warn", "armed": "warn", "running": "warn"}.get(state, "good")
     return {
         "kind": kind,
-        "words": f"{state[0].upper()}{state[1:]}{f': {cause}' if cause else ''}",
+        "words": _said_of(STATES[active.state].long, cause),
         "todo": todo,
         "kept": f"{kept[0].upper()}{kept[1:]}." if kept else "",
         "sessions_link": experiment_link(active.experiment, "sessions"),
     }
+
+
+def _said_of(state: str, cause: str) -> str:
+    """A state with its cause, which may say the state itself: `Stopped by ada`."""
+    if cause.lower().startswith(state.lower()):
+        return f"{cause[0].upper()}{cause[1:]}"
+    return f"{state}: {cause}" if cause else state
 
 
 def _axis(settings: Rig, index: int) -> Context:

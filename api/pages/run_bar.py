@@ -7,12 +7,12 @@ from fastapi import APIRouter, Request
 from api.pages.number_format import duration
 from api.pages.rendering import PREFIX, Context
 from api.pages.rig_users import onlooker_words
+from api.pages.session_words import NO_SESSION, STATES
 from api.service import access
 from api.service.accounts import User
 from api.service.homings import HomingRun
 from api.service.service import Service
 from api.service.stop_desk import everything_stopped
-from daq.session_events import SessionState
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
 
@@ -38,19 +38,21 @@ def _run_state(service: Service, user: User) -> Context:
         homing = service.homings.under_way()
         if homing is not None:
             return _homing_state(service, homing, user.name)
-        return {"running": False, "rig_state": "good", "rig_words": "Nothing moves", "onlookers": ""}
+        nothing = NO_SESSION.short
+        return {"running": False, "rig": None, "rig_state": "good", "rig_words": nothing, "onlookers": ""}
     progress = active.payload_session.progress
-    armed = active.state == SessionState.ARMED
+    state = STATES[active.state]
     left = seconds_left(progress)
     return {
         "running": True,
-        "title": "Armed: the next step moves the robot" if armed else "The robot moves",
+        "rig": active.rig,
+        "title": state.long,
         "detail": f"{active.experiment}, {active.id}, by {active.user}",
         "left": "" if left is None else f"{duration(left)} left",
         "fraction": progress.fraction,
         "note": "Stops the motion at once, without a question. Everything measured is kept.",
-        "rig_state": "warn",
-        "rig_words": "Armed" if armed else "Moving",
+        "rig_state": state.kind,
+        "rig_words": state.short,
         "onlookers": onlooker_words(service, active.rig, user.name),
     }
 
@@ -58,6 +60,7 @@ def _run_state(service: Service, user: User) -> Context:
 def _homing_state(service: Service, homing: HomingRun, own_name: str) -> Context:
     return {
         "running": True,
+        "rig": homing.rig,
         "title": f"{homing.joint} is being homed",
         "detail": f"{homing.rig}, by {homing.operator}",
         "left": "",

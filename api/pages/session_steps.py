@@ -7,15 +7,19 @@ from fastapi.responses import HTMLResponse, Response
 
 from api.pages.experiment_frame import experiment_context
 from api.pages.form_input import input_errors_as_problems, typed_mass
-from api.pages.layout import experiment_link, frame, session_link
+from api.pages.layout import frame, session_link
 from api.pages.plan_view import plan_view, purpose_words
 from api.pages.rendering import PREFIX, Context, page
+from api.pages.session_words import outcome
 from api.pages.stored_models import StoredExperiment
 from api.service import access
 from api.service.access import client_address
 from api.service.accounts import User
+from api.service.database import SessionRow
+from api.service.payload_sessions import RECORDING
 from api.service.problems import Problem
 from daq.session_events import SessionState
+from daq.weighed_mass import require_mass
 from identify.recording.experiment_file import Payload
 
 router = APIRouter(
@@ -75,9 +79,21 @@ def weigh(
 ) -> HTMLResponse:
     """Note the mass that was typed, or ask the scale."""
     service = access.service_of(request)
-    service.sessions.weigh(
-        experiment, session, user, (lambda: typed_mass(mass)) if mass.strip() else service.scale.weigh
-    )
+    payload = Payload.model_validate(service.experiments.session(experiment, session).payload)
+
+    def weighed() -> float:
+        value = typed_mass(mass) if mass.strip() else service.scale.weigh()
+        require_mass(payload, value)
+        return value
+
+    try:
+        with input_errors_as_problems():
+            service.sessions.weigh(experiment, session, user, weighed)
+    except Problem as refused:
+        if refused.status != 422:
+            raise
+        # Said where it was typed, and what was typed stays there to be corrected.
+        return _answer(request, user, experiment, session, typed=mass, refused=refused.detail)
     return _answer(request, user, experiment, session)
 
 
@@ -112,9 +128,21 @@ def discard(request: Request, user: access.Operator, experiment: str, session: s
     return Response(status_code=204, headers={"HX-Redirect": f"{PREFIX}/new-session"})
 
 
-def _answer(request: Request, user: User, experiment: str, session: str) -> HTMLResponse:
+def _answer(
+    request: Request, user: User, experiment: str, session: str, typed: str = "", refused: str = ""
+) -> HTMLResponse:
     context = frame(request, user, "new-session", experiment) | _steps(request, user, experiment, session)
+    context |= {"typed": typed, "refused": refused}
     return page(request, "session_steps.html", **context)
+
+
+def _state_without_processes(row: SessionRow) -> SessionState:
+    """Where a session stands that has no processes, such as after the service was started again: at its beginning, unless
+    it was over."""
+    if row.state == RECORDING:
+        return SessionState.ABORTED
+    state = SessionState(row.state)
+    return state if state.ended or row.file is not None else SessionState.NEW
 
 
 def _steps(request: Request, user: User, experiment: str, session: str) -> Context:
@@ -125,8 +153,9 @@ def _steps(request: Request, user: User, experiment: str, session: str) -> Conte
     if row.rig is None:
         raise Problem(404, f"The session {session} was not measured here; its samples are on the model page.")
     live = active.payload_session if active is not None and ours else None
-    state = live.state if live is not None else SessionState(row.state)
+    state = live.state if live is not None else _state_without_processes(row)
     rig_check = live.rig_check if live is not None else None
+    items = list(rig_check.items) if rig_check is not None else []
     return {
         "session": row,
         "other_rig": service.catalogue.other_rig(experiment, row.rig)
@@ -134,13 +163,16 @@ def _steps(request: Request, user: User, experiment: str, session: str) -> Conte
         else None,
         "state": state,
         "reached": STATES.index(state),
-        "reason": (live.reason if live is not None else row.reason) or "",
-        "check_items": list(rig_check.items) if rig_check is not None else [],
+        "outcome": outcome(service, row) if state.ended or row.state == RECORDING else None,
+        "restarted": live is None and not state.ended and row.state != SessionState.NEW,
+        "passed": [item for item in items if item.ok],
+        "failed": [item for item in items if not item.ok],
+        "typed": "",
+        "refused": "",
         "weighed": row.weighed,
         "confirmed": ours and active is not None and service.sessions.is_confirmed(active),
         "scale": service.settings.scale_port is not None,
         "step_link": session_link(experiment, session),
-        "model_link": experiment_link(experiment, "model"),
         "operator": service.operators.operator(row.rig),
         "theirs": service.operators.operator(row.rig) not in (None, user.name),
     }

@@ -256,6 +256,12 @@ class ExperimentStore:
             query = select(SessionRow).where(SessionRow.experiment == experiment)
             return list(session.scalars(query.order_by(SessionRow.id)))
 
+    def newest_on_rig(self, rig: str) -> SessionRow | None:
+        """The session that was prepared last on a rig, whatever became of it; None where there was none."""
+        with self._database.transaction() as session:
+            query = select(SessionRow).where(SessionRow.rig == rig)
+            return session.scalars(query.order_by(SessionRow.created.desc()).limit(1)).first()
+
     def session(self, experiment: str, identifier: str) -> SessionRow:
         """One session. Raises the problem 404."""
         self.row(experiment)

@@ -22,7 +22,8 @@ BLOCK_HEADER = struct.Struct("<IIdI4x")
 def encode_block(origin: float, values: NDArray[np.float32], axes: int) -> bytes:
     """A block as it travels: header, then `values` (columns, rows) float32, little-endian, column by column.
 
-    The first column is the time less `origin`; then position, command and following error of every axis.
+    The first column is the time less `origin`; then, of every axis each, position, command, following error, setpoint,
+    predicted command (NaN where nothing is predicted) and temperature (°C, NaN where none is recorded).
     """
     columns, rows = values.shape
     return BLOCK_HEADER.pack(rows, columns, origin, axes) + np.ascontiguousarray(values, "<f4").tobytes()

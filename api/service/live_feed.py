@@ -3,16 +3,25 @@
 import asyncio
 import json
 import logging
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import anyio
 import anyio.to_thread
 import numpy as np
+from numpy.typing import NDArray
 
 from api.service.envelope import envelope
+from api.service.expected_current import Expectation, ExpectedCurrent
 from api.service.live import Broadcast, encode_block
 from api.service.payload_sessions import ActiveSession, PayloadSessions
+from api.service.problems import Problem
 from api.service.rig_operators import RigOperators
+from identify.recording.errors import InputError
 from identify.results.document import Json
+
+if TYPE_CHECKING:
+    from daq.live import LiveRows
 
 ROWS_OF_BLOCK = 200
 """Rows of a block at most: a simulated rig that runs faster than time would fill the line otherwise."""
@@ -25,12 +34,20 @@ class LiveFeed:
     """One producer for each rig that has viewers and a session; lives in the event loop.
 
     rate : blocks per second, Hz
+    expected : what is expected of the drives in a session, by its experiment and id; None where nothing is
     """
 
-    def __init__(self, operators: RigOperators, sessions: PayloadSessions, rate: float) -> None:
+    def __init__(
+        self,
+        operators: RigOperators,
+        sessions: PayloadSessions,
+        rate: float,
+        expected: Callable[[str, str], ExpectedCurrent | None],
+    ) -> None:
         self._operators = operators
         self._sessions = sessions
         self._pause = 1.0 / rate
+        self._expected = expected
         self._broadcasts: dict[str, Broadcast] = {}
         self._producers: dict[str, asyncio.Task[None]] = {}
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -110,7 +127,8 @@ class LiveFeed:
 
     async def _produce(self, rig: str, active: ActiveSession) -> None:
         broadcast = self._broadcasts[rig]
-        reader = BlockReader(active)
+        expectation = await anyio.to_thread.run_sync(self._expectation, active)
+        reader = BlockReader(active, expectation)
         try:
             while not active.state.ended:
                 if broadcast.viewers:
@@ -123,12 +141,21 @@ class LiveFeed:
             _log.exception("live view of %s ended", rig)
         broadcast.send_status(json.dumps(self.status(rig) | {"figures": reader.figures()}))
 
+    def _expectation(self, active: ActiveSession) -> Expectation | None:
+        """What is expected of the drives. The motion is watched without it where it cannot be said."""
+        try:
+            return self._expected(active.experiment, active.id)
+        except (InputError, Problem) as error:
+            _log.warning("live view of %s: no prediction: %s", active.rig, error)
+            return None
+
 
 class BlockReader:
     """Takes what is new from the session's live rows and encodes it once; counts what was lost."""
 
-    def __init__(self, active: ActiveSession) -> None:
+    def __init__(self, active: ActiveSession, expectation: Expectation | None = None) -> None:
         self._session = active.payload_session
+        self._expectation = expectation
         self._last = -np.inf
         self._steps: list[float] = []
         self._missing = 0
@@ -146,12 +173,39 @@ class BlockReader:
         axes = live.position.shape[1]
         signals = {f"position {axis}": live.position[new, axis] for axis in range(axes)}
         signals |= {f"command {axis}": live.command[new, axis] for axis in range(axes)}
-        signals |= {
-            f"following error {axis}": live.setpoint[new, axis] - live.position[new, axis]
-            for axis in range(axes)
-        }
+        setpoint = self._setpoint(live, new)
+        for name, group in (
+            ("following error", setpoint - live.position[new]),
+            ("setpoint", setpoint),
+            ("predicted", self._predicted(live, new)),
+            ("temperature", live.temperature[new]),
+        ):
+            signals |= {f"{name} {axis}": group[:, axis] for axis in range(axes)}
         origin, values = envelope(time, signals, ROWS_OF_BLOCK)
         return encode_block(origin, values, axes)
+
+    def _setpoint(self, live: "LiveRows", new: NDArray[np.bool_]) -> NDArray[np.float64]:
+        """(M, n) of the new rows; NaN at standstill and while the axes brake, where the drives follow nothing."""
+        from daq.samples import Phase  # buses are loaded only when a session needs them
+
+        follows = np.isin(live.phase[new], (Phase.APPROACH, Phase.PLAN))
+        return np.where(follows[:, None], live.setpoint[new], np.nan)
+
+    def _predicted(self, live: "LiveRows", new: NDArray[np.bool_]) -> NDArray[np.float64]:
+        """(M, n) A for the new rows; NaN where the plan is not driven, or nothing is predicted."""
+        from daq.samples import Phase
+
+        predicted = np.full((int(new.sum()), live.position.shape[1]), np.nan)
+        planned, first = live.phase[new] == Phase.PLAN, self._session.progress.first
+        if self._expectation is None or first is None or not planned.any():
+            return predicted
+        place = (live.cycle[new][planned] - first).astype(float)
+        # A model is asked at no more instants than are drawn; between them its torque is a straight line.
+        asked = np.unique(place[:: max(1, len(place) // ROWS_OF_BLOCK)])
+        current = self._expectation.at(asked)
+        for axis in range(current.shape[1]):
+            predicted[planned, axis] = np.interp(place, asked, current[:, axis])
+        return predicted
 
     def _count(self, time: np.ndarray, valid: np.ndarray) -> None:
         self._rows += len(time)

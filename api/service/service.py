@@ -9,6 +9,7 @@ from api.service.confined_reader import ConfinedReader
 from api.service.database import Database, open_database
 from api.service.disk_budget import DiskBudget
 from api.service.drive_resets import DriveResets
+from api.service.expected_current import CurrentForecast
 from api.service.experiment_store import ExperimentStore
 from api.service.experiment_upload import Uploads
 from api.service.homings import Homings
@@ -124,6 +125,6 @@ def create_service(settings: ServiceSettings) -> Service:
         stop_log=StopLog(audit, clock),
         stop_readiness=readiness,
         loop_pulse=LoopPulse(),
-        live=LiveFeed(operators, sessions, settings.live_rate),
+        live=LiveFeed(operators, sessions, settings.live_rate, CurrentForecast(experiments, rigs, plans).of),
         scale=WeighingScale(settings.scale_port),
     )

@@ -7,8 +7,11 @@ import pytest
 
 from api.service import live_feed
 from api.service.live_feed import BlockReader
+from daq.samples import Phase
 
 COMPLETE = 0x03
+BEGINS = 3
+"""Rows before the plan begins."""
 
 
 class Session:
@@ -27,7 +30,14 @@ class Session:
             setpoint=position + np.array([0.5, -0.25]),
             command=2.0 * position,
             valid=self.valid[: self.rows],
+            temperature=np.full((self.rows, 2), 40.0),
+            cycle=100 + np.arange(self.rows),
+            phase=np.where(np.arange(self.rows) < BEGINS, Phase.APPROACH, Phase.PLAN),
         )
+
+    @property
+    def progress(self):
+        return SimpleNamespace(first=100 + BEGINS)
 
 
 @pytest.fixture
@@ -82,3 +92,33 @@ def test_the_period_is_that_of_the_newest_five_thousand_steps(session, reader):
     session.rows = 6000
     reader.read()
     assert len(reader._steps) == 5000
+
+
+class Ramp:
+    """Expects a current that grows with the cycles of the plan, and remembers how often it was asked."""
+
+    def __init__(self) -> None:
+        self.asked: list[int] = []
+
+    def at(self, cycles: np.ndarray) -> np.ndarray:
+        self.asked.append(len(cycles))
+        return np.column_stack([cycles, -2.0 * cycles])
+
+
+def test_the_expected_current_is_that_of_the_plans_own_cycle_and_only_while_the_plan_is_driven(
+    session, reader
+):
+    reader._expectation = Ramp()
+    session.rows = 6
+    _, signals, _ = reader.read()
+    np.testing.assert_array_equal(signals["predicted 1"], [np.nan, np.nan, np.nan, 0.0, -2.0, -4.0])
+    assert signals["setpoint 0"] == pytest.approx(signals["position 0"] + np.full(6, 0.5))
+    assert signals["temperature 0"] == [40.0] * 6
+
+
+def test_a_model_is_asked_at_no_more_instants_than_are_drawn(session, reader):
+    ramp = reader._expectation = Ramp()
+    session.rows = 5003
+    _, signals, _ = reader.read()
+    assert ramp.asked[0] <= live_feed.ROWS_OF_BLOCK + 25
+    assert signals["predicted 0"][-300] == pytest.approx(4700.0)

@@ -5,8 +5,8 @@ import pytest
 
 from api.assumed_masses import GRAVITY_SHARE, torque_limits
 from api.pages.catalogue_words import effect_titles
-from api.pages.plan_view import findings, usual_model
-from api.plan_model import Identified, RegressorModel
+from api.pages.plan_view import findings
+from api.plan_model import Identified, RegressorModel, usual_model
 from daq.excitation import ExcitationPlan, Move, standard_plan
 from daq.excitation.optimal_excitation import Request
 from daq.excitation.plan_model import PlannedMotion

@@ -8,18 +8,43 @@ from playwright.sync_api import Page, expect
 
 from daq.excitation.standard_plan import standard_plan
 from daq.session_events import SessionState
+from tests.browser.test_accessibility import violations
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 
 PATIENCE = 200_000  # ms for what computes or moves
+PHONE, TABLET = {"width": 390, "height": 844}, {"width": 820, "height": 1180}
+SIGNS = "[data-live-state], .watch .label, .watch .value, [data-run-title], [data-stop], [data-connection]"
+"""What a person with a phone looks at while the robot moves."""
 FAULT_CYCLE = 3000
 LASTING = 3600
 """s of a motion that lasts until somebody stops it. It runs in simulated time, where a machine that is busy with a browser
 makes it late and nothing else: in real time such a machine stops it, by right (tests/faults/test_held_up.py)."""
 
 
-def prepare(page: Page, laboratory, seconds: int) -> None:
-    """From a plan that lies ready to an armed session."""
+def overlaps(page: Page, selector: str) -> list[str]:
+    """Pairs of the visible elements of a selector whose boxes lie on each other, or that are wider than the page."""
+    return page.evaluate(
+        """(selector) => {
+          const found = [...document.querySelectorAll(selector)].map((each) => [each, each.getBoundingClientRect()]);
+          const seen = found.filter(([, box]) => box.width > 0 && box.height > 0);
+          const wrong = seen.filter(([, box]) => box.right > innerWidth + 1).map(([each]) => `beyond: ${each.textContent}`);
+          seen.forEach(([one, a], index) => {
+            for (const [other, b] of seen.slice(index + 1)) {
+              if (one.contains(other) || other.contains(one)) continue;
+              const across = Math.min(a.right, b.right) - Math.max(a.left, b.left);
+              const down = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
+              if (across > 1 && down > 2) wrong.push(`${one.textContent} on ${other.textContent}`);
+            }
+          });
+          return wrong;
+        }""",
+        selector,
+    )
+
+
+def prepare(page: Page, laboratory, seconds: int, mistyped: str = "") -> None:
+    """From a plan that lies ready to an armed session; with a mass that is typed wrongly first."""
     service = laboratory.application.state.service
     service.plans.add(standard_plan(service.rigs.rig("bench"), seconds, name=f"bench {seconds} s"))
     page.goto(f"{laboratory.address}/pages/new-session?rig=bench")
@@ -27,7 +52,14 @@ def prepare(page: Page, laboratory, seconds: int) -> None:
     page.get_by_role("button", name="Prepare the session").click()
     page.wait_for_url(re.compile(r"/sessions/session-00"))
     page.get_by_role("button", name="Check the rig").click()
-    page.get_by_label("Mass in kg").fill("0", timeout=PATIENCE)
+    mass = page.get_by_label("Mass in kg")
+    if mistyped:
+        mass.fill(mistyped, timeout=PATIENCE)
+        page.get_by_role("button", name="Enter the mass").click()
+        expect(page.locator("[data-refused]")).to_contain_text("kg", timeout=PATIENCE)
+        expect(mass).to_have_value(mistyped)
+        assert violations(page) == []
+    mass.fill("0", timeout=PATIENCE)
     page.get_by_role("button", name="Enter the mass").click()
     page.get_by_role("button", name="I confirm it").click()
     page.get_by_role("button", name="Arm", exact=True).click()
@@ -44,11 +76,20 @@ def test_the_stop_key_ends_the_motion_from_any_page(laboratory_with, visitor) ->
     laboratory = laboratory_with()
     ada = visitor(laboratory, "ada")
     page = ada.page
-    prepare(page, laboratory, LASTING)
+    prepare(page, laboratory, LASTING, mistyped="-3")
+    page.evaluate("() => scrollTo(0, document.body.scrollHeight)")
+    expect(page.locator(".rail [aria-current]")).to_contain_text("Start")
+    expect(page.locator(".rail [aria-current]")).to_be_in_viewport()
     ada.shot("session-armed")
     start(page)
     expect(page.locator("[data-position]")).not_to_have_text("–")
+    expect(page.locator("[data-worst-share]")).to_contain_text("%")
     page.wait_for_function("() => Number(document.querySelector('[data-run-progress]').value) > 0")
+    assert violations(page) == []
+    page.set_viewport_size(PHONE)
+    for sign in ("[data-live-state]", "[data-left]", "[data-worst-share]", "[data-stop]"):
+        expect(page.locator(sign)).to_be_in_viewport()
+    assert overlaps(page, SIGNS) == []
     ada.shot("live")
     ada.step("Rig")
     expect(page.locator("[data-run-bar]")).to_be_visible()
@@ -58,9 +99,14 @@ def test_the_stop_key_ends_the_motion_from_any_page(laboratory_with, visitor) ->
     assert active.payload_session.wait(20) == SessionState.ABORTED, active.payload_session.reason
     assert "ada" in active.payload_session.reason
     expect(page.locator("[data-run-bar]")).to_be_hidden()
-    expect(page.get_by_text(re.compile("Aborted"))).to_be_visible()
+    expect(page.locator(".rig-state")).to_contain_text("Stopped by ada")
     ada.step("Live")
-    expect(page.locator("[data-fault]")).to_contain_text("The session was stopped. stopped by ada")
+    expect(page.locator("[data-fault]")).to_contain_text("The session was stopped. Stopped by ada")
+    expect(page.locator("[data-live-state]")).to_have_text("Stopped")
+    expect(page.locator("[data-connection]")).to_have_text("Nothing moves")
+    assert violations(page) == []
+    page.get_by_role("link", name="Prepare it again").click()
+    page.wait_for_url(re.compile(r"/new-session\?rig=bench&experiment=motion"))
 
 
 def test_a_viewer_may_stop_by_one_press_of_the_button(laboratory_with, visitor) -> None:
@@ -72,7 +118,7 @@ def test_a_viewer_may_stop_by_one_press_of_the_button(laboratory_with, visitor) 
     vera.page.get_by_role("button", name=re.compile("STOP")).click()
     active = laboratory.application.state.service.sessions.active("bench")
     assert active.payload_session.wait(20) == SessionState.ABORTED, active.payload_session.reason
-    expect(ada.page.locator("[data-fault]")).to_contain_text("stopped by vera")
+    expect(ada.page.locator("[data-fault]")).to_contain_text("Stopped by vera")
 
 
 def test_a_drive_fault_is_said_in_words_on_the_live_page(laboratory_with, visitor) -> None:
@@ -83,7 +129,8 @@ def test_a_drive_fault_is_said_in_words_on_the_live_page(laboratory_with, visito
     fault = ada.page.locator("[data-fault]")
     expect(fault).to_contain_text("A fault ended the session.", timeout=PATIENCE)
     expect(fault).to_contain_text("motor or transmission too hot")
-    expect(fault).to_contain_text("What was measured is kept")
+    expect(fault).to_contain_text("samples are kept")
+    expect(fault).to_contain_text("Remove the cause at the machine")
     ada.shot("fault")
     ada.step("Rig")
     expect(ada.page.locator(".rig-state")).to_contain_text("remove the cause at the machine")
@@ -109,6 +156,29 @@ def test_a_second_operator_sees_who_operates_the_rig_and_cannot_take_it(laborato
     assert "ada operates the rig" in answer.text
     ada.open("rig?rig=bench")
     expect(ada.page.locator("[data-onlookers]")).to_contain_text("grace is watching")
+
+
+def test_six_joints_stand_on_one_screen_and_their_numbers_do_not_touch(laboratory_with, visitor) -> None:
+    """As in motion: everything is shown, with the widest numbers that there are."""
+    laboratory = laboratory_with()
+    ada = visitor(laboratory, "ada")
+    page = ada.page
+    ada.open("live?rig=tx40-simulated")
+    expect(page.locator("[data-live-state]")).to_have_text("Nothing moves")
+    page.evaluate(
+        """() => {
+          for (const part of document.querySelectorAll("[data-seen], [data-run-bar]")) part.hidden = false;
+          for (const part of document.querySelectorAll("[data-idle]")) part.hidden = true;
+          for (const part of document.querySelectorAll(".axis-values .value > :first-child")) part.textContent = "−188.88";
+        }"""
+    )
+    for size in ({"width": 1280, "height": 800}, TABLET, PHONE):
+        page.set_viewport_size(size)
+        assert overlaps(page, ".axis-values .value > *, .axis-values .label") == [], size
+    page.set_viewport_size({"width": 1280, "height": 800})
+    beneath = page.locator("[data-axis]").last.bounding_box()
+    assert beneath["y"] + beneath["height"] <= page.locator("[data-run-bar]").bounding_box()["y"]
+    ada.shot("live-six")
 
 
 def test_a_lost_connection_is_said_and_the_page_comes_back_by_itself(laboratory_with, visitor) -> None:

@@ -95,7 +95,29 @@ export function watchTheRun() {
   );
 
   let lost = false;
+  let told = null; // what the live page hears of its rig, sooner than it can be asked for
+  let known = null; // what was said of the rigs last
+  let timer = 0;
+  function sayState() {
+    const ours = told && (known?.rig ?? told.rig) === told.rig;
+    if (ours) sayConnection(told.kind === "idle" || !told.moves ? "good" : told.kind, told.short);
+    else if (known) sayConnection(known.rig_state, known.rig_words);
+  }
+  document.addEventListener("rig-told", ({ detail }) => {
+    told = detail;
+    if (told) sayState();
+  });
+  // What a person does shows in the bar at once.
+  document.addEventListener("session-moved", () => poll());
+  document.addEventListener("htmx:afterRequest", (event) => {
+    if (event.detail.requestConfig.verb !== "get") poll();
+  });
+  function again() {
+    clearTimeout(timer); // one that was asked for in between has its turn already
+    timer = setTimeout(poll, POLL_EVERY);
+  }
   async function poll() {
+    clearTimeout(timer);
     try {
       const response = await fetch("/pages/run-state", { signal: AbortSignal.timeout(4000) });
       if (response.status === 401) {
@@ -106,14 +128,18 @@ export function watchTheRun() {
         // Who was let in may still stop: the button stays as long as something may move.
         bar.querySelector("[data-run-note]").textContent =
           "Your sign-in has ended. STOP still works; sign in again in another window to see how the motion goes.";
-        setTimeout(poll, POLL_EVERY);
+        again();
         return;
       }
       const run = await response.json();
       show(bar, run);
       sayAlarms(run.alarms);
       bar.classList.remove("lost");
-      sayConnection(run.rig_state, run.rig_words);
+      const changed = known !== null && known.rig_words !== run.rig_words;
+      known = run;
+      sayState();
+      // Pages that show a session's steps or what became of it look again.
+      if (changed && !told) document.dispatchEvent(new CustomEvent("session-moved"));
       const others = document.querySelector("[data-onlookers]");
       if (others) others.textContent = run.onlookers;
       if (lost) document.dispatchEvent(new CustomEvent("connection-back"));
@@ -128,7 +154,7 @@ export function watchTheRun() {
         bar.querySelector("[data-run-note]").textContent =
           "The connection is lost; the motion goes on. If it must stop now, use the emergency stop of the machine.";
     }
-    setTimeout(poll, POLL_EVERY);
+    again();
   }
   poll();
 }
