@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Literal
 
-from daq.recorder import raw_log_of
+from daq.raw_log import raw_log_of
 from daq.rig import Rig
 from identify.recording import (
     DeclaredSession,
@@ -144,7 +144,7 @@ def admit(folder: Path, recording: Path, payload: Payload, role: Role) -> Path:
             raise InputError(f"{final}: is there already; move {recording} by hand")
         log = raw_log_of(recording)
         if log.exists():
-            os.replace(log, raw_log_of(final))
+            os.replace(log, folder / log.name)
         os.replace(recording, final)
         append_session(folder, DeclaredSession(file=final.name, payload=payload.name, role=role), payload)
     return final

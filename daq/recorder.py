@@ -20,7 +20,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from daq.json_object import JsonObject
-from daq.raw_log import RawLog
+from daq.raw_log import RawLog, raw_log_of
 from daq.recording_file import RecordingFile, SessionDescription
 from daq.recording_verdict import RecordingVerdict
 from daq.ring_buffer import RingOverrun, RingReader
@@ -53,11 +53,6 @@ class Ending:
 
     reason: StopReason
     counters: JsonObject = field(default_factory=JsonObject)
-
-
-def raw_log_of(recording: Path) -> Path:
-    """Where the raw frames of a recording stand."""
-    return recording.with_suffix(".log")
 
 
 class Recorder:
@@ -95,21 +90,23 @@ class Recorder:
         except RingOverrun as overrun:
             self.lost_frames += overrun.lost
             frames = self._frames.read()
+        if len(rows):
+            moved = True
+            recorded = self._of_the_session(rows)
+            self._verdict.see(rows)
+            self._verdict.take(recorded)
+            if len(recorded):
+                self._waiting.append(recorded)
+        # What a full disk refuses waits: the motion ends within seconds, and there may be room then. Rows and raw frames
+        # each by themselves, so that neither is lost by what the other met.
+        with self._disk():
+            while self._waiting:
+                self.file.append(self._waiting[0])
+                self._waiting.popleft()
         with self._disk():
             if len(frames):
                 moved = True
                 self._log.append(frames)
-            if len(rows):
-                moved = True
-                recorded = self._of_the_session(rows)
-                self._verdict.see(rows)
-                self._verdict.take(recorded)
-                if len(recorded):
-                    self._waiting.append(recorded)
-            # What a full disk refuses waits here: the motion ends within seconds, and there may be room then.
-            while self._waiting:
-                self.file.append(self._waiting[0])
-                self._waiting.popleft()
         self._rows.publish_position()
         self._frames.publish_position()
         self._flush_when_due()
@@ -128,6 +125,7 @@ class Recorder:
         to_disk = now - self._synced >= self._storage.sync_interval
         with self._disk():
             self._log.flush(to_disk)
+        with self._disk():
             self.file.flush(to_disk)
             if self.file.gone:
                 sentence = (

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from daq.admission import measured
 from daq.experiment_folder import INCOMPLETE, Role, admit, changing, open_experiment
-from daq.recorder import raw_log_of
+from daq.raw_log import mend, raw_log_of
 from daq.recording_file import process_started, set_status
 from daq.rig import Rig
 from daq.safety import StopCause
@@ -127,7 +127,9 @@ def recover_recording(
         rows = before.rows + (0 if more is None else len(more))
         set_status(copy, status, reason, {"recovered": True, "rows": rows}, cause.value)
         os.replace(copy, path)
-        _mend_log(raw_log_of(path))
+        log = raw_log_of(path)
+        if log.exists():
+            mend(log)
     return RecordingState(path, status, reason, rows, before.payload, before.role)
 
 
@@ -154,20 +156,6 @@ def _columns(file: h5py.File) -> dict[str, h5py.Dataset]:
     if CYCLE not in columns:
         raise KeyError(f"no data set {CYCLE!r}")
     return columns
-
-
-def _mend_log(log: Path) -> None:
-    """Cut a last line that was written in part; a reader would stumble over it."""
-    if not log.exists():
-        return
-    with log.open("r+b") as file:
-        end = file.seek(0, os.SEEK_END)
-        start = max(0, end - 4096)
-        file.seek(start)
-        tail = file.read()
-        whole = tail.rfind(b"\n") + 1
-        if start + whole < end:
-            file.truncate(start + whole)
 
 
 def recover_experiment(folder: Path, reason: str, admit_too: Collection[str] = ()) -> list[RecordingState]:

@@ -172,8 +172,9 @@ class Supervision(_Settings):
     """s between heartbeats, the drives' and ours"""
     heartbeat_timeout: Positive = 0.5
     """s without a heartbeat until a node counts as lost"""
-    parent_timeout: Positive = 2.0
-    """s without a sign of life from the process that holds the stop button until the motion is stopped"""
+    parent_timeout: Positive = 1.4
+    """s without a sign of life from the process that holds the stop button until the motion is stopped; with the ramp after it
+    2.2 s at most until the axes rest (`daq.stopping_watch.longest_stop`)"""
     stop_timeout: Positive = 5.0
     """s that an axis may take to come to rest"""
     approach_speed: Annotated[float, Field(gt=0, le=1)] = 0.3

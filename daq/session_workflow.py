@@ -35,7 +35,8 @@ from daq.experiment_folder import (
 )
 from daq.live import LiveRows, LiveView
 from daq.plan_setpoints import plan_counts
-from daq.recorder import RecorderOrder, raw_log_of
+from daq.raw_log import raw_log_of
+from daq.recorder import RecorderOrder
 from daq.recording_file import SessionDescription
 from daq.recovery import RecordingState, recording_state, recover_recording
 from daq.rig import Rig

@@ -36,6 +36,16 @@ def expected_deceleration(limits: Limits) -> float:
     return limits.quick_stop_deceleration or RAMP_SHARE * limits.acceleration
 
 
+def longest_stop(rig: Rig) -> float:
+    """s from the command to stop until every axis rests, at most, from the greatest speed that the monitors let pass: one that
+    brakes more weakly has its power cut."""
+    reaction = REACTION + 3 * rig.cycle
+    fastest = rig.supervision.velocity_margin
+    return reaction + max(
+        fastest * axis.limits.velocity / expected_deceleration(axis.limits) for axis in rig.axes
+    )
+
+
 class StoppingWatch:
     """Keeps the newest positions of every axis; judges them once it was told that the axes should stop."""
 

@@ -22,6 +22,7 @@ from api.service.payload_sessions import ENDED_EARLY, RECORDING
 from api.service.problems import Problem
 from api.service.service import Service
 from api.service.session_catalogue import CatalogueEntry
+from daq.raw_log import raw_log_of
 from daq.session_events import SessionState
 from identify.recording import Payload
 from identify.recording.plain_text import check_printable
@@ -289,7 +290,7 @@ def _formats(file: Path, state: str) -> list[tuple[str, str]]:
     """Forms in which a recording can be had: REST's word and a person's."""
     formats = [("original", file.suffix.lstrip(".").upper())]
     formats += [("csv", "CSV")] if file.suffix == ".h5" and state != RECORDING else []
-    formats += [("raw", "raw frames")] if file.with_suffix(".log").is_file() else []
+    formats += [("raw", "raw frames")] if raw_log_of(file).is_file() else []
     return formats
 
 

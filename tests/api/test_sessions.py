@@ -1,5 +1,6 @@
 """Payload sessions through the service, on the simulated rig: real processes, real recordings."""
 
+import gzip
 import json
 
 import h5py
@@ -93,7 +94,9 @@ def test_recordings_are_downloaded_as_hdf5_csv_and_raw_frames(operator, service)
     folder = service.service.experiments.folder("arm")
     address = "/experiments/arm/recordings/session-00"
     assert operator.get(address, params={"format": "hdf5"}).content == (folder / "session-00.h5").read_bytes()
-    assert operator.get(address, params={"format": "raw"}).content == (folder / "session-00.log").read_bytes()
+    raw = gzip.decompress((folder / "session-00.log.gz").read_bytes())
+    assert operator.get(address, params={"format": "raw"}).content == raw
+    assert raw.endswith(b"\n")
     lines = operator.get(address, params={"format": "csv"}).text.splitlines()
     assert lines[0] == "t,q1,v1"
     with h5py.File(folder / "session-00.h5") as recording:

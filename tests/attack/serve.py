@@ -3,6 +3,7 @@
 python -m tests.attack.serve DATA PORT DESCRIPTORS [CERTIFICATE KEY STOP_PORT]
 """
 
+import ctypes
 import resource
 import sys
 import time
@@ -27,6 +28,11 @@ def main() -> None:
     async def freeze(seconds: float) -> None:  # pyright: ignore[reportUnusedFunction]
         """What a handler does that forgets where it runs."""
         time.sleep(seconds)
+
+    @application.post("/hold/{seconds}", dependencies=[access.Public])
+    async def hold(seconds: int) -> None:  # pyright: ignore[reportUnusedFunction]
+        """A call into C that keeps the interpreter's lock: no thread of this process runs."""
+        ctypes.PyDLL(None).sleep(seconds)
 
     stop = None
     if certificate is not None:

@@ -41,6 +41,8 @@ TURN = 0.002
 AT_REST = 2e-4
 """rad that a joint may still move in `STILL` s to count as at rest: 4 mrad/s"""
 STILL = 0.05
+CYCLE = 0.02
+"""s, the rig's"""
 
 
 RIG = f"attack-{os.getpid()}"
@@ -67,9 +69,9 @@ def long_plan() -> ExcitationPlan:
 
 @dataclass
 class Axis:
-    """The joint's position over this process's time, watched until `end` is set."""
+    """The joint's position over this process's time, with the count of SYNCs, watched until `end` is set."""
 
-    rows: list[tuple[float, float]] = field(default_factory=list)
+    rows: list[tuple[float, float, int]] = field(default_factory=list)
     end: threading.Event = field(default_factory=threading.Event)
 
     def watch(self, ring: RingReader, to_joint: Callable[[float], float]) -> None:
@@ -79,7 +81,8 @@ class Axis:
             newest = ring.latest(1)
             if len(newest) and newest["cycle"][0] != last:
                 last = int(newest["cycle"][0])
-                self.rows.append((time.monotonic(), to_joint(float(newest["position"][0, 0]))))
+                position = to_joint(float(newest["position"][0, 0]))
+                self.rows.append((time.monotonic(), position, last))
 
     def speed_at(self, moment: float) -> float:
         """rad/s around a moment."""
@@ -88,11 +91,13 @@ class Axis:
         return float(np.abs(np.ptp(near[:, 1]) / np.ptp(near[:, 0]))) if len(near) > 2 else 0.0
 
     def rest_after(self, moment: float) -> float:
-        """s from that moment until the joint did not move any more."""
+        """s from that moment until the joint did not move any more, counted in SYNCs: a time in which this computer let nothing
+        run, the rig included, does not count."""
         seen = np.array(self.rows)
         final = seen[-1, 1]
         moved = seen[np.abs(seen[:, 1] - final) > AT_REST]
-        return float(moved[-1, 0] - moment) if len(moved) else 0.0
+        begun = seen[seen[:, 0] <= moment][-1, 2]
+        return float(moved[-1, 2] - begun) * CYCLE if len(moved) else 0.0
 
 
 @dataclass
@@ -200,7 +205,7 @@ def comes_to_rest(axis: Axis, after: float = 0.3, timeout: float = PATIENCE) -> 
     def still() -> bool:
         # The ring may have ended with the session: no row is no motion either.
         now = time.monotonic()
-        recent = [position for moment, position in axis.rows if now - moment < after]
+        recent = [position for moment, position, _cycle in axis.rows if now - moment < after]
         return not recent or max(recent) - min(recent) < AT_REST
 
     wait_until(still, timeout)
@@ -214,7 +219,7 @@ def running_service(
     data = folder / "data"
     (data / "rigs").mkdir(parents=True)
     rig = yaml.safe_load((RIGS / "rx130l-joint3-simulated.yaml").read_text())
-    rig |= {"name": RIG, "pacing": "real-time", "cycle": 0.02}
+    rig |= {"name": RIG, "pacing": "real-time", "cycle": CYCLE}
     # A bus in this process, on a computer that has other work as well, is late now and again.
     rig["supervision"] = {"silence": 0.5, "heartbeat_timeout": 1.5}
     rig["bus"]["channel"] = RIG

@@ -21,6 +21,7 @@ import httpx
 import pytest
 from websockets.sync.client import connect
 
+from api.service.pulse import OLD
 from tests.attack.stand import ROOT, Axis, Stand, comes_to_rest, running_service, wait_until
 
 LONGEST = 0.6
@@ -208,22 +209,25 @@ def _rest(axis: Axis, since: float) -> float:
     return took
 
 
-@pytest.mark.parametrize("end", [signal.SIGSTOP, signal.SIGKILL], ids=["stopped", "killed"])
-def test_the_axis_rests_in_time_where_the_service_is_gone(stand: Stand, end):
+@pytest.mark.parametrize(
+    ("end", "within"), [(signal.SIGSTOP, DEAD_MAN), (signal.SIGKILL, LONGEST)], ids=["stopped", "killed"]
+)
+def test_the_axis_rests_in_time_where_the_service_is_gone(stand: Stand, end, within):
     with stand.motion() as axis:
         ended = time.monotonic()
         os.kill(stand.process.pid, end)
         comes_to_rest(axis, after=0.5, timeout=20)
-        assert axis.rest_after(ended) < DEAD_MAN + LONGEST
+        assert axis.rest_after(ended) < within
 
 
-def test_a_loop_that_stays_frozen_ends_the_motion_by_itself(stand: Stand):
+@pytest.mark.parametrize(("trap", "within"), [("freeze", DEAD_MAN + OLD), ("hold", DEAD_MAN)])
+def test_a_service_that_stays_frozen_ends_the_motion_by_itself(stand: Stand, trap, within):
+    """Its event loop alone (the sign of life is given until the loop's pulse is old), or all of its threads."""
     with stand.motion() as axis, ThreadPoolExecutor(1) as pool, stand.client(timeout=20) as mallory:
         frozen = time.monotonic()
-        freezing = pool.submit(mallory.post, "/freeze/6")
+        freezing = pool.submit(mallory.post, f"/{trap}/6")
         comes_to_rest(axis, after=0.5, timeout=20)
-        # The sign of life is given until the loop's pulse is old.
-        assert axis.rest_after(frozen) < DEAD_MAN + 0.5 + LONGEST
+        assert axis.rest_after(frozen) < within
         freezing.result()
     with stand.client("ada") as ada:
         session = ada.get("/experiments/arm/sessions").json()[-1]

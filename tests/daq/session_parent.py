@@ -1,5 +1,7 @@
 """Run by test_kills.py as a process of its own: holds a session until it ends, and prints what happens."""
 
+import ctypes
+import signal
 import sys
 from pathlib import Path
 
@@ -16,7 +18,13 @@ def gone(process: int) -> bool:
         return True
 
 
+def hold_interpreter(*_: object) -> None:
+    """A C call that keeps the interpreter's lock: no thread of this process runs until it is killed."""
+    ctypes.PyDLL(None).sleep(3600)
+
+
 if __name__ == "__main__":
+    signal.signal(signal.SIGUSR1, hold_interpreter)
     rig = Rig.load(sys.argv[2] if len(sys.argv) > 2 else "rx130l-joint3-simulated")
     plan = standard_plan(rig, 300.0)
     with PayloadSession(rig, Path(sys.argv[1]), plan, rig.payload("none"), "operator") as session:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from daq.experiment_folder import claim_recording, open_experiment
+from daq.raw_log import raw_log_of
 from daq.recovery import being_written, recover_recording
 from daq.session_events import SessionState, StepOutOfTurn
 from daq.session_workflow import PayloadSession
@@ -82,7 +83,7 @@ def test_a_recording_that_grows_is_recovered_by_nobody(rig, armed_session):
     with pytest.raises(InputError, match="is being recorded"):
         recover_recording(session.file, "faulted", "somebody else")
     # Not even when its raw log, by whose lock that is told, was deleted.
-    session.file.with_suffix(".log").unlink()
+    raw_log_of(session.file).unlink()
     assert being_written(session.file)
 
 

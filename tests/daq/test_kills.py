@@ -1,5 +1,6 @@
 """Processes killed and stopped at any moment: the axis comes to rest, and what was measured is there."""
 
+import gzip
 import json
 import os
 import random
@@ -131,7 +132,11 @@ def parent(tmp_path):
     process.stdout.close()
 
 
-@pytest.mark.parametrize("way", [signal.SIGKILL, signal.SIGSTOP], ids=["killed", "hung"])
+@pytest.mark.parametrize(
+    "way",
+    [signal.SIGKILL, signal.SIGSTOP, signal.SIGUSR1],
+    ids=["killed", "hung", "a C call keeps the interpreter's lock"],
+)
 def test_a_dead_or_hung_parent_lets_the_drive_come_to_rest_with_the_data_on_disk(parent, tmp_path, rig, way):
     parent.send_signal(way)
     wait_until(lambda: all(gone(child) for child in parent.children))
@@ -168,4 +173,5 @@ def test_recover_closes_what_a_kill_of_everything_left_and_says_so(parent, tmp_p
     with h5py.File(path) as file:
         assert len(file["cycle"]) == session["samples"]
         assert file.attrs["status"] == "faulted"
-    assert path.with_suffix(".log").read_bytes().endswith(b"\n")
+    log = path.with_name(path.stem + ".log.gz")
+    assert gzip.decompress(log.read_bytes()).endswith(b"\n")

@@ -73,7 +73,7 @@ def test_a_session_that_died_with_all_its_processes_is_recovered_listed_and_iden
     assert files(folder) == ["session-00.h5"]
     experiment = load_experiment(folder)
     assert experiment.sessions[0].payload.name == "disk-7"
-    assert (folder / "session-00.log").exists()
+    assert (folder / "session-00.log.gz").exists()
     remarks = experiment.read(experiment.sessions[0]).remarks
     assert any("what was measured until then is used" in remark for remark in remarks)
     assert identify(experiment, "usual").document().relative_error < 0.1

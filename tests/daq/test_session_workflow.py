@@ -13,7 +13,7 @@ import pytest
 from daq.excitation.standard_plan import standard_plan
 from daq.experiment_folder import open_experiment
 from daq.plan_setpoints import plan_counts
-from daq.recorder import raw_log_of
+from daq.raw_log import raw_log_of, text_of
 from daq.rig import Rig
 from daq.session_events import SessionState, StepOutOfTurn
 from daq.session_workflow import PayloadSession
@@ -219,7 +219,8 @@ def test_the_raw_log_is_read_by_can_utils_frame_by_frame(rig, armed_session, tmp
     session = armed_session(rig)
     session.start()
     assert session.wait(60) is SessionState.DONE
-    log, asc, back = raw_log_of(session.file), tmp_path / "session.asc", tmp_path / "back.log"
+    log, asc, back = tmp_path / "session.log", tmp_path / "session.asc", tmp_path / "back.log"
+    log.write_bytes(b"".join(text_of(raw_log_of(session.file))))
     channel = log.read_text().split(maxsplit=2)[1]
     subprocess.run(["log2asc", "-I", log, "-O", asc, channel], check=True, timeout=60)
     subprocess.run(["asc2log", "-I", asc, "-O", back], check=True, timeout=60)

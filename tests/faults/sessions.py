@@ -19,7 +19,7 @@ import numpy as np
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.excitation.trapezoid import Move
 from daq.experiment_folder import open_experiment
-from daq.recorder import raw_log_of
+from daq.raw_log import raw_log_of
 from daq.recovery import recording_state
 from daq.rig import Rig
 from daq.session_events import SessionEvent, SessionState, StepOutOfTurn

@@ -22,6 +22,7 @@ from api.service.prediction_files import read_prediction
 from api.service.problems import Problem
 from api.service.routes.experiments import ExperimentId, SessionId
 from api.service.routes.models import ModelId
+from daq.raw_log import raw_log_of, text_of
 from identify.recording import Session
 
 router = APIRouter(tags=["recordings"], route_class=ResourceRoute)
@@ -75,7 +76,7 @@ def _formats(path: Path) -> list[RecordingFormat]:
     formats = [RecordingFormat.ORIGINAL, RecordingFormat.CSV]
     if path.suffix == ".h5":
         formats.append(RecordingFormat.HDF5)
-    if path.with_suffix(".log").is_file():
+    if raw_log_of(path).is_file():
         formats.append(RecordingFormat.RAW)
     return formats
 
@@ -131,8 +132,9 @@ def download(
         headers = {"Content-Disposition": f'attachment; filename="{path.stem}.csv"'}
         return StreamingResponse(_csv(samples), media_type="text/csv", headers=headers)
     if format is RecordingFormat.RAW:
-        path = path.with_suffix(".log")
-    kinds = {".h5": "application/x-hdf5", ".csv": "text/csv", ".gz": "application/gzip", ".log": "text/plain"}
+        headers = {"Content-Disposition": f'attachment; filename="{path.stem}.log"'}
+        return StreamingResponse(text_of(raw_log_of(path)), media_type="text/plain", headers=headers)
+    kinds = {".h5": "application/x-hdf5", ".csv": "text/csv", ".gz": "application/gzip"}
     return FileResponse(path, media_type=kinds.get(path.suffix, MEDIA_TYPE), filename=path.name)
 
 
