@@ -25,7 +25,7 @@ from daq.recording_file import RecordingFile, SessionDescription
 from daq.recording_verdict import RecordingVerdict
 from daq.ring_buffer import RingOverrun, RingReader
 from daq.safety import StopCause, StopReason
-from daq.samples import rows_of_the_session
+from daq.samples import SessionRows
 
 _PERIOD = 0.02
 """s between two looks at the rings; they hold a hundred times as much"""
@@ -72,7 +72,7 @@ class Recorder:
         self.lost_rows = 0
         self.lost_frames = 0
         self._waiting: deque[NDArray[Any]] = deque()
-        self._begun = False
+        self._of_the_session = SessionRows()
         self._refused = False
         self._verdict = RecordingVerdict(order.description.rig)
         self._flushed = self._synced = time.monotonic()
@@ -92,7 +92,7 @@ class Recorder:
             frames = self._frames.read()
         if len(rows):
             moved = True
-            recorded = self._of_the_session(rows)
+            recorded = self._of_the_session.take(rows)
             self._verdict.see(rows)
             self._verdict.take(recorded)
             if len(recorded):
@@ -111,12 +111,6 @@ class Recorder:
         self._frames.publish_position()
         self._flush_when_due()
         return moved
-
-    def _of_the_session(self, rows: NDArray[Any]) -> NDArray[Any]:
-        """Those that are recorded (`daq.samples.rows_of_the_session`)."""
-        recorded = rows_of_the_session(rows, self._begun)
-        self._begun = self._begun or len(recorded) > 0
-        return recorded
 
     def _flush_when_due(self) -> None:
         now = time.monotonic()

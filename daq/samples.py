@@ -49,15 +49,29 @@ def sample_dtype(axes: int) -> np.dtype[Any]:
     )
 
 
-def rows_of_the_session(rows: NDArray[Any], begun: bool = False) -> NDArray[Any]:
-    """The rows from the plan's begin to the axes' rest; what came before is in the raw log.
+class SessionRows:
+    """Picks the rows that a recording holds, block by block: from the plan's begin until the axes stand still after it.
 
-    begun : whether the plan had begun before these rows
+    None is left out between two that are picked. What came before, and what comes up after the plan's end (a stop while the
+    axes settle), is in the raw log.
     """
-    planned = rows["phase"] == Phase.PLAN
-    if not begun:
-        rows = rows[int(np.argmax(planned)) :] if planned.any() else rows[:0]
-    return rows[(rows["phase"] == Phase.PLAN) | (rows["phase"] == Phase.STOPPING)]
+
+    def __init__(self) -> None:
+        self._begun = self._over = False
+
+    def take(self, rows: NDArray[Any]) -> NDArray[Any]:
+        """Those of the next rows (M,) that are recorded."""
+        if self._over or not len(rows):
+            return rows[:0]
+        if not self._begun:
+            planned = rows["phase"] == Phase.PLAN
+            self._begun = bool(planned.any())
+            rows = rows[int(np.argmax(planned)) :] if self._begun else rows[:0]
+        after = np.flatnonzero((rows["phase"] != Phase.PLAN) & (rows["phase"] != Phase.STOPPING))
+        if len(after):
+            self._over = True
+            return rows[: after[0]]
+        return rows
 
 
 @dataclass(frozen=True)

@@ -43,7 +43,7 @@ from daq.rig import Rig
 from daq.rig_drives import RigCheck, take_power
 from daq.ring_buffer import RingReader, remove_abandoned_rings
 from daq.safety import StopCause, StopReason
-from daq.samples import rows_of_the_session
+from daq.samples import SessionRows
 from daq.session_events import TRANSITIONS, SessionEvent, SessionState, StepOutOfTurn
 from daq.torque_offset import SentAhead
 from daq.weighed_mass import require_mass
@@ -519,7 +519,7 @@ class PayloadSession:
 
     def _rescue(self, file: Path, reason: StopReason) -> RecordingState:
         """The recorder died: close its file, with the rows that it left in the ring."""
-        left = None if self._rows is None else rows_of_the_session(self._rows.latest(self._rows.capacity))
+        left = None if self._rows is None else SessionRows().take(self._rows.latest(self._rows.capacity))
         sentence = (
             reason.words
             if reason.cause is StopCause.RECORDER

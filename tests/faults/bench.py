@@ -24,7 +24,7 @@ from daq.recorder import Ending
 from daq.rig import Rig
 from daq.ring_buffer import RingReader
 from daq.safety import StopCause, StopReason
-from daq.samples import rows_of_the_session
+from daq.samples import SessionRows
 
 PATIENCE = 60.0
 """s of the wall clock for a session of a few simulated seconds"""
@@ -263,7 +263,7 @@ def _drive(
         )
     if reader is None:
         return alarms, ended, np.zeros(0)
-    rows = rows_of_the_session(reader.latest(reader.capacity))
+    rows = SessionRows().take(reader.latest(reader.capacity))
     reader.close()
     return alarms, ended, rows
 
