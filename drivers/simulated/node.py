@@ -13,8 +13,10 @@ from canopen.objectdictionary import ODArray, ODVariable
 from canopen.sdo.exceptions import SdoAbortedError
 
 from drivers.object_dictionary import load_object_dictionary
+from drivers.simulated import abort_codes
 from drivers.simulated import process_image as slot
 from drivers.simulated.faults import Faults
+from drivers.simulated.pdo import PDO_OFF, Pdo
 from drivers.simulated.process_image import SLOT_OF_OBJECT, MappedSlots, bits_of
 from drivers.simulated.settings import SimulatedAxis
 from drivers.simulated.simulated_drive import SUPPORTED_MODES, SimulatedDrive
@@ -23,34 +25,7 @@ DICTIONARY = "simulated.eds"
 PDOS = 4
 _INITIALISING, _STOPPED, _OPERATIONAL, _PRE_OPERATIONAL = 0, 4, 5, 127
 _NMT_STATE_OF_COMMAND = {1: _OPERATIONAL, 2: _STOPPED, 128: _PRE_OPERATIONAL}
-_PDO_OFF = 1 << 31
 _FAULT_COMMAND = 0x2010
-
-# SDO abort codes, CiA 301 section 7.2.4.3.17.
-_VALUE_RANGE = 0x06090030
-_NO_SUBINDEX = 0x06090011
-_CANNOT_BE_MAPPED = 0x06040041
-_PDO_TOO_LONG = 0x06040042
-_NOT_IN_THIS_STATE = 0x08000022
-_READ_ONLY = 0x06010002
-_NO_OBJECT = 0x06020000
-
-
-class _Pdo:
-    """One PDO as its communication and mapping objects stand."""
-
-    def __init__(self) -> None:
-        self.can_id = 0
-        self.valid = False
-        self.transmission_type = 255
-        self.slots: MappedSlots | None = None
-        self.received: bytes | None = None  # RPDO waiting for SYNC
-        self.last_sent: bytes | None = None  # event-driven TPDO
-        self.syncs = 0
-
-    @property
-    def synchronous(self) -> bool:
-        return self.transmission_type <= 240
 
 
 class SimulatedNode(canopen.LocalNode):
@@ -76,9 +51,9 @@ class SimulatedNode(canopen.LocalNode):
         self.master_heartbeat: tuple[int, float] | None = None  # node, s
         self.communication_cycle = 0.0  # s, 0x1006
         self._interpolation = [1, -3]
-        self._tpdos = [_Pdo() for _ in range(PDOS)]
-        self._rpdos = [_Pdo() for _ in range(PDOS)]
-        self._rpdo_of_id: dict[int, _Pdo] = {}
+        self._tpdos = [Pdo() for _ in range(PDOS)]
+        self._rpdos = [Pdo() for _ in range(PDOS)]
+        self._rpdo_of_id: dict[int, Pdo] = {}
         self._late: list[tuple[int, bytes]] = []
         self._emergency_shown = 0
         self._load_drive_objects()
@@ -295,7 +270,7 @@ class SimulatedNode(canopen.LocalNode):
             return super().get_data(index, subindex, check_readable)
         variable = self._find_object(index, subindex)
         if check_readable and not variable.readable:
-            raise SdoAbortedError(0x06010001)
+            raise SdoAbortedError(abort_codes.WRITE_ONLY)
         self.drive.update_statusword()
         return struct.pack("<" + slot_and_format[1], self.drive.image[slot_and_format[0]])
 
@@ -318,37 +293,37 @@ class SimulatedNode(canopen.LocalNode):
         odd = self.axis.oddities
         beyond = any(first + odd.receive_pdos <= index < first + PDOS for first in (0x1400, 0x1600))
         if beyond or (odd.no_heartbeat_consumer and index == 0x1016):
-            raise SdoAbortedError(_NO_OBJECT)
+            raise SdoAbortedError(abort_codes.NO_OBJECT)
         entry = self.object_dictionary.get(index)  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
         if isinstance(entry, ODArray) and subindex not in entry.subindices:  # pyright: ignore[reportUnknownMemberType]
-            raise SdoAbortedError(_NO_SUBINDEX)  # canopen would make one up
+            raise SdoAbortedError(abort_codes.NO_SUBINDEX)  # canopen would make one up
         return super()._find_object(index, subindex)  # pyright: ignore[reportUnknownMemberType]  untyped in canopen
 
     def _refuse(self, index: int, subindex: int, data: bytes) -> None:
         """Raise SdoAbortedError for values that the drive does not take."""
         if index == 0x6060 and data and struct.unpack("<b", data[:1])[0] not in (0, *SUPPORTED_MODES):
-            raise SdoAbortedError(_VALUE_RANGE)
+            raise SdoAbortedError(abort_codes.VALUE_RANGE)
         odd = self.axis.oddities
         is_pdo = any(first <= index < first + PDOS for first in (0x1400, 0x1600, 0x1800, 0x1A00))
         if (odd.fixed_pdos and is_pdo) or (odd.fixed_interpolation is not None and index == 0x60C2):
-            raise SdoAbortedError(_READ_ONLY)
+            raise SdoAbortedError(abort_codes.READ_ONLY)
         is_mapping = 0x1600 <= index < 0x1600 + PDOS or 0x1A00 <= index < 0x1A00 + PDOS
         if not is_mapping:
             return
-        if self._number(index - 0x200, 1) & _PDO_OFF == 0 and self.nmt_state == _OPERATIONAL:
-            raise SdoAbortedError(_NOT_IN_THIS_STATE)
+        if self._number(index - 0x200, 1) & PDO_OFF == 0 and self.nmt_state == _OPERATIONAL:
+            raise SdoAbortedError(abort_codes.NOT_IN_THIS_STATE)
         value = int.from_bytes(data, "little")
         if subindex and value:
             self._slot_of_mapping(value)
         elif not subindex:
             entries = [self._number(index, position) for position in range(1, value + 1)]
             if sum(entry & 0xFF for entry in entries) > 64:
-                raise SdoAbortedError(_PDO_TOO_LONG)
+                raise SdoAbortedError(abort_codes.PDO_TOO_LONG)
 
     def _slot_of_mapping(self, entry: int) -> tuple[int, str]:
         slot_and_format = SLOT_OF_OBJECT.get((entry >> 16, entry >> 8 & 0xFF))
         if slot_and_format is None or bits_of(slot_and_format[1]) != entry & 0xFF:
-            raise SdoAbortedError(_CANNOT_BE_MAPPED)
+            raise SdoAbortedError(abort_codes.CANNOT_BE_MAPPED)
         return slot_and_format
 
     def _number(self, index: int, subindex: int) -> int:
@@ -462,13 +437,7 @@ class SimulatedNode(canopen.LocalNode):
     def on_pdos_changed(self) -> None:
         """Told when CAN ids of RPDOs may have changed; the rig replaces it."""
 
-    def _load_pdo(self, pdo: _Pdo, communication: int, mapping: int) -> None:
-        cob_id = self._number(communication, 1)
-        pdo.can_id = cob_id & 0x7FF
-        pdo.transmission_type = self._number(communication, 2)
-        pdo.received = None
-        pdo.last_sent = None
-        pdo.syncs = 0
+    def _load_pdo(self, pdo: Pdo, communication: int, mapping: int) -> None:
         entries = [self._number(mapping, position + 1) for position in range(self._number(mapping, 0))]
-        pdo.slots = MappedSlots([self._slot_of_mapping(entry) for entry in entries]) if entries else None
-        pdo.valid = not cob_id & _PDO_OFF and pdo.slots is not None
+        slots = [self._slot_of_mapping(entry) for entry in entries]
+        pdo.load(self._number(communication, 1), self._number(communication, 2), slots)

@@ -12,6 +12,7 @@ from drivers.cia402 import Mode, State
 from drivers.simulated import process_image as slot
 from drivers.simulated.cia402_machine import POWERED, Cia402Machine
 from drivers.simulated.compensation import Compensation
+from drivers.simulated.error_register import error_register
 from drivers.simulated.faults import Faults
 from drivers.simulated.servo import Servo
 from drivers.simulated.settings import SimulatedAxis
@@ -33,19 +34,6 @@ _AT_REST = 0.05  # rad/s of the motor
 _AT_REST_COUNTS = 1.5  # per servo period
 _AT_REST_TIME = 0.03  # s
 _BRAKE_SETTLES = 0.2  # s
-
-# Error register bits by the upper byte of an error code, CiA 301 section 7.5.2.2; the generic bit is always
-# set.
-_REGISTER_OF_CLASS = {0x2: 0x02, 0x3: 0x04, 0x4: 0x08}
-_COMMUNICATION, _DEVICE_PROFILE = 0x10, 0x20
-
-
-def _register_of(code: int) -> int:
-    if code >> 8 in (0x75, 0x81, 0x82):
-        return 0x01 | _COMMUNICATION
-    if 0x83 <= code >> 8 <= 0x8A:
-        return 0x01 | _DEVICE_PROFILE
-    return 0x01 | _REGISTER_OF_CLASS.get(code >> 12, 0)
 
 
 class SimulatedDrive:
@@ -157,7 +145,7 @@ class SimulatedDrive:
         if self.machine.state in (State.FAULT, State.FAULT_REACTION_ACTIVE):
             return
         self.image[slot.ERROR_CODE] = code
-        self.image[slot.ERROR_REGISTER] = _register_of(code)
+        self.image[slot.ERROR_REGISTER] = error_register(code)
         before = self.machine.state
         self.machine.fail()
         self._entered(before, self.machine.state)

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from identify.estimation.record import FILTER_REACH, Record
+from identify.estimation.record import Record
+from identify.estimation.stops import FILTER_REACH
 from identify.recording.samples import RawSamples
 from tests.identify.estimation import simulated_arm
 
