@@ -218,7 +218,10 @@ class Describer:
             for term in self.present.model.terms
             if term.joint == joint and term.key not in self.diagnosed and term.key not in missing
         )
-        tried = self._tried(summary, [table for each in variables for table in tables(each, summary)])
+        listed = [table for each in variables for table in tables(each, summary)]
+        if not listed:
+            return None
+        tried = self._tried(summary, listed)
         table = self._best(tried, said, imitators, bool(doubted))
         # a narrow shape may be in no table; it is looked for over the position
         senses: tuple[Sense, ...] = ("plain", "turned")
@@ -232,8 +235,8 @@ class Describer:
             forms = [each for each in forms if each.form is not None and each.form.one_sided]
         form = None
         if forms:
-            listed = [*forms, *([table.description] if table else [])]
-            form = self._as_good_form(self._tried(summary, listed), said, imitators, table, bool(doubted))
+            beside = [*forms, *([table.description] if table else [])]
+            form = self._as_good_form(self._tried(summary, beside), said, imitators, table, bool(doubted))
         if form is None and (table is None or doubted):
             return None
         return self._holding(joint, said, table, form)
