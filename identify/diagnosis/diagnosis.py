@@ -201,7 +201,7 @@ def with_descriptions(diagnosis: Diagnosis, of_doubted_only: bool = False) -> Di
     wanted = [
         place
         for place, joint in enumerate(diagnosis.joints)
-        if joint.doubted is not None or (joint.verdict == "unexplained" and not of_doubted_only)
+        if joint.doubted is not None or (joint.open and not of_doubted_only)
     ]
     if not wanted:
         return diagnosis

@@ -43,6 +43,13 @@ class JointDiagnosis:
     doubted: str | None = None
     learned: Learned | None = None
 
+    @property
+    def open(self) -> bool:
+        """Whether a description is worth looking for: the verdict is `unexplained`, or `adequate` although a predictor finds
+        more than noise leaves, if not in every stretch of the motion."""
+        suspected = any(each.share > each.least for each in self.structure)
+        return self.verdict == "unexplained" or (self.verdict == "adequate" and suspected)
+
     def described(self, learned: Learned, replaces: Collection[str]) -> "JointDiagnosis":
         """With a description, in the place of missing effects that explain nothing beside it: the cause is in no
         catalogue, and so is what they were probable for."""

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import pytest
+
+from identify.diagnosis.structure import Structure
 from identify.results.diagnosis import Learned
 
 LEARNED = Learned(
@@ -28,3 +33,19 @@ def test_a_replaced_effect_is_named_no_more_and_what_it_was_probable_for_is_in_n
     assert described.learned == LEARNED
     assert described.candidate("joint-spring").probability == 0.0
     assert described.probability_unexplained == plain.candidate("joint-spring").probability > 0.5
+
+
+@pytest.mark.parametrize(
+    ("verdict", "share", "looked_for"),
+    [
+        ("adequate", 0.2, True),
+        ("adequate", 0.05, False),
+        ("unexplained", 0.05, True),
+        ("missing", 0.2, False),
+    ],
+)
+def test_a_description_is_looked_for_where_structure_is_left_even_if_not_in_every_stretch(
+    diagnosed, verdict, share, looked_for
+):
+    structure = (Structure(("q", "direction"), share, deviation=share),)
+    assert replace(diagnosed().joints[0], verdict=verdict, structure=structure).open is looked_for
