@@ -216,9 +216,10 @@ class Client:
         """Take back the last undo."""
         return self._post(f"/experiments/{experiment}/models/redo")
 
-    def diagnose(self, experiment: str, model: str) -> Json:
-        """Find what a model version misses (a job)."""
-        return self._post(f"/experiments/{experiment}/models/{model}/diagnosis")
+    def diagnose(self, experiment: str, model: str, motion: bool = False) -> Json:
+        """Find what a model version misses (a job); with `motion`, also what that does to motion predicted a second ahead."""
+        asked = "?motion=true" if motion else ""
+        return self._post(f"/experiments/{experiment}/models/{model}/diagnosis{asked}")
 
     def diagnosis(self, experiment: str, model: str) -> DiagnosisDocument:
         """What was found to be missing in a model version."""
@@ -266,9 +267,10 @@ class Client:
             self._answer(answer)
         return answer.content
 
-    def improve(self, experiment: str) -> Json:
-        """Diagnose and add until nothing more is justified (a job)."""
-        return self._post(f"/experiments/{experiment}/improvement")
+    def improve(self, experiment: str, motion: bool = False) -> Json:
+        """Diagnose and add until nothing more is justified (a job); with `motion`, predict motion a second ahead too."""
+        asked = "?motion=true" if motion else ""
+        return self._post(f"/experiments/{experiment}/improvement{asked}")
 
     def model_signals(
         self,

@@ -5,6 +5,7 @@ must stay within the speeds and loads that the model was identified at. While it
 session, with a limit of the following error drawn from the drive of the same plan without it.
 """
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -18,7 +19,7 @@ from daq.rig import Rig
 from daq.torque_offset import TorqueOffset, torque_offset
 from identify.dynamics.inverse_dynamics import InverseDynamics
 from identify.export.bodies import feasible_standard
-from identify.export.exported_model import exported_model
+from identify.export.exported_model import ExportedModel, exported_model
 from identify.export.planned_torque import PlannedTorque, planned_torque
 from identify.export.record_error import Motion
 from identify.export.write import motions_of
@@ -67,7 +68,9 @@ def torque_ahead(
     model = exported_model(result)
     torque = planned_torque(model, motion)
     names = model.geometry.names
-    _within_what_is_known(names, torque, motion, [(m, planned_torque(model, m)) for m in motions_of(result)])
+    recorded = motions_of(result)
+    _within_what_is_known(names, torque, motion, [(m, planned_torque(model, m)) for m in recorded])
+    _within_positions_and_temperatures(model, motion, recorded)
     _possible(result, motion, torque)
     offset = torque_offset(rig, torque.whole if part == "whole" else torque.beside, share)
     remarks = [*model.remarks]
@@ -113,6 +116,33 @@ def _within_what_is_known(
                 raise InputError(
                     f"{name}: the plan's largest {what}, {here:.3g}, is beyond what the model was identified at, {there:.3g};"
                     " its friction is not known there"
+                )
+
+
+_OVER_POSITION = re.compile(r"\bq\d*\b")
+_OVER_TEMPERATURE = re.compile(r"\btemp\b")
+
+
+def _within_positions_and_temperatures(model: ExportedModel, motion: Motion, known: list[Motion]) -> None:
+    """Raises InputError: an effect of the model over position is not known at all of the plan's, or one over temperature."""
+    names = model.geometry.names
+    lowest = np.min([each.q.min(axis=0) for each in known], axis=0)
+    highest = np.max([each.q.max(axis=0) for each in known], axis=0)
+    slack = (BEYOND - 1.0) * (highest - lowest)
+    for torque in model.torques:
+        if _OVER_TEMPERATURE.search(torque.formula):
+            raise InputError(
+                f"{names[torque.row]}: the model has {torque.effect}, and the temperature along the plan is not known before it"
+                " is driven; send a model without it"
+            )
+        over = _OVER_POSITION.findall(torque.formula)
+        looked_at = {torque.motor if each == "q" else int(each[1:]) - 1 for each in over}
+        for joint in sorted(looked_at):
+            low, high = float(motion.q[:, joint].min()), float(motion.q[:, joint].max())
+            if low < lowest[joint] - slack[joint] or high > highest[joint] + slack[joint]:
+                raise InputError(
+                    f"{names[joint]}: the plan goes from {low:.3g} to {high:.3g}, and {torque.effect} was identified from"
+                    f" {lowest[joint]:.3g} to {highest[joint]:.3g}; it is not known beyond"
                 )
 
 

@@ -36,6 +36,10 @@ _PRODUCER_HEARTBEAT = 0x1017
 _CONSUMER_HEARTBEAT = 0x1016
 _NMT_COMMANDS = {"OPERATIONAL": (1, 5), "STOPPED": (2, 4), "PRE-OPERATIONAL": (128, 127)}
 _NMT_RESET_NODE = 129
+_NO_TORQUE_AHEAD = (
+    "a torque is sent ahead as torque offset 0x60B2 beside the target, which this drive does not take there; cyclic torque mode"
+    " (0x6071) would close the position loop over the bus, and is not offered"
+)
 
 
 @dataclass(frozen=True)
@@ -294,7 +298,9 @@ class Drive(StateMachine):
         try:
             return self._mapped(present, groups, mode, transmission_type, torque_offset)
         except DriveError as refusal:
-            if torque_offset or not was_refused(refusal):
+            if torque_offset and was_refused(refusal):
+                raise refusal.with_cause(_NO_TORQUE_AHEAD) from refusal
+            if not was_refused(refusal):
                 raise
             try:
                 stream = stream_of_fixed_mapping(self.sdo, present, wanted, mode)

@@ -73,16 +73,19 @@ def fit(progress: Progress, experiment: str, model: str, add: list[str], output:
 
 
 def diagnose(
-    progress: Progress, experiment: str, model: str, add: list[str], output: str
+    progress: Progress, experiment: str, model: str, add: list[str], output: str, motion: bool = False
 ) -> DiagnosisDocument:
     """Where that model fails and which effect is missing.
 
     output : folder of the fit, where the torque is kept that the model would predict with each of the best candidates
+    motion : whether motion is predicted too, where the fit did not see
     """
     from identify.diagnosis.with_candidate import predictions_with, shown_findings
 
     loaded = load_experiment(Path(experiment))
-    diagnosis = identify.diagnose(loaded, model=model, add=add, progress=_part(progress, 0.0, 0.85))
+    diagnosis = identify.diagnose(
+        loaded, model=model, add=add, progress=_part(progress, 0.0, 0.85), motion=motion
+    )
     looks = [
         (joint, finding)
         for joint in range(len(diagnosis.joints))
@@ -115,7 +118,13 @@ def separate(
 
 
 def improve(
-    progress: Progress, experiment: str, model: str, add: list[str], models: str, first: int
+    progress: Progress,
+    experiment: str,
+    model: str,
+    add: list[str],
+    models: str,
+    first: int,
+    motion: bool = False,
 ) -> ImprovementFound:
     """Add effects step by step until nothing more is justified, and fit each step's model.
 
@@ -123,7 +132,7 @@ def improve(
     k}/f1`
     """
     loaded = load_experiment(Path(experiment))
-    story = identify.improve(loaded, model=model, add=add, progress=_part(progress, 0.0, 0.6))
+    story = identify.improve(loaded, model=model, add=add, progress=_part(progress, 0.0, 0.6), motion=motion)
     document = story.document()
     changes = [str(step.added) for step in document.steps if step.added is not None]
     versions = []

@@ -168,8 +168,13 @@ class ModelWorkflow:
 
     # --- what is missing
 
-    def diagnose(self, experiment: str, user: str, identifier: str | None = None) -> Job:
-        """Find what a version (the current one if none is named) misses."""
+    def diagnose(
+        self, experiment: str, user: str, identifier: str | None = None, motion: bool = False
+    ) -> Job:
+        """Find what a version (the current one if none is named) misses.
+
+        motion : whether motion is predicted too, where the fit did not see
+        """
         self._refuse_overlap(experiment)
         story = self.story(experiment)
         version = story.read().version(identifier) if identifier else self._current_version(experiment)
@@ -185,6 +190,7 @@ class ModelWorkflow:
                 "model": version.model,
                 "add": version.add,
                 "output": str(story.fit_folder(version.id)),
+                "motion": motion,
             }
 
         return self._jobs.submit(
@@ -236,8 +242,11 @@ class ModelWorkflow:
             "separate", f"{COMPUTATIONS}:separate", arguments, store, user=user, experiment=experiment
         )
 
-    def improve(self, experiment: str, user: str) -> Job:
-        """Diagnose and add, step by step, until nothing more is justified; every step becomes a version."""
+    def improve(self, experiment: str, user: str, motion: bool = False) -> Job:
+        """Diagnose and add, step by step, until nothing more is justified; every step becomes a version.
+
+        motion : whether motion is predicted too, where the fit did not see
+        """
         self._refuse_overlap(experiment)
         start = self._current_version(experiment)
         story = self.story(experiment)
@@ -253,6 +262,7 @@ class ModelWorkflow:
                 "add": start.add,
                 "models": str(story.folder),
                 "first": first,
+                "motion": motion,
             }
 
         def store(improved: "ImprovementFound") -> Json:

@@ -30,10 +30,13 @@ def test_a_notebook_goes_from_data_to_a_better_model(coulomb, experiment, tmp_pa
     before = coulomb.results(experiment)
     assert before.model == "usual"
     said = []
-    coulomb.wait(coulomb.diagnose(experiment, "m1"), lambda fraction, words: said.append((fraction, words)))
+    asked = coulomb.diagnose(experiment, "m1", motion=True)
+    coulomb.wait(asked, lambda fraction, words: said.append((fraction, words)))
     assert said[-1] == (1.0, "done")
-    joint = coulomb.diagnosis(experiment, "m1").joints[0]
+    diagnosis = coulomb.diagnosis(experiment, "m1")
+    joint = diagnosis.joints[0]
     assert joint.verdict == "missing"
+    assert {each.effect for each in diagnosis.motion} == set(joint.missing)
     coulomb.wait(coulomb.add_effect(experiment, joint.missing[0], joint.joint))
     after = coulomb.results(experiment)
     assert after.relative_error < 0.1 * before.relative_error

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import api.compensation
 from api.compensation import following_limits, torque_ahead
 from api.compensation_run import DOCUMENT, PICTURE, CompensationRun
 from daq.excitation.standard_plan import standard_plan
@@ -19,6 +20,8 @@ from daq.rig import Rig
 from daq.session_events import SessionState
 from daq.session_workflow import PayloadSession
 from daq.torque_offset import RAMP, torque_offset
+from identify.export.exported_model import Torque, exported_model
+from identify.export.record_error import Motion
 from identify.identification import identify
 from identify.recording import InputError, load_experiment
 from identify.results.compensation import CompensationDocument
@@ -141,6 +144,25 @@ def test_models_that_may_not_be_sent_are_refused_before_anything_moves(rig, plan
     other = Rig.load("tx40-simulated")
     with pytest.raises(InputError, match="joints are"):
         torque_ahead(result, other, plan, payload, "whole", 0.6)
+
+
+def test_a_model_over_position_or_temperature_is_not_sent_where_it_is_not_known(rig, plan, result):
+    model = exported_model(result)
+    spring = Torque("joint-spring", 0, 0, ("q",), (3.0,))
+    warm = Torque("friction-temperature", 0, 0, ("(temp - 20.0) * direction",), (0.1,))
+    times = np.arange(0.0, plan.duration, 0.01)
+    planned = plan.setpoints(times)
+    motion = Motion(
+        times, planned.position, planned.velocity, planned.acceleration, None, rig.payload(PAYLOAD)
+    )
+    narrow = replace(motion, q=0.5 * planned.position)
+    within = api.compensation._within_positions_and_temperatures
+    within(model, motion, [narrow])  # nothing of this model looks at the position
+    within(replace(model, torques=(spring,)), motion, [motion])
+    with pytest.raises(InputError, match="joint-spring was identified from"):
+        within(replace(model, torques=(spring,)), motion, [narrow])
+    with pytest.raises(InputError, match="the temperature along the plan is not known"):
+        within(replace(model, torques=(warm,)), motion, [motion])
 
 
 def test_friction_that_drives_is_refused(rig, plan, experiment):

@@ -11,6 +11,7 @@ from drivers.cia402 import Mode, State
 from drivers.drive import Drive
 from drivers.errors import DriveError
 from drivers.profile import GENERIC
+from drivers.simulated.settings import OdditySettings
 
 CSP = Mode.CYCLIC_SYNCHRONOUS_POSITION
 
@@ -190,6 +191,15 @@ def test_a_torque_offset_is_mapped_beside_the_target_where_it_is_asked_for(open_
     ]
     assert stream.packed_with_offset(0x0F, -2, -3) == b"\x0f\x00\xfe\xff\xff\xff\xfd\xff"
     assert stream.setpoint(0x0F, -2) == b"\x0f\x00\xfe\xff\xff\xff\x00\x00"
+    assert not bench.drive.map_stream(CSP).takes_torque_offset
+
+
+def test_a_drive_that_takes_no_torque_offset_is_refused_with_what_would_be_needed(open_bench, axis):
+    bench = open_bench(axis(oddities=OdditySettings(fixed_pdos=True)))
+    with pytest.raises(
+        DriveError, match=r"0x60B2 .*cyclic torque mode \(0x6071\) would close the position loop over the bus"
+    ):
+        bench.drive.map_stream(CSP, torque_offset=True)
     assert not bench.drive.map_stream(CSP).takes_torque_offset
 
 

@@ -19,6 +19,14 @@ from identify.results.next_experiment import NextExperimentDocument
 router = APIRouter(tags=["diagnoses"], route_class=ResourceRoute)
 
 
+JudgeMotion = Annotated[
+    bool,
+    Query(
+        description="also predict motion a second ahead where the fit did not see, and say of each effect whether that gets worse"
+    ),
+]
+
+
 class OfJoint(BaseModel):
     """Which joint is meant."""
 
@@ -58,10 +66,15 @@ def effects(_user: access.Viewer) -> list[CatalogueEffect]:
 
 @router.post("/experiments/{experiment}/models/{model}/diagnosis", status_code=202, responses=problems(409))
 def diagnose(
-    request: Request, response: Response, user: access.Operator, experiment: ExperimentId, model: ModelId
+    request: Request,
+    response: Response,
+    user: access.Operator,
+    experiment: ExperimentId,
+    model: ModelId,
+    motion: JudgeMotion = False,
 ) -> JobView:
     """Find where that model fails and which physical effect is missing."""
-    job = service_of(request).models.diagnose(experiment, user.name, model)
+    job = service_of(request).models.diagnose(experiment, user.name, model, motion)
     return JobView.accepted(job, response)
 
 
@@ -131,7 +144,13 @@ def plan_next_experiment(
 
 
 @router.post("/experiments/{experiment}/improvement", status_code=202, responses=problems(409))
-def improve(request: Request, response: Response, user: access.Operator, experiment: ExperimentId) -> JobView:
+def improve(
+    request: Request,
+    response: Response,
+    user: access.Operator,
+    experiment: ExperimentId,
+    motion: JudgeMotion = False,
+) -> JobView:
     """Diagnose and add, step by step, until nothing more is justified; every step becomes a model version."""
-    job = service_of(request).models.improve(experiment, user.name)
+    job = service_of(request).models.improve(experiment, user.name, motion)
     return JobView.accepted(job, response)

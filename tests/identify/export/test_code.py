@@ -108,6 +108,18 @@ def test_the_structured_text_is_the_model(result, motion):
     assert np.array(found)[:, None] == pytest.approx(of_the_model(result, motion), rel=1e-9, abs=1e-9)
 
 
+def test_the_structured_text_is_opened_by_a_parser_of_the_standard_that_is_not_ours(plant):
+    parse = pytest.importorskip("blark.parse", reason="blark, which parses IEC 61131-3, is not installed")
+    text = structured_text(exported_model(identify(plant, "usual", ["stribeck", "presliding"])), "arm-1")
+    parsed = parse.parse_source_code(text)
+    assert parsed.exception is None
+    kinds = [type(item).__name__ for item in parsed.transform().items]
+    assert kinds[-1] == "FunctionBlock"
+    assert set(kinds[:-1]) == {"Function"}
+    broken = text.replace("END_IF;", "END_IFF;", 1).partition("FUNCTION_BLOCK")[0]
+    assert parse.parse_source_code(broken).exception is not None
+
+
 @pytest.mark.parametrize("name", sorted(effects()))
 def test_every_effect_with_formulas_has_one_for_each_column_that_parses(name):
     effect = effects()[name]
