@@ -49,8 +49,10 @@ STATE_WORDS = {
     RECORDING: ("warn", "cut off while it was recorded"),
 }
 """State of a session -> its colour, and what an operator calls it; others are on their way to be measured."""
-
-
+PASSED_OVER = "passed-over"
+"""Of the cookie: id of the experiment that was uploaded last, and what of its archive was not taken."""
+LONGEST_WORDS = 600
+"""Letters of it; a cookie holds 4096 bytes."""
 SORTED = ("id", "started", "rig", "payload", "plan", "use", "state", "seconds", "lost", "error")
 """Columns that the catalogue can be sorted by."""
 FILTERED = ("rig", "operator", "payload", "plan", "use", "state")
@@ -198,9 +200,25 @@ def add_experiment(request: Request, user: access.Operator, file: Annotated[Uplo
     with input_errors_as_problems():
         service.jobs.refuse_more(user.name)
         service.disk.require_room()
-        row = service.uploads.add_experiment(file.file)
-    service.models.refit(row.id, user.name)
-    return Response(status_code=204, headers={"HX-Redirect": experiment_link(row.id, "sessions")})
+        added = service.uploads.add_experiment(file.file)
+    service.models.refit(added.row.id, user.name)
+    words = ", ".join(added.passed_over)
+    shortened = words if len(words) <= LONGEST_WORDS else f"{words[:LONGEST_WORDS]} …"
+    request.session[PASSED_OVER] = [added.row.id, shortened]  # for the page that follows
+    return Response(status_code=204, headers={"HX-Redirect": experiment_link(added.row.id, "sessions")})
+
+
+@router.post("/experiments/{experiment}/sessions/passed-over/dismiss")
+def dismiss_passed_over(request: Request, _user: access.Operator, experiment: str) -> HTMLResponse:
+    """Say no more what of the uploaded archive was not taken."""
+    request.session.pop(PASSED_OVER, None)
+    return HTMLResponse("")
+
+
+def _passed_over(request: Request, experiment: str) -> str:
+    """What of the archive that this experiment came from was not taken; empty once that was put away."""
+    uploaded, words = request.session.get(PASSED_OVER, ("", ""))
+    return words if uploaded == experiment else ""
 
 
 def _context(request: Request, user: User, experiment: str, wanted: CatalogueChoice | None = None) -> Context:
@@ -215,6 +233,7 @@ def _context(request: Request, user: User, experiment: str, wanted: CatalogueCho
     context = frame(request, user, "sessions", experiment)
     context |= experiment_context(stored, stored.joint_names[0], shown, "sessions")
     return context | {
+        "passed_over": _passed_over(request, experiment),
         "rows": wanted.applied(entries),
         "choice": wanted,
         "choices": {name: _values(entries, name) for name in FILTERED},

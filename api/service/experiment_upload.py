@@ -2,9 +2,11 @@
 
 import os
 import shutil
+from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Literal
+from typing import IO, Any, Literal
 
+from api.service.archive_members import known_ending
 from api.service.confined_reader import ConfinedReader
 from api.service.database import ExperimentRow
 from api.service.experiment_store import ExperimentStore
@@ -15,6 +17,14 @@ from daq.experiment_folder import changing
 from identify.recording import DeclaredSession, InputError, Payload, append_session
 
 READER = "api.service.upload_reader"
+
+
+@dataclass(frozen=True)
+class AddedExperiment:
+    """An experiment from an archive, and what of the archive was not taken, in words."""
+
+    row: ExperimentRow
+    passed_over: list[str]
 
 
 class Uploads:
@@ -29,8 +39,8 @@ class Uploads:
         self._reader = reader
         self._limit = limit
 
-    def add_experiment(self, upload: IO[bytes]) -> ExperimentRow:
-        """Store the experiment in a zip archive: `experiment.yaml` and the files it names, at its top or in one folder.
+    def add_experiment(self, upload: IO[bytes]) -> AddedExperiment:
+        """Store the experiment in a zip archive: `experiment.yaml` and the files it names, in any folder of it.
 
         Raises InputError if it is not such an archive or the experiment is not valid, and the problem 413 if it is too
         large, or takes too much memory or time to read.
@@ -39,10 +49,10 @@ class Uploads:
             archive, folder = place / "upload.zip", place / "experiment"
             folder.mkdir()
             _put_aside(upload, archive, self._limit)
-            name = self._read(
+            name, passed_over = self._read(
                 f"{READER}:read_archive", archive=str(archive), folder=str(folder), limit=self._limit
             )
-            return self._experiments.adopt(folder, name)
+            return AddedExperiment(self._experiments.adopt(folder, name), passed_over)
 
     def add_session(
         self,
@@ -58,10 +68,7 @@ class Uploads:
         Raises InputError, which calls the file by the name it came with, if it cannot be read as a session of this robot,
         and the problem 413 if it is too large, or takes too much memory or time to read.
         """
-        ending = next(
-            (each for each in sorted(SESSION_ENDINGS, key=len, reverse=True) if file_name.endswith(each)),
-            None,
-        )
+        ending = known_ending(file_name, SESSION_ENDINGS)
         if ending is None:
             raise InputError(f"file: the name must end in {', '.join(SESSION_ENDINGS)}")
         target = self._experiments.folder(experiment)
@@ -101,7 +108,7 @@ class Uploads:
                     raise
         self._experiments.refresh(experiment)
 
-    def _read(self, function: str, **arguments: object) -> str:
+    def _read(self, function: str, **arguments: object) -> Any:
         try:
             return self._reader(function, **arguments)
         except LimitExceeded as error:

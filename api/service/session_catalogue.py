@@ -1,16 +1,11 @@
 """The catalogue of an experiment's sessions: what is known of each, and whether and as what models use it.
 
 Whether a session takes part, and in which role, stands in the experiment's own file, for the identifier to read wherever
-it runs. Notes stand beside it:
-
-    notes.yaml      session file -> what somebody wrote about it; no model depends on it
+it runs. Notes stand beside it (session_notes.py).
 """
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Literal
-
-import yaml
 
 from api.service.database import SessionRow
 from api.service.experiment_store import ExperimentStore
@@ -19,12 +14,11 @@ from api.service.jobs import Job
 from api.service.model_workflow import ModelWorkflow
 from api.service.problems import Problem
 from api.service.session_facts import FileFacts, SessionFacts
+from api.service.session_notes import read_notes, write_notes
 from daq.experiment_folder import changing
 from identify.recording import InputError, change_session
-from identify.recording.atomic_file import write_atomically
 from identify.recording.experiment_file import DeclaredSession
 
-NOTES = "notes.yaml"
 Role = Literal["identification", "validation"]
 
 
@@ -124,7 +118,7 @@ class SessionCatalogue:
         with changing(folder):
             notes = read_notes(folder) | {row.file.rpartition("/")[2]: note.strip()}
             kept = {file: note_text for file, note_text in notes.items() if note_text}
-            write_atomically(folder / NOTES, yaml.safe_dump(kept, allow_unicode=True).encode())
+            write_notes(folder, kept)
 
     # --- inside
 
@@ -180,20 +174,3 @@ class SessionCatalogue:
             change_session(folder, entry.row.file or "", **changes)
         self._experiments.refresh(experiment)
         return self._models.refit(experiment, user)
-
-
-def read_notes(folder: Path) -> dict[str, str]:
-    """Session file -> note. Raises InputError if somebody broke the file."""
-    try:
-        content = yaml.safe_load((folder / NOTES).read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        return {}
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise InputError(f"{NOTES}: is not readable as YAML ({error}); correct or remove it") from error
-    if content is None:
-        return {}
-    if not isinstance(content, dict) or not all(
-        isinstance(each, str) for pair in content.items() for each in pair
-    ):
-        raise InputError(f"{NOTES}: must map session files to texts; correct or remove it")
-    return content

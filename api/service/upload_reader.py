@@ -1,12 +1,12 @@
 """An uploaded archive or session, read without trusting a byte of it, in a process of its own (confined_reader.py).
 
-Names inside an archive are never used as paths: only plain names of known kinds are accepted. All that an upload unpacks to
+Names inside an archive are never used as paths: what `experiment.yaml` names is looked up (archive_members.py) and stored under
+a plain name; the rest is passed over. All that an upload unpacks to
 is counted together: members of the archive, what compressed sessions decompress to, what HDF5 files declare. An HDF5 file
 may point to other files on this machine; such files are refused.
 """
 
 import gzip
-import re
 import zipfile
 import zlib
 from pathlib import Path
@@ -14,9 +14,11 @@ from typing import IO, Any
 
 import h5py
 
+from api.service.archive_members import ArchiveMembers, Member, known_ending, leads_out, plain_name
 from api.service.folder_description import HDF5_ENDINGS, session_id
 from api.service.job_process import Progress
 from api.service.problems import Problem
+from api.service.session_notes import NOTES, read_notes, write_notes
 from api.service.session_table import rewrite_by_contract
 from identify.recording import (
     DeclaredSession,
@@ -28,9 +30,8 @@ from identify.recording import (
     load_experiment,
     write_experiment,
 )
-from identify.recording.experiment_file import EXPERIMENT_FILE
+from identify.recording.experiment_file import EXPERIMENT_FILE, read_experiment_file
 
-PLAIN_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
 SESSION_ENDINGS = (".csv", ".csv.gz", ".h5", ".hdf5")
 OTHER_ENDINGS = (".yaml", ".yml")
 MOST_FILES = 1000
@@ -59,22 +60,23 @@ class Allowance:
             raise Problem(413, f"With {name}, the upload unpacks to more than this service accepts.")
 
 
-def read_archive(progress: Progress, archive: str, folder: str, limit: int) -> str:
-    """Unpack an experiment into a folder and read all of it once; returns the experiment's name.
+def read_archive(progress: Progress, archive: str, folder: str, limit: int) -> tuple[str, list[str]]:
+    """Unpack an experiment into a folder and read all of it once; returns the experiment's name, and which members of the
+    archive were passed over.
 
     limit : bytes that everything may unpack to
 
     Raises InputError if it is not such an archive or the experiment is not valid, and the problem 413 if it is too large.
     """
     target, allowance = Path(folder), Allowance(limit)
-    with open(archive, "rb") as stream:
-        _unpack(stream, target, allowance)
     try:
+        with open(archive, "rb") as stream:
+            passed_over = _unpack(stream, target, allowance)
         loaded = load_experiment(target)
         _check_sessions(loaded, target, allowance)
     except InputError as error:
         raise InputError(_without_folder(error, target)) from error
-    return loaded.name
+    return loaded.name, passed_over
 
 
 def read_session(
@@ -105,33 +107,59 @@ def read_session(
         raise InputError(_without_folder(error, place)) from error
 
 
-def _unpack(upload: IO[bytes], folder: Path, allowance: Allowance) -> None:
+def _unpack(upload: IO[bytes], folder: Path, allowance: Allowance) -> list[str]:
+    """Unpack `experiment.yaml`, what it names and the notes on it, under plain names; returns what was passed over."""
     try:
         archive = zipfile.ZipFile(_WithoutHugeDirectory(upload))
     except (zipfile.BadZipFile, OSError, ValueError) as error:
         raise InputError("file: not a zip archive") from error
-    members = [member for member in archive.infolist() if not member.is_dir()]
-    if len(members) > MOST_FILES:
-        raise Problem(413, f"The archive holds {len(members)} files; {MOST_FILES} are the most.")
-    top = {member.filename.rpartition("/")[0] for member in members}
-    if len(top) > 1:
-        raise InputError("file: the archive's files must all be at its top or in one folder")
-    for member in members:
-        name = member.filename.rpartition("/")[2]
-        if not PLAIN_NAME.fullmatch(name) or not name.endswith((*SESSION_ENDINGS, *OTHER_ENDINGS)):
-            raise InputError(
-                f"file: {member.filename!r} is not experiment.yaml or a session's .csv, .csv.gz or .h5"
-            )
-        most = None if name.endswith(SESSION_ENDINGS) else LARGEST_SETTINGS
-        try:
-            with archive.open(member) as packed, (folder / name).open("xb") as stream:
-                _copy(packed, stream, allowance, most)
-        except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError) as error:
-            raise InputError(f"file: {member.filename!r} cannot be unpacked ({error})") from error
-        except FileExistsError:
-            raise InputError(f"file: {member.filename!r} is in the archive twice") from None
-    if not (folder / EXPERIMENT_FILE).is_file():
-        raise InputError(f"file: the archive holds no {EXPERIMENT_FILE}")
+    members = ArchiveMembers(archive)
+    _extract(archive, members.experiment, folder / EXPERIMENT_FILE, allowance, LARGEST_SETTINGS)
+    declared = read_experiment_file(folder / EXPERIMENT_FILE)
+    wanted = [(f"sessions[{k}].file", each.file) for k, each in enumerate(declared.sessions)]
+    wanted += [(f"effects[{k}]", name) for k, name in enumerate(declared.effects)]
+    if len(wanted) > MOST_FILES:
+        raise Problem(413, f"The experiment names {len(wanted)} files; {MOST_FILES} are the most.")
+    stored: dict[str, str] = {}
+    for field, name in wanted:
+        endings = SESSION_ENDINGS if field.startswith("sessions") else OTHER_ENDINGS
+        ending = known_ending(name, endings)
+        if ending is None:
+            raise InputError(f"{EXPERIMENT_FILE}: {field}: {name!r} must end in {', '.join(endings)}")
+        member = None if leads_out(name) else members.find(name)
+        if member is None:
+            raise InputError(f"{EXPERIMENT_FILE}: {field}: {name!r} is not a file of the upload")
+        plain = plain_name(name.replace("\\", "/").rpartition("/")[2], ending)
+        if plain in (*stored.values(), EXPERIMENT_FILE, NOTES):
+            raise InputError(f"{EXPERIMENT_FILE}: {field}: two files would be stored as {plain}; rename one")
+        most = None if endings is SESSION_ENDINGS else LARGEST_SETTINGS
+        _extract(archive, member, folder / plain, allowance, most)
+        stored[name] = plain
+    if (notes := members.beside(NOTES)) is not None:
+        _extract(archive, notes, folder / NOTES, allowance, LARGEST_SETTINGS)
+    if any(name != plain for name, plain in stored.items()):
+        _rename(folder, declared, stored)
+    if notes is not None:
+        said = read_notes(folder)
+        write_notes(folder, {stored.get(file, file): note for file, note in said.items()})
+    return members.passed_over()
+
+
+def _extract(
+    archive: zipfile.ZipFile, member: Member, target: Path, allowance: Allowance, most: int | None
+) -> None:
+    try:
+        with archive.open(member.info) as packed, target.open("xb") as stream:
+            _copy(packed, stream, allowance, most)
+    except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError) as error:
+        raise InputError(f"file: {member.shown!r} cannot be unpacked ({error})") from error
+
+
+def _rename(folder: Path, declared: ExperimentFile, stored: dict[str, str]) -> None:
+    """Let the experiment's files name each file as it is stored."""
+    sessions = tuple(each.model_copy(update={"file": stored[each.file]}) for each in declared.sessions)
+    effects = tuple(stored[name] for name in declared.effects)
+    write_experiment(folder, declared.model_copy(update={"sessions": sessions, "effects": effects}))
 
 
 class _WithoutHugeDirectory:

@@ -95,7 +95,7 @@ BOMBS = {
     "chunk larger than its data": (lambda path: {"a.h5": recording(path, 1000, chunk=400_000_000)}, 413),
     "large attribute": (lambda path: {"a.h5": recording(path, 500, attribute=10_000_000)}, 413),
     "archive in an archive": (lambda path: {"a.csv": archive({"b.csv": "t,q1,v1\n"})}, 422),
-    "many members": (lambda path: {f"a{number}.csv": "" for number in range(1001)}, 413),
+    "many members": (lambda path: {f"a{number}.csv": "" for number in range(5001)}, 413),
     "settings that mean billions of values": (lambda path: {"experiment.yaml": aliases()}, 422),
 }
 

@@ -115,6 +115,11 @@ class Imported(BaseModel):
 
     experiment: ExperimentView
     job: JobView
+    passed_over: list[str] = Field(
+        default=[],
+        description="files of the archive that experiment.yaml does not name and that were not stored",
+        examples=[["README.md"]],
+    )
 
 
 def view(request: Request, identifier: str) -> ExperimentView:
@@ -153,16 +158,20 @@ def import_experiment(
     request: Request,
     response: Response,
     user: access.Operator,
-    file: Annotated[UploadFile, File(description="a .zip of experiment.yaml and its session files")],
+    file: Annotated[
+        UploadFile, File(description="a .zip of experiment.yaml and its session files, in any folder")
+    ],
 ) -> Imported:
     """Store an experiment that was measured elsewhere; it is identified at once."""
     service = access.service_of(request)
     service.jobs.refuse_more(user.name)
     service.disk.require_room()
-    row = service.uploads.add_experiment(file.file)
-    job = service.models.refit(row.id, user.name)
-    response.headers["Location"] = f"/experiments/{row.id}"
-    return Imported(experiment=view(request, row.id), job=JobView.of(job))
+    added = service.uploads.add_experiment(file.file)
+    job = service.models.refit(added.row.id, user.name)
+    response.headers["Location"] = f"/experiments/{added.row.id}"
+    return Imported(
+        experiment=view(request, added.row.id), job=JobView.of(job), passed_over=added.passed_over
+    )
 
 
 @router.post("/experiments/{experiment}/sessions/import", status_code=201, responses=problems(409, 507))
