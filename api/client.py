@@ -139,7 +139,7 @@ class Client:
         experiment: str,
         session: str,
         target: Path | str,
-        format: Literal["original", "hdf5", "csv", "raw"] = "original",
+        format: Literal["original", "hdf5", "csv", "raw", "mat", "parquet", "hdf5-si"] = "original",
     ) -> Path:
         """Write a recording to the file `target`, which must not exist yet; returns its path."""
         path = Path(target)

@@ -202,8 +202,8 @@ def add_experiment(request: Request, user: access.Operator, file: Annotated[Uplo
         service.disk.require_room()
         added = service.uploads.add_experiment(file.file)
     service.models.refit(added.row.id, user.name)
-    words = ", ".join(added.passed_over)
-    shortened = words if len(words) <= LONGEST_WORDS else f"{words[:LONGEST_WORDS]} …"
+    names = ", ".join(added.passed_over)
+    shortened = names if len(names) <= LONGEST_WORDS else f"{names[:LONGEST_WORDS]} …"
     request.session[PASSED_OVER] = [added.row.id, shortened]  # for the page that follows
     return Response(status_code=204, headers={"HX-Redirect": experiment_link(added.row.id, "sessions")})
 
@@ -217,8 +217,8 @@ def dismiss_passed_over(request: Request, _user: access.Operator, experiment: st
 
 def _passed_over(request: Request, experiment: str) -> str:
     """What of the archive that this experiment came from was not taken; empty once that was put away."""
-    uploaded, words = request.session.get(PASSED_OVER, ("", ""))
-    return words if uploaded == experiment else ""
+    uploaded, names = request.session.get(PASSED_OVER, ("", ""))
+    return names if uploaded == experiment else ""
 
 
 def _context(request: Request, user: User, experiment: str, wanted: CatalogueChoice | None = None) -> Context:
@@ -292,7 +292,7 @@ def _session(
         "megabytes": file.stat().st_size / MEBIBYTE if there and file is not None else None,
         "downloads": [
             {"name": name, "link": f"/experiments/{experiment}/recordings/{row.id}?format={kind}"}
-            for kind, name in (_formats(file, row.state) if there and file is not None else ())
+            for kind, name in (_formats(file, entry.measured) if there and file is not None else ())
         ],
         "recoverable": row.state == RECORDING and not under_way,
         "recover_link": f"{link}/recover",
@@ -305,10 +305,13 @@ def _session(
     }
 
 
-def _formats(file: Path, state: str) -> list[tuple[str, str]]:
-    """Forms in which a recording can be had: REST's word and a person's."""
-    formats = [("original", file.suffix.lstrip(".").upper())]
-    formats += [("csv", "CSV")] if file.suffix == ".h5" and state != RECORDING else []
+def _formats(file: Path, measured: bool) -> list[tuple[str, str]]:
+    """Forms in which a recording can be had: REST's word and a person's. SI units want a session that is listed."""
+    recorded = file.suffix == ".h5"
+    formats = [("original", "HDF5 in counts" if recorded else file.name.split(".", 1)[1].upper())]
+    if measured:
+        formats += [("csv", "CSV")] if recorded else []
+        formats += [("mat", "MAT"), ("parquet", "Parquet"), ("hdf5-si", "HDF5 in SI units")]
     formats += [("raw", "raw frames")] if raw_log_of(file).is_file() else []
     return formats
 

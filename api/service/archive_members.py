@@ -49,16 +49,16 @@ def leads_out(name: str) -> bool:
 
 def readings(member: zipfile.ZipInfo) -> list[str]:
     """What a member's name may be, the likeliest first."""
-    found = list(_unicode_paths(member.extra))
+    matching = list(_unicode_paths(member.extra))
     if member.flag_bits & UTF8_NAME:
-        return [*found, member.filename]
+        return [*matching, member.filename]
     raw = member.filename.encode("cp437")  # as zipfile decoded it
     for encoding in ("utf-8", *CODE_PAGES):
         try:
-            found.append(raw.decode(encoding))
+            matching.append(raw.decode(encoding))
         except UnicodeDecodeError:
             continue
-    return list(dict.fromkeys(found))
+    return list(dict.fromkeys(matching))
 
 
 def _unicode_paths(extra: bytes) -> Iterator[str]:
@@ -98,7 +98,7 @@ class Member:
 
 
 class ArchiveMembers:
-    """The files of an archive, found by the names that `experiment.yaml` uses.
+    """The files of an archive, looked up by the names that `experiment.yaml` uses.
 
     Raises the problem 413 if there are too many, InputError if a name leads out of the archive, or it does not hold
     exactly one experiment.
@@ -130,11 +130,13 @@ class ArchiveMembers:
         self._taken = {id(self.experiment)}
 
     def _only_experiment(self) -> Member:
-        found = [each for each in self._files if key_of(each.names[0]).rpartition("/")[2] in EXPERIMENT_NAMES]
-        if not found:
+        matching = [
+            each for each in self._files if key_of(each.names[0]).rpartition("/")[2] in EXPERIMENT_NAMES
+        ]
+        if not matching:
             raise InputError(f"file: the archive holds no {EXPERIMENT_FILE}")
-        depth = min(each.names[0].count("/") for each in found)
-        top = [each for each in found if each.names[0].count("/") == depth]
+        depth = min(each.names[0].count("/") for each in matching)
+        top = [each for each in matching if each.names[0].count("/") == depth]
         if len(top) > 1:
             names = ", ".join(each.shown for each in top[:LONGEST_LIST])
             raise InputError(
@@ -145,29 +147,29 @@ class ArchiveMembers:
     def find(self, name: str) -> Member | None:
         """The member that `experiment.yaml` calls `name`; None where there is none.
 
-        A file that lies in another folder than it is said to be in is found by the last part of its name, if no other is
+        A file that lies in another folder than it is said to be in is taken by the last part of its name, if no other is
         called so.
 
         Raises InputError where several may be meant.
         """
         wanted = key_of(name)
-        found = self._beside.get(wanted) or self._anywhere.get(wanted.rpartition("/")[2], [])
-        if len(found) > 1:
-            names = ", ".join(each.shown for each in found[:LONGEST_LIST])
+        matching = self._beside.get(wanted) or self._anywhere.get(wanted.rpartition("/")[2], [])
+        if len(matching) > 1:
+            names = ", ".join(each.shown for each in matching[:LONGEST_LIST])
             raise InputError(
-                f"file: {printable(name)!r} is in the archive {len(found)} times ({names}); keep one"
+                f"file: {printable(name)!r} is in the archive {len(matching)} times ({names}); keep one"
             )
-        return self._take(found)
+        return self._take(matching)
 
     def beside(self, name: str) -> Member | None:
         """The one member of that name in the folder of `experiment.yaml`, if there is one."""
         return self._take(self._beside.get(key_of(name), []))
 
-    def _take(self, found: list[Member]) -> Member | None:
-        if not found:
+    def _take(self, matching: list[Member]) -> Member | None:
+        if not matching:
             return None
-        self._taken.add(id(found[0]))
-        return found[0]
+        self._taken.add(id(matching[0]))
+        return matching[0]
 
     def passed_over(self) -> list[str]:
         """What was not taken, for a person: files by their names, the leftovers of the packing program together."""

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scipy.io
 
 import identify
 from api.client import Client, JobFailed, ServiceError
@@ -52,6 +53,8 @@ def test_a_notebook_goes_from_data_to_a_better_model(coulomb, experiment, tmp_pa
 def test_signals_come_as_arrays(coulomb, experiment, tmp_path):
     path = coulomb.download(experiment, "session-00", tmp_path / "copy.csv")
     recorded = np.genfromtxt(path, delimiter=",", skip_header=1)
+    coulomb.download(experiment, "session-00", tmp_path / "copy.mat", "mat")
+    np.testing.assert_array_equal(scipy.io.loadmat(tmp_path / "copy.mat")["q1"][:, 0], recorded[:, 1])
     time, signals = coulomb.recorded_signals(experiment, "session-00", points=20_000)
     np.testing.assert_allclose(time, recorded[:, 0], atol=1e-6)
     np.testing.assert_allclose(signals["position"], recorded[:, 1], rtol=1e-6)

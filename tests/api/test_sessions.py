@@ -1,6 +1,7 @@
 """Payload sessions through the service, on the simulated rig: real processes, real recordings."""
 
 import gzip
+import io
 import json
 
 import h5py
@@ -90,7 +91,7 @@ def test_recordings_are_downloaded_as_hdf5_csv_and_raw_frames(operator, service)
     take(operator, "session-00", "weigh", *STEPS, mass=0.0)
     watch(operator)
     listed = operator.get("/experiments/arm/recordings").json()
-    assert listed[0]["formats"] == ["original", "csv", "hdf5", "raw"]
+    assert listed[0]["formats"] == ["original", "csv", "mat", "parquet", "hdf5-si", "hdf5", "raw"]
     folder = service.service.experiments.folder("arm")
     address = "/experiments/arm/recordings/session-00"
     assert operator.get(address, params={"format": "hdf5"}).content == (folder / "session-00.h5").read_bytes()
@@ -105,6 +106,9 @@ def test_recordings_are_downloaded_as_hdf5_csv_and_raw_frames(operator, service)
         v = command[100] * command.attrs["scale"]
         t = (recording["sync_time"][100] - recording["sync_time"][0]) * 1e-9
     np.testing.assert_allclose(np.array(lines[101].split(","), float), [t, q[0], v[0]], rtol=1e-12, atol=1e-9)
+    in_si = h5py.File(io.BytesIO(operator.get(address, params={"format": "hdf5-si"}).content))
+    assert in_si["q1"].attrs["unit"] == "rad"
+    np.testing.assert_allclose([in_si[name][100] for name in ("t", "q1", "v1")], [t, q[0], v[0]], rtol=1e-12)
 
 
 def test_everybody_who_is_signed_in_stops_the_motion_and_what_was_measured_is_kept(operator, service):

@@ -22,6 +22,7 @@ from api.service.prediction_files import read_prediction
 from api.service.problems import Problem
 from api.service.routes.experiments import ExperimentId, SessionId
 from api.service.routes.models import ModelId
+from api.service.session_export import SessionFormat, SessionTable
 from daq.raw_log import raw_log_of, text_of
 from identify.recording import Session
 
@@ -44,6 +45,9 @@ class RecordingFormat(StrEnum):
     HDF5 = "hdf5"
     CSV = "csv"
     RAW = "raw"
+    MAT = SessionFormat.MAT.value
+    PARQUET = SessionFormat.PARQUET.value
+    HDF5_SI = SessionFormat.HDF5_SI.value
 
 
 class RecordingSummary(BaseModel):
@@ -52,7 +56,7 @@ class RecordingSummary(BaseModel):
     session: str = Field(examples=["session-00"])
     file: str = Field(examples=["session-00.h5"])
     bytes: int = Field(examples=[1843200])
-    formats: list[RecordingFormat] = Field(examples=[["original", "hdf5", "csv", "raw"]])
+    formats: list[RecordingFormat] = Field(examples=[["original", "csv", "mat", "parquet", "hdf5-si"]])
 
 
 def _path(request: Request, experiment: str, session: str) -> Path:
@@ -72,8 +76,18 @@ def _samples(request: Request, experiment: str, session: str) -> Session:
     return service_of(request).samples.read(experiments.folder(experiment), entry.file)
 
 
-def _formats(path: Path) -> list[RecordingFormat]:
-    formats = [RecordingFormat.ORIGINAL, RecordingFormat.CSV]
+def _formats(path: Path, measured: bool) -> list[RecordingFormat]:
+    """What a session's file can be had as; SI units want a session that the experiment lists."""
+    formats = [RecordingFormat.ORIGINAL]
+    if measured:
+        formats += [
+            RecordingFormat.CSV,
+            RecordingFormat.MAT,
+            RecordingFormat.PARQUET,
+            RecordingFormat.HDF5_SI,
+        ]
+    elif path.name.endswith((".csv", ".csv.gz")):
+        formats.append(RecordingFormat.CSV)
     if path.suffix == ".h5":
         formats.append(RecordingFormat.HDF5)
     if raw_log_of(path).is_file():
@@ -88,12 +102,16 @@ def list_recordings(
     """The recordings of an experiment, also those that ended badly."""
     experiments = service_of(request).experiments
     folder = experiments.folder(experiment)
+    listed = {each.file for each in experiments.declared(experiment).sessions}
     views = []
     for row in experiments.sessions(experiment):
         if row.file is not None and (path := folder / row.file).is_file():
             views.append(
                 RecordingSummary(
-                    session=row.id, file=row.file, bytes=path.stat().st_size, formats=_formats(path)
+                    session=row.id,
+                    file=row.file,
+                    bytes=path.stat().st_size,
+                    formats=_formats(path, row.file in listed),
                 )
             )
     return views
@@ -111,6 +129,14 @@ def list_recordings(
                 "text/plain": {"schema": {"type": "string"}, "example": "(0.000000) can0 080#\n"},
                 "application/gzip": {"schema": {"type": "string", "format": "binary"}, "example": "(gzip)"},
             }
+            | {
+                form.media_type: {
+                    "schema": {"type": "string", "format": "binary"},
+                    "example": f"({form.value})",
+                }
+                for form in SessionFormat
+                if form is not SessionFormat.HDF5_SI
+            }
         }
     },
 )
@@ -121,16 +147,28 @@ def download(
     session: SessionId,
     format: RecordingFormat = RecordingFormat.ORIGINAL,
 ) -> Response:
-    """Download a recording: the original file, HDF5, CSV of the contract in SI units, or the raw frame
-    log.
+    """Download a recording: the original file, HDF5 in counts, the raw frame log; or all samples in SI units as CSV,
+    MAT (version 5), Parquet or HDF5 (`hdf5-si`), in columns t, q1 …, v1 …, ext1 …, temp1 ….
     """
     path = _path(request, experiment, session)
-    if format not in _formats(path):
+    declared = service_of(request).experiments.declared(experiment)
+    listed = str(path.relative_to(service_of(request).experiments.folder(experiment)))
+    if format not in _formats(path, listed in {each.file for each in declared.sessions}):
         raise Problem(409, f"The recording {session} has no {format.value}: it is {path.name}.")
     if format is RecordingFormat.CSV and not path.name.endswith((".csv", ".csv.gz")):
         samples = _samples(request, experiment, session)
         headers = {"Content-Disposition": f'attachment; filename="{path.stem}.csv"'}
         return StreamingResponse(_csv(samples), media_type="text/csv", headers=headers)
+    if format.value in {each.value for each in SessionFormat}:
+        form = SessionFormat(format.value)
+        service_of(request).disk.require_room()
+        table = SessionTable.of(declared, _samples(request, experiment, session))
+        size, blocks = table.sent(form, service_of(request).settings.data_folder)
+        headers = {
+            "Content-Disposition": f'attachment; filename="{session}{form.ending}"',
+            "Content-Length": str(size),
+        }
+        return StreamingResponse(blocks, media_type=form.media_type, headers=headers)
     if format is RecordingFormat.RAW:
         headers = {"Content-Disposition": f'attachment; filename="{path.stem}.log"'}
         return StreamingResponse(text_of(raw_log_of(path)), media_type="text/plain", headers=headers)
