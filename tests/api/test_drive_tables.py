@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import api.drive_tables
 from api.commands.drive_tables import drive_tables as command
 from api.drive_tables import drive_tables
 from api.drive_tables_text import drive_tables_text
@@ -22,6 +24,7 @@ from drivers.bus import BusSettings
 from drivers.cia402 import Command
 from drivers.errors import DriverError
 from drivers.simulated import process_image as slot
+from identify.export.exported_model import Torque, exported_model
 from identify.identification import identify
 from identify.recording import InputError, load_experiment
 from identify.results.drive_tables import DriveTablesDocument
@@ -162,3 +165,27 @@ def test_the_command_shows_and_writes_nothing_where_drives_do_not_last(measured,
     assert not DriveTablesDocument.model_validate(json.loads(capsys.readouterr().out)).written
     with pytest.raises(InputError, match="live only as long as a session"):
         command(str(file), str(measured[0]), write=True, yes=True)
+
+
+def test_torque_ripple_goes_into_the_cogging_table_about_the_encoder_s_zero(rig, result, monkeypatch):
+    """A ripple of four waves a turn of the motor, beside the friction that was identified."""
+    gear, home = rig.axes[0].gear_ratio, 0.3
+    model = exported_model(result)
+    ripple = Torque("torque-ripple", 0, 0, (f"cos({4.0 * gear} * q)",), (6.0,))
+    monkeypatch.setattr(
+        api.drive_tables, "exported_model", lambda _: replace(model, torques=(*model.torques, ripple))
+    )
+    turned = rig.model_copy(update={"axes": (rig.axes[0].model_copy(update={"home": home}),)})
+    friction, cogging = drive_tables(result, turned, "usual", write=False).joints[0].tables
+    assert friction.of == "friction"
+    assert cogging.left < 0.1 * cogging.wanted
+    ampere = 6.0 / float(rig.drive_gain[0, 0])
+    wanted = [ampere * np.cos(4.0 * (2.0 * np.pi * share + gear * home)) for share, _ in cogging.points]
+    assert [current for _, current in cogging.points] == pytest.approx(wanted, abs=0.1 * ampere)
+    assert [each.value for each in cogging.objects] == pytest.approx(
+        [1000.0 * a for a in wanted], abs=100.0 * ampere
+    )
+    one_point = of_drive("beckhoff-ax2000")
+    (joint,) = drive_tables(result, one_point, "usual", write=False).joints
+    assert [table.of for table in joint.tables] == ["friction"]
+    assert any("ripple is left out" in remark for remark in joint.remarks)
