@@ -32,6 +32,8 @@ from identify.recording.session_hdf5 import (
 )
 
 _CHUNK_ROWS = 2048
+_CACHED_CHUNKS = 4
+"""of each column in memory: rows are appended and never read again, but HDF5 2 would keep 8 MB of every column"""
 
 
 @dataclass(frozen=True)
@@ -102,7 +104,9 @@ class RecordingFile:
         rig = description.rig
         n = len(rig.axes)
         # The latest format is what SWMR needs; it also lifts the limit of 64 kB on the plan's attribute.
-        self._file = h5py.File(path, "x", libver="latest")
+        self._file = h5py.File(
+            path, "x", libver="latest", rdcc_nbytes=_CACHED_CHUNKS * _CHUNK_ROWS * 8 * max(1, n)
+        )
         root = self._file
         for name, value in description.attributes().items():
             root.attrs[name] = value

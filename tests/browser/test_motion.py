@@ -135,6 +135,18 @@ def test_a_drive_fault_is_said_in_words_on_the_live_page(laboratory_with, visito
     ada.step("Rig")
     expect(ada.page.locator(".rig-state")).to_contain_text("remove the cause at the machine")
     ada.shot("rig-fault")
+    # Where power could not be read back as off, a person is told on every page, until that is taken back.
+    session = laboratory.application.state.service.sessions.active("bench").payload_session
+    session.alarm = "joint j3 may still have power: press the emergency stop"
+    alarm = ada.page.get_by_role("alert").and_(ada.page.locator("[data-alarm]"))
+    for page in ("Results", "Rig"):
+        expect(alarm).to_have_text(f"bench: {session.alarm}")
+        expect(alarm).to_be_in_viewport()
+        ada.step(page)
+    ada.page.reload()
+    expect(alarm).to_be_visible()
+    session.alarm = ""
+    expect(alarm).to_be_hidden()
 
 
 def test_a_second_operator_sees_who_operates_the_rig_and_cannot_take_it(laboratory_with, visitor) -> None:
