@@ -22,7 +22,9 @@ from uvicorn.server import ServerState
 HEAD_TIMEOUT = 10.0
 """s that a connection may take for the head of a request, from its begin or from the answer before"""
 BODY_TIMEOUT = 30.0
-"""s without a byte of a body that was announced"""
+"""s that we listen for a body that was announced and does not come"""
+LEAST_RATE = 1000.0
+"""bytes of a body that buy a second more: who sends less holds a place and says nothing"""
 SWEEP_EVERY = 1.0
 """s between looks for those who keep us waiting"""
 MOST_CONNECTIONS = 512
@@ -36,6 +38,7 @@ class Link:
 
     prefix : what was read of it before it was admitted
     shown_out : it has to go, and no longer counts
+    patience : s that we still listen for the body under way
     """
 
     socket: socket.socket
@@ -44,7 +47,7 @@ class Link:
     protocol: "LinkedProtocol | None" = None
     shown_out: bool = False
     idle_since: float = field(default_factory=time.monotonic)
-    heard: float = field(default_factory=time.monotonic)
+    patience: float = BODY_TIMEOUT
 
     @property
     def gone(self) -> bool:
@@ -92,13 +95,13 @@ class LinkedProtocol(H11Protocol):
         """Read first what the acceptor had read."""
         super().connection_made(transport)
         prefix, self.link.prefix = self.link.prefix, b""
-        self.link.heard = time.monotonic()
         if prefix:
             self.data_received(prefix)
 
     def data_received(self, data: bytes) -> None:
-        """Note that something came."""
-        self.link.heard = time.monotonic()
+        """What comes buys time; a new request has all of it."""
+        bought = self.link.patience + len(data) / LEAST_RATE
+        self.link.patience = BODY_TIMEOUT if self.waits else min(BODY_TIMEOUT, bought)
         super().data_received(data)
 
     def handle_websocket_upgrade(self, event) -> None:
@@ -210,7 +213,9 @@ class Connections:
             return now - link.idle_since > HEAD_TIMEOUT
         # Where it is we who do not read, nothing can come.
         slow = protocol.cycle.more_body and not protocol.flow.read_paused
-        return slow and now - link.heard > BODY_TIMEOUT
+        if slow:
+            link.patience -= SWEEP_EVERY
+        return slow and link.patience < 0
 
     def _close(self, link: Link) -> None:
         link.shown_out = True

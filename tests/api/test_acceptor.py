@@ -85,6 +85,26 @@ def test_who_begins_a_request_and_does_not_go_on_is_shown_out(listening, monkeyp
     assert time.monotonic() - begun < 8
 
 
+def test_who_sends_a_body_byte_by_byte_is_shown_out_too(listening, monkeypatch):
+    """Sixteen kilobytes that a stranger may send would else hold a place for days."""
+    monkeypatch.setattr(connections, "BODY_TIMEOUT", 0.2)
+    monkeypatch.setattr(connections, "SWEEP_EVERY", 0.05)
+    place = urlsplit(listening.address)
+    head = b"POST /sign-in HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: 16000\r\n\r\n"
+    with socket.create_connection((place.hostname, place.port)) as connection:
+        connection.settimeout(0.02)
+        connection.sendall(head)
+        sent = 0
+        with contextlib.suppress(ConnectionError):
+            while sent < 15_000:
+                connection.sendall(b" ")
+                sent += 1
+                with contextlib.suppress(TimeoutError):
+                    if not connection.recv(1000):
+                        break
+    assert sent < 15_000
+
+
 def test_what_was_read_before_a_connection_was_handed_over_is_not_lost(listening):
     """A body in the same packet as its head, and one that comes in pieces."""
     body = json.dumps({"name": "ada", "password": "correct horse battery"}).encode()

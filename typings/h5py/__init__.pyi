@@ -81,6 +81,7 @@ class File(Group):
         libver: str | None = ...,
         swmr: bool = ...,
         locking: bool | None = ...,
+        rdcc_nbytes: int | None = ...,
     ) -> None: ...
     def __enter__(self) -> Self: ...
     def __exit__(
