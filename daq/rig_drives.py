@@ -24,7 +24,7 @@ from drivers.cia402 import HOMING_ATTAINED, HOMING_ERROR, Mode, State
 from drivers.drive import Drive
 from drivers.emergency import Emergency, code_in_words
 from drivers.errors import DriveError, DriverError
-from drivers.process_data import DriveStream
+from drivers.process_data import DriveStream, was_refused
 from drivers.profile import DriveProfile
 from drivers.safety_output import SafetyOutput
 from drivers.standard_stream import standard_stream
@@ -327,6 +327,8 @@ class RigDrives:
     def _configured(self, axis: Axis, drive: Drive, torque_offset: bool) -> DriveStream:
         drive.disable()
         drive.clear_torque_offset()
+        if torque_offset:
+            _require_no_table(drive)
         stream = drive.map_stream(
             MODES[axis.mode], temperature=self.rig.record_temperature, torque_offset=torque_offset
         )
@@ -413,6 +415,32 @@ class RigDrives:
             if self.output is not None:
                 self.output.close()
             self._claim.close()
+
+
+def _require_no_table(drive: Drive) -> None:
+    """Raises DriveError where the drive adds friction by a table of its own: sent ahead too, it would act twice."""
+    compensation = drive.profile.compensation
+    if compensation is None or compensation.friction is None:
+        return
+    for row in (compensation.friction.forward, compensation.friction.backward):
+        if row is None:
+            continue
+        for subindex in range(row.subindex, row.subindex + row.points):
+            try:
+                held = drive.sdo.read(row.index, subindex, row.type, "looking for a friction table")
+            except DriveError as error:
+                if was_refused(error):  # of a firmware that has no such table
+                    return
+                raise
+            if held:
+                raise DriveError(
+                    drive.node,
+                    "sending a torque ahead",
+                    index=row.index,
+                    subindex=subindex,
+                    expected="0, for the friction of a torque sent ahead would act twice",
+                    received="the drive has a friction table of its own; set its currents to 0 first",
+                )
 
 
 def take_power(rig: Rig) -> PowerReport:

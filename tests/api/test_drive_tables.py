@@ -17,12 +17,13 @@ from daq.excitation.standard_plan import standard_plan
 from daq.following_error import following_error
 from daq.plan_setpoints import plan_counts
 from daq.rig import RIGS, Rig
+from daq.rig_drives import RigDrives
 from daq.session_events import SessionState
 from daq.session_workflow import PayloadSession
 from daq.simulated_rig import simulated_rig
 from drivers.bus import BusSettings
 from drivers.cia402 import Command
-from drivers.errors import DriverError
+from drivers.errors import DriveError, DriverError
 from drivers.simulated import process_image as slot
 from identify.export.exported_model import Torque, exported_model
 from identify.identification import identify
@@ -135,6 +136,21 @@ def test_nothing_is_written_to_a_drive_with_power_and_a_refusal_leaves_all_as_it
         with pytest.raises(InputError, match=r"nothing was written: .*has power"):
             write_tables(there, [[first]])
         assert node.drive.compensation.raw[0x2021][0] == 0
+
+
+def test_a_drive_that_compensates_friction_itself_is_sent_no_torque_ahead(rig):
+    there = rig.model_copy(update={"bus": BusSettings(interface="virtual", channel="drive-tables-twice")})
+    with simulated_rig(there, there.payload("none")):
+        for value in (700, 0):
+            write_tables(there, [[ObjectWrite(0x2021, 3, "int32", value)]])
+            drives = RigDrives(there)
+            try:
+                if value:
+                    with pytest.raises(DriveError, match=r"0x2021:03.*would act twice"):
+                        drives.configure(torque_offset=True)
+                assert drives.configure(torque_offset=not value)[0].takes_torque_offset == (not value)
+            finally:
+                drives.close()
 
 
 def test_a_family_with_one_support_point_gets_the_best_one_within_what_its_object_takes(result):
