@@ -8,12 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+RIGHT_PITCH = 1.5e-8
+"""Cosine of the pitch below which roll and yaw are one angle. Taking it for zero is wrong by so much, and the rounding of the
+rotation's entries (1e-16) divided by it is what the angles are wrong by otherwise; here both are the same."""
 
 
 def roll_pitch_yaw(rotation: Array) -> Array:
     """(3,) rad: R = Rz(yaw) Ry(pitch) Rx(roll); where the pitch is a right angle the yaw is taken as zero."""
     pitch = math.atan2(-rotation[2, 0], math.hypot(rotation[0, 0], rotation[1, 0]))
-    if math.hypot(rotation[0, 0], rotation[1, 0]) < 1e-9:
+    if math.hypot(rotation[0, 0], rotation[1, 0]) < RIGHT_PITCH:
         roll = math.atan2(math.copysign(1.0, -rotation[2, 0]) * rotation[0, 1], rotation[1, 1])
         return np.array([roll, pitch, 0.0])
     return np.array(

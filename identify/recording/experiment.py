@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from os.path import isdir, isfile  # unlike Path's, no error for a name that no file system takes
 from pathlib import Path
 
 import numpy as np
@@ -105,7 +106,7 @@ def experiment_from(declared: ExperimentFile, file: Path) -> Experiment:
     ]
     needed += [(f"effects[{index}]", name) for index, name in enumerate(declared.effects)]
     for place, name in needed:
-        if not (file.parent / name).is_file():
+        if not isfile(file.parent / name):
             raise InputError(f"{file}: {place}: there is no file '{name}' in {file.parent}")
     listed = [
         SessionEntry(
@@ -134,10 +135,10 @@ def _experiment_file(path: Path, stored: Path | None) -> Path:
     if stored is not None and not path.is_absolute():
         candidates.append(stored / path)
     for candidate in candidates:
-        if candidate.is_file():
+        if isfile(candidate):
             return candidate
-        if candidate.is_dir():
-            if (candidate / EXPERIMENT_FILE).is_file():
+        if isdir(candidate):
+            if isfile(candidate / EXPERIMENT_FILE):
                 return candidate / EXPERIMENT_FILE
             raise InputError(f"{candidate}: the folder holds no {EXPERIMENT_FILE}")
     known = f", nor an experiment of that name in {stored}" if stored is not None else ""

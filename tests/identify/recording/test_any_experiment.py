@@ -33,18 +33,28 @@ MANY = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCh
 
 
 def is_read_or_refused(folder):
+    """A refusal names the file: of the folder, or where the experiment names one elsewhere."""
+    files = [folder]
     try:
         experiment = load_experiment(folder)
+        files += [entry.path for entry in experiment.sessions]
         for entry in experiment.sessions:
             session = experiment.read(entry)
             assert np.isfinite(session.position).all()
     except InputError as refused:
         assert len(str(refused).splitlines()) == 1, str(refused)  # noqa: PT017 - it may also be taken
-        assert str(folder) in str(refused)  # noqa: PT017
+        assert any(str(file) in str(refused) for file in files)  # noqa: PT017
+
+
+def with_session(file):
+    """The experiment with one session, of this file."""
+    return DOCUMENT | {"sessions": [DOCUMENT["sessions"][0] | {"file": file}]}
 
 
 @MANY
 @given(document=altered(DOCUMENT))
+@example(document=with_session("a" * 5000))  # no file system takes such a name
+@example(document=with_session("/etc/passwd"))
 def test_an_experiment_file_that_is_altered_is_read_or_refused_in_a_line(tmp_path, document):
     text = yaml.safe_dump(document, allow_unicode=True)
     (tmp_path / "experiment.yaml").write_text(text, encoding="utf-8", errors="surrogatepass")
