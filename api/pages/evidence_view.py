@@ -7,11 +7,11 @@ diagnosis was made. Afterwards it is what the fit found.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from markupsafe import Markup
 
 from api.pages.catalogue_words import effect_titles, entry_of
 from api.pages.constant_words import constant_words
-from api.pages.error_figures import JointUnits, effect_picture
+from api.pages.effect_views import EffectView, effect_views
+from api.pages.error_figures import JointUnits
 from api.pages.joint_samples import JointSamples
 from api.pages.model_figures import FIGURE_SAMPLES
 from api.pages.stored_models import ShownModel, StoredExperiment
@@ -64,8 +64,7 @@ class SelectedEvidence:
     explanation: str
     constants: list[tuple[str, str]]
     caution: str | None
-    picture: Markup
-    picture_words: str
+    views: list[EffectView]
     with_words: str | None
     errors: Errors
     probability: float | None
@@ -122,7 +121,14 @@ def selected_evidence(
         with_it = _predicted(stored, shown, joint, files, here, candidate)
         label = "predicted with it" if with_it is not None else None
         errors = Errors.of(candidate)
-    picture, over = effect_picture(effect, before, with_it, units, candidate.variable if candidate else None)
+    views = effect_views(
+        effect,
+        before,
+        with_it,
+        units,
+        candidate.variable if candidate else None,
+        candidate.constants if candidate else {},
+    )
     entry = entry_of(effect)
     known = candidate or entry
     return SelectedEvidence(
@@ -134,8 +140,7 @@ def selected_evidence(
         explanation=known.explanation if known else "",
         constants=constant_words(candidate.constants, units, motor_ratio) if candidate else [],
         caution=candidate.caution if candidate else None,
-        picture=picture,
-        picture_words=f"Residual over {over.label}",
+        views=views,
         with_words=label,
         errors=errors,
         probability=candidate.probability if candidate else None,

@@ -6,7 +6,7 @@ from identify.effects.conditions import KNOWN_LOAD_OR_SESSIONS, Condition
 from identify.effects.effect import Constants, DeclaredLoad, Effect, number
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter
-from identify.effects.picture import OVER_ACCELERATION, OVER_LOAD
+from identify.effects.picture import AROUND_REVERSALS, OVER_LOAD
 
 
 class GainSaturation(Effect):
@@ -121,7 +121,7 @@ class Delay(Effect):
     source = "Gautier, Poignet 2001; measured on EMPS"
     conditions = (Condition("fast changes of torque"),)
     variable = "ddq"
-    picture = OVER_ACCELERATION
+    picture = AROUND_REVERSALS
     confusable = ("elasticity",)
     from_derivatives = True
     uses_load = True

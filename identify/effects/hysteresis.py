@@ -14,7 +14,7 @@ from identify.effects.dry_friction import (
 from identify.effects.effect import Constants, Effect, finer, geometric_grid
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter, Relation
-from identify.effects.picture import OVER_TRAVEL
+from identify.effects.picture import AROUND_REVERSALS, OVER_TRAVEL
 from identify.effects.viscous import Stribeck
 
 
@@ -96,7 +96,7 @@ class Backlash(Effect):
     source = "Nordin, Gutman 2002, Automatica 38 (mechanical systems with backlash)"
     conditions = (Condition("reversals of motion and of load"), ENCODER_ON_THE_MOTOR)
     variable = "load"
-    picture = OVER_TRAVEL
+    picture = AROUND_REVERSALS
     confusable = ("presliding", "elasticity")
     from_derivatives = True
     uses_load = True

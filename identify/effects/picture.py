@@ -10,6 +10,11 @@ Dimension = Literal["position", "speed", "acceleration", "load", "time", "temper
 """What the variable is measured in: rad or m, rad/s or m/s, rad/s² or m/s², N m or N, s, °C."""
 
 
+Shape = Literal["band", "quadrants", "loop", "reversals"]
+"""How it is drawn: a band over the variable; apart for the quadrants of speed and load; forward and backward as a loop; or
+measured against predicted around the mean reversal."""
+
+
 @dataclass(frozen=True)
 class PictureVariable:
     """What the residual is drawn over so that an effect shows.
@@ -19,12 +24,14 @@ class PictureVariable:
     dimension : from which the unit follows, by whether the joint turns or slides
     error_turned : whether the error is multiplied by sign(q̇) first, so that loss shows above zero and both
                    directions fall on one curve
+    shape : in which an effect of that variable is obvious
     """
 
     samples: Samples
     label: str
     dimension: Dimension
     error_turned: bool = False
+    shape: Shape = "band"
 
 
 OVER_SPEED = PictureVariable("velocity", "speed", "speed")
@@ -32,8 +39,13 @@ OVER_SIZE_OF_SPEED = PictureVariable("speed", "size of the speed", "speed", erro
 OVER_POSITION = PictureVariable("position", "position", "position")
 LOSS_OVER_POSITION = PictureVariable("position", "position", "position", error_turned=True)
 OVER_LOAD = PictureVariable("load", "load", "load")
-LOSS_OVER_LOAD = PictureVariable("load", "load", "load", error_turned=True)
-OVER_TRAVEL = PictureVariable("travel", "travel since the last reversal", "position", error_turned=True)
+LOSS_OVER_LOAD = PictureVariable("load", "load", "load", error_turned=True, shape="quadrants")
+OVER_TRAVEL = PictureVariable(
+    "travel", "travel since the last reversal", "position", error_turned=True, shape="loop"
+)
+AROUND_REVERSALS = PictureVariable(
+    "travel", "travel since the last reversal", "position", error_turned=True, shape="reversals"
+)
 OVER_ACCELERATION = PictureVariable("acceleration", "acceleration", "acceleration")
 OVER_TIME = PictureVariable("time", "time", "time", error_turned=True)
 OVER_TEMPERATURE = PictureVariable("temperature", "temperature", "temperature", error_turned=True)

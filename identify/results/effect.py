@@ -35,6 +35,12 @@ class EffectPicture(Part):
     error_turned: bool = Field(
         description="whether the error is multiplied by the sign of the velocity first", examples=[False]
     )
+    shape: str = Field(
+        default="band",
+        description="band, quadrants (apart for motor and generator), loop (forward and backward) or reversals (measured and "
+        "predicted around them)",
+        examples=["band"],
+    )
 
 
 class CatalogueEffect(Part):

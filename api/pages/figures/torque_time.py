@@ -17,16 +17,22 @@ def draw_torque_time(
     unit: str,
     width: float = 900,
     height: float = 330,
+    without: np.ndarray | None = None,
 ) -> Markup:
-    """Draw one session: `time`, `measured`, `predicted` (samples,); s and `unit`."""
+    """Draw one session, or a stretch of it: `time`, `measured`, `predicted` (samples,); s and `unit`.
+
+    without : (samples,) of the model compared with, drawn behind with its error
+    """
     left, right, top, bottom = 58.0, width - 10.0, 8.0, height - 34.0
     split = top + 0.66 * (bottom - top)
     signals = {"measured": measured, "predicted": predicted, "error": measured - predicted}
+    if without is not None:
+        signals |= {"without": without, "error without": measured - without}
     origin, rows = envelope(time, signals, POINTS)
     seconds = rows[0].astype(float) + origin
     x = Scale(float(seconds[0]), float(seconds[-1]), left, right)
-    above = Scale(*padded_range(np.concatenate([rows[1], rows[2]])), split - 10, top)
-    reach = float(np.nanmax(np.abs(rows[3]))) * 1.06 or 1.0
+    above = Scale(*padded_range(np.concatenate([rows[1], rows[2], *rows[4:5]])), split - 10, top)
+    reach = float(np.nanmax(np.abs(np.concatenate([rows[3], *rows[5:6]])))) * 1.06 or 1.0
     beneath = Scale(-reach, reach, bottom, split + 8)
     content = []
     for scale, about in ((above, 5), (beneath, 3)):
@@ -34,6 +40,9 @@ def draw_torque_time(
         content += [line(left, scale(tick), right, scale(tick), "grid-line") for tick in ticks]
         content += [text(left - 7, scale(tick) + 3.8, tick_text(tick, ticks), "end") for tick in ticks]
     horizontal = x.array(seconds)
+    if without is not None:
+        content.append(curve(horizontal, above.array(rows[4]), "curve thin before"))
+        content.append(curve(horizontal, beneath.array(rows[5]), "curve thin before"))
     content.append(curve(horizontal, above.array(rows[1]), "curve thin measured"))
     content.append(curve(horizontal, above.array(rows[2]), "curve thin predicted"))
     content.append(curve(horizontal, beneath.array(rows[3]), "curve thin"))
