@@ -108,7 +108,7 @@ def _by_quadrant(before: JointSamples, after: JointSamples | None, units: JointU
     edges = even_edges(np.abs(before.load), 24)
     edges[0] = 0.0
     views = []
-    for words, sign in (("the motor drives (quadrants 1 and 3)", 1), ("the load drives (2 and 4)", -1)):
+    for quadrants, sign in (("the motor drives (quadrants 1 and 3)", 1), ("the load drives (2 and 4)", -1)):
         bands = []
         for each in (before, after):
             if each is None:
@@ -119,7 +119,7 @@ def _by_quadrant(before: JointSamples, after: JointSamples | None, units: JointU
         drawing = draw_effect_picture(
             bands[0], bands[1], "size of the load", units.load, units.load, True, height=200
         )
-        views.append(EffectView(f"Loss over load where {words}", drawing))
+        views.append(EffectView(f"Loss over load where {quadrants}", drawing))
     return views
 
 

@@ -8,12 +8,23 @@ from markupsafe import Markup
 
 from api.pages import error_tables
 from api.pages.catalogue_words import picture_of
+from api.pages.figures.curves import Curve, Marks, draw_curves
 from api.pages.figures.effect_picture import draw_effect_picture
 from api.pages.figures.error_band import ErrorBand, draw_error_band, error_band, even_edges
 from api.pages.figures.group_bars import draw_group_bars
-from api.pages.figures.quadrant_map import draw_quadrant_map, full_scale, quadrant_map, symmetric_edges
+from api.pages.figures.quadrant_map import (
+    draw_quadrant_map,
+    full_scale,
+    map_cells,
+    quadrant_map,
+    symmetric_edges,
+)
 from api.pages.joint_samples import JointSamples
 from identify.effects.picture import OVER_SPEED, PictureVariable
+from identify.validation.residual_views import autocorrelation, distribution
+
+LONGEST_LAG = 1.0
+"""s over which the error is compared with itself"""
 
 
 @dataclass(frozen=True)
@@ -40,9 +51,18 @@ class JointUnits:
 
 @dataclass(frozen=True)
 class ErrorFigures:
-    """Figures of a model's error, drawn; `scale` is the end of the map's colours in the unit of the load."""
+    """Figures of a model's error, drawn; `scale` is the end of the map's colours in the unit of the load.
+
+    before : the map of the model that it is set beside: the one compared with, else the first; None where that is itself
+    cells, cells_before : what the maps' cells hold, as JSON
+    """
 
     quadrants: Markup
+    cells: str
+    before: Markup | None
+    cells_before: str
+    correlation: Markup
+    distribution: Markup
     over: tuple[Markup, ...]
     payloads: Markup
     scale: float
@@ -86,8 +106,54 @@ def error_figures(
     payloads = draw_group_bars(
         [(row.words, row.errors) for row in error_tables.by_payload(models, payload_of)], "payload"
     )
+    compared = other if other is not None else first
+    behind = quadrant_map(compared.velocity, compared.load, compared.error, velocity_edges, load_edges)
+    same = compared.error is shown.error or np.array_equal(behind.mean, cells.mean, equal_nan=True)
     return ErrorFigures(
-        draw_quadrant_map(cells, scale, units.speed, units.load), tuple(over), payloads, scale
+        quadrants=draw_quadrant_map(cells, scale, units.speed, units.load),
+        cells=map_cells(cells, units.speed, units.load),
+        before=None if same else draw_quadrant_map(behind, scale, units.speed, units.load),
+        cells_before=map_cells(behind, units.speed, units.load),
+        correlation=_correlation(shown, other),
+        distribution=_distribution(shown, units),
+        over=tuple(over),
+        payloads=payloads,
+        scale=scale,
+    )
+
+
+def _correlation(shown: JointSamples, other: JointSamples | None) -> Markup:
+    """What the error tells of the error a moment later: nothing, where it is noise."""
+    of_shown = autocorrelation(shown.session, shown.time, shown.error, LONGEST_LAG)
+    curves = [Curve(of_shown.lag, of_shown.value, "")]
+    if other is not None:
+        behind = autocorrelation(other.session, other.time, other.error, LONGEST_LAG)
+        curves.insert(0, Curve(behind.lag, behind.value, "before"))
+    return draw_curves(
+        "Autocorrelation of the error, with the bounds of white noise",
+        curves,
+        "lag, s",
+        "correlation",
+        Marks(bounds=(of_shown.bound, -of_shown.bound)),
+        width=420,
+        height=150,
+    )
+
+
+def _distribution(shown: JointSamples, units: JointUnits) -> Markup:
+    """How the error is spread, beside a normal distribution of the same deviation."""
+    spread = distribution(shown.error)
+    middle = (spread.edges[:-1] + spread.edges[1:]) / 2
+    low, high = spread.bounds
+    return draw_curves(
+        "Histogram of the error beside a normal distribution, with the bounds of 95 %",
+        [Curve(middle, 100 * spread.normal, "before")],
+        f"error, {units.load}",
+        "samples, %",
+        Marks(at=[(low, "2.5 %"), (high, "97.5 %")]),
+        bars=Curve(middle, 100 * spread.share, "bar-error"),
+        width=420,
+        height=150,
     )
 
 

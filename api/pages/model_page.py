@@ -56,6 +56,7 @@ def model_page(
         "versions": [stored.model(each.id) for each in stored.story.versions],
         "shown_version": shown.number,
         "beside_version": other.number if other else None,
+        "compared_words": f"model {(other or first).number}",
         "headline": _headline(shown, joint, numbers, session),
         "scope": scope_of_fit(shown) if session == ALL_SESSIONS else scope_of_session(shown, session),
         "units": units,

@@ -1,5 +1,6 @@
 """The samples behind the torque plot: what the browser asks for at every zoom."""
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
@@ -37,7 +38,7 @@ def samples_of_a_range(
 ) -> Response:
     """Least and greatest values of the visible range, little-endian: the time origin as float64, rows and points as
     uint32, then float32 rows: time after the origin; measured, predicted, error; and, where a model stands beside,
-    its predicted torque and its error."""
+    its predicted torque and its error. Of several sessions the header X-Sessions says where each begins, s, as JSON."""
     stored = StoredExperiment(access.service_of(request).experiments, experiment)
     shown = stored.model(version)
     other = chosen_model(stored, beside)
@@ -49,6 +50,11 @@ def samples_of_a_range(
         if len(time_beside) == len(time):
             signals |= {f"{name} beside": behind[name] for name in ("predicted", "error")}
     headers = window_figures(signals)
+    if len(files) > 1:
+        begins = _end_to_end(stored, shown, joint, files)["begins"]
+        headers["X-Sessions"] = json.dumps(
+            [[float(begin), file] for begin, file in zip(begins, files, strict=True)]
+        )
     origin, reduced = envelope(time, signals, points)
     head = np.array(origin, "<f8").tobytes() + np.array(reduced.shape, "<u4").tobytes()
     return Response(
@@ -93,10 +99,17 @@ def _visible(
         seen = {name: part[name][rows] for name in ("time", "measured", "predicted", "moving")}
         error = _error(seen)
         return seen["time"], {"measured": seen["measured"], "predicted": seen["predicted"], "error": error}
-    key: tuple[Path, str, tuple[str, ...]] = (model.folder, joint, tuple(files))
-    curves = _curves.get(key, lambda: end_to_end(stored.stored_samples(model, joint, files)))
+    curves = _end_to_end(stored, model, joint, files)
     rows = visible_rows(curves["time"], start, stop)
     return curves["time"][rows], {name: curves[name][rows] for name in ("measured", "predicted", "error")}
+
+
+def _end_to_end(
+    stored: StoredExperiment, model: ShownModel, joint: str, files: list[str]
+) -> dict[str, np.ndarray]:
+    """`end_to_end` of several sessions, kept while they are looked at."""
+    key: tuple[Path, str, tuple[str, ...]] = (model.folder, joint, tuple(files))
+    return _curves.get(key, lambda: end_to_end(stored.stored_samples(model, joint, files)))
 
 
 def _error(part: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -107,7 +120,7 @@ def _error(part: Mapping[str, np.ndarray]) -> np.ndarray:
 
 
 def end_to_end(sessions: Mapping[str, Mapping[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Time (float64, s), measured, predicted and error (float32), (samples,) each.
+    """Time (float64, s), measured, predicted and error (float32), (samples,) each; and (sessions,) where each begins, s.
 
     sessions : file -> column -> (samples,)
 
@@ -116,12 +129,15 @@ def end_to_end(sessions: Mapping[str, Mapping[str, np.ndarray]]) -> dict[str, np
     """
     pieces: dict[str, list[np.ndarray]] = {name: [] for name in ("time", "measured", "predicted", "error")}
     offset = 0.0
+    begins: list[float] = []
     for stored in sessions.values():
         time = np.array(stored["time"])
+        begins.append(offset)
         if not len(time):
             continue
         if len(sessions) > 1:
             time += offset - time[0]
+        begins[-1] = float(time[0])
         measured, predicted = np.array(stored["measured"]), np.array(stored["predicted"])
         # As many empty rows as the pause has samples: a block of an envelope that lies in it holds nothing else.
         step = (time[-1] - time[0]) / max(len(time) - 1, 1) or BETWEEN_SESSIONS
@@ -131,4 +147,5 @@ def end_to_end(sessions: Mapping[str, Mapping[str, np.ndarray]]) -> dict[str, np
         signals = {"measured": measured, "predicted": predicted, "error": _error(stored)}
         for name, values in signals.items():
             pieces[name] += [values.astype(np.float32), np.full(len(pause), np.nan, np.float32)]
-    return {name: np.concatenate(parts[:-1]) for name, parts in pieces.items()}
+    joined = {name: np.concatenate(parts[:-1]) for name, parts in pieces.items()}
+    return joined | {"begins": np.array(begins)}

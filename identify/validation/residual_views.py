@@ -83,7 +83,9 @@ def autocorrelation(session: NDArray[np.integer], time: Array, error: Array, lon
         power = np.square(np.abs(np.fft.rfft(part, size)))
         sums[: min(lags + 1, len(part))] += np.fft.irfft(power, size)[: min(lags + 1, len(part))]
     value = sums / sums[0] if sums[0] > 0 else sums
-    return Correlation(period * np.arange(lags + 1), value, NORMAL_95 / np.sqrt(max(len(error), 1)))
+    return Correlation(
+        period * np.arange(lags + 1, dtype=np.float64), value, NORMAL_95 / np.sqrt(max(len(error), 1))
+    )
 
 
 @dataclass(frozen=True)

@@ -65,11 +65,11 @@ def draw_curves(
     if bars is not None:
         content += _bars(bars, x, y)
     content += [line(left, y(bound), right, y(bound), "floor") for bound in marks.bounds]
-    for value, words in marks.at:
+    for value, label in marks.at:
         if x.low <= value <= x.high:
             content.append(line(x(value), top, x(value), bottom, "floor"))
             side = "end" if value > (x.low + x.high) / 2 else ""
-            content.append(text(x(value) + (-5 if side else 5), top + 9, words, f"floor-text {side}"))
+            content.append(text(x(value) + (-5 if side else 5), top + 9, label, f"floor-text {side}"))
     content += [curve(x.array(each.x), y.array(each.y), f"curve {each.kind}") for each in curves]
     content.append(text((left + right) / 2, height - 4, x_label, "middle title"))
     middle = (top + bottom) / 2

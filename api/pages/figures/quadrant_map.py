@@ -4,6 +4,7 @@ In quadrants 1 and 3 the motor drives the load (P_out > 0), in 2 and 4 the load 
 the power sign shows as a checkerboard; one that depends on speed alone as stripes.
 """
 
+import json
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,16 +13,20 @@ from markupsafe import Markup
 from api.pages.figures.drawing import Scale, element, line, picture, round_ticks, text, tick_text
 from api.pages.number_format import significant
 
+WIDTH, HEIGHT = 430.0, 330.0
+LEFT, BESIDE, ABOVE, BENEATH = 46.0, 74.0, 16.0, 36.0
+"""Room for the scales around the cells."""
 STEPS = 9  # colour steps to either side of zero; the classes p1..p9 and m1..m9 of figures.css
 
 
 @dataclass(frozen=True)
 class QuadrantMap:
-    """Mean error per cell: `mean` is (load cells, speed cells), NaN where there are too few samples."""
+    """Mean error per cell and how many samples it is of, (load cells, speed cells) each; NaN where these are too few."""
 
     velocity_edges: np.ndarray
     load_edges: np.ndarray
     mean: np.ndarray
+    count: np.ndarray
 
 
 def quadrant_map(
@@ -42,7 +47,7 @@ def quadrant_map(
     total = np.bincount(cell, weights=error[inside], minlength=shape[0] * shape[1])
     with np.errstate(invalid="ignore", divide="ignore"):
         mean = np.where(count >= at_least, total / count, np.nan)
-    return QuadrantMap(velocity_edges, load_edges, mean.reshape(shape))
+    return QuadrantMap(velocity_edges, load_edges, mean.reshape(shape), count.reshape(shape))
 
 
 def symmetric_edges(values: np.ndarray, cells: int) -> np.ndarray:
@@ -66,11 +71,11 @@ def draw_quadrant_map(
     scale: float,
     velocity_unit: str,
     load_unit: str,
-    width: float = 430,
-    height: float = 330,
+    width: float = WIDTH,
+    height: float = HEIGHT,
 ) -> Markup:
     """Draw the map; `scale` (load_unit) is the end of the colour scale, fixed by the caller over model versions."""
-    left, right, top, bottom = 46.0, width - 74.0, 16.0, height - 36.0
+    left, right, top, bottom = LEFT, width - BESIDE, ABOVE, height - BENEATH
     x = Scale(float(cells.velocity_edges[0]), float(cells.velocity_edges[-1]), left, right)
     y = Scale(float(cells.load_edges[0]), float(cells.load_edges[-1]), bottom, top)
     content = [*_cells(cells, scale, x, y)]
@@ -103,10 +108,27 @@ def draw_quadrant_map(
     return picture(width, height, "Mean error over speed and load, by quadrant", *content)
 
 
+def map_cells(cells: QuadrantMap, velocity_unit: str, load_unit: str) -> str:
+    """The cells as JSON, for a page that says what is under the pointer: where they lie in the figure (parts of its width and
+    height), edges, and of each cell, row by row from the lowest load, mean and samples; null where it is empty."""
+    box = [LEFT / WIDTH, ABOVE / HEIGHT, (WIDTH - BESIDE) / WIDTH, (HEIGHT - BENEATH) / HEIGHT]
+    return json.dumps(
+        {
+            "box": [round(side, 5) for side in box],
+            "speed": [float(f"{edge:.4g}") for edge in cells.velocity_edges],
+            "load": [float(f"{edge:.4g}") for edge in cells.load_edges],
+            "mean": [float(f"{mean:.3g}") if np.isfinite(mean) else None for mean in cells.mean.ravel()],
+            "count": cells.count.ravel().tolist(),
+            "units": [velocity_unit, load_unit],
+        },
+        separators=(",", ":"),
+    )
+
+
 def _cells(cells: QuadrantMap, scale: float, x: Scale, y: Scale) -> list[str]:
-    """Rectangles of the map; neighbours of one colour in a row are one rectangle."""
+    """One path for each colour: rectangles, of which neighbours of one colour in a row are one. (A page has few bytes.)"""
     level = np.clip(np.rint(cells.mean / scale * STEPS), -STEPS, STEPS)
-    rows = []
+    outlines: dict[int, list[str]] = {}
     for row, (low, high) in enumerate(zip(cells.load_edges[:-1], cells.load_edges[1:], strict=True)):
         start = 0
         while start < level.shape[1]:
@@ -115,18 +137,14 @@ def _cells(cells: QuadrantMap, scale: float, x: Scale, y: Scale) -> list[str]:
                 stop += 1
             if np.isfinite(level[row, start]):
                 x0, x1 = x(cells.velocity_edges[start]), x(cells.velocity_edges[stop])
-                rows.append(
-                    element(
-                        "rect",
-                        x=x0,
-                        y=y(high),
-                        width=x1 - x0 + 0.3,
-                        height=y(low) - y(high) + 0.3,
-                        class_=level_class(int(level[row, start])),
-                    )
-                )
+                wide, tall = x1 - x0 + 0.3, y(low) - y(high) + 0.3
+                outline = f"M{x0:.1f} {y(high):.1f}h{wide:.1f}v{tall:.1f}h-{wide:.1f}z"
+                outlines.setdefault(int(level[row, start]), []).append(outline)
             start = stop
-    return rows
+    return [
+        element("path", d="".join(parts), class_=level_class(step))
+        for step, parts in sorted(outlines.items())
+    ]
 
 
 def level_class(level: int) -> str:

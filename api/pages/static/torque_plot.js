@@ -1,5 +1,6 @@
 // Measured and predicted torque over time with the error beneath. The browser holds only what it draws: every zoom asks the
 // server for the least and greatest value per column of the visible range.
+import { gestures } from "./plot_gestures.js";
 
 const colour = (role) => {
   const probe = document.createElement("span");
@@ -23,6 +24,7 @@ function decode(buffer) {
   return { time: Float64Array.from(columns[0], (offset) => start + offset), signals: columns.slice(1).map(broken) };
 }
 
+const SETTLED = 60; // ms without a further wheel or move, after which the range is asked for
 const GUTTER = 56; // px of the vertical axis; equal in both plots, so that their time axes line up
 const RIGHT = 12;
 
@@ -35,6 +37,7 @@ class TorquePlot {
     this.whole = null;
     this.range = null;
     this.pending = null;
+    this.sessions = []; // [begin in s, file] where several stand end to end
     panel.querySelector("[data-whole]").addEventListener("click", () => this.show(null));
     panel.tabIndex = -1;
     new ResizeObserver(() => this.resize()).observe(panel);
@@ -46,10 +49,12 @@ class TorquePlot {
   }
 
   async show(range) {
+    clearTimeout(this.settling);
     this.pending?.abort();
     this.pending = new AbortController();
     const width = Math.max(200, Math.round(this.panel.clientWidth * Math.min(devicePixelRatio, 2)));
-    const query = new URLSearchParams({ points: 2 * width });
+    this.points = 2 * width;
+    const query = new URLSearchParams({ points: this.points });
     if (range) {
       query.set("start", range[0]);
       query.set("stop", range[1]);
@@ -61,6 +66,7 @@ class TorquePlot {
       this.data = decode(await response.arrayBuffer());
       const figure = (name) => Number(response.headers.get(name) ?? NaN);
       this.figures = { error: figure("X-Relative-Error"), rms: figure("X-Error-RMS") };
+      this.sessions = JSON.parse(response.headers.get("X-Sessions") ?? "[]");
       this.range = range;
       if (!range) this.whole = [this.data.time[0], this.data.time.at(-1)];
       this.draw();
@@ -68,6 +74,38 @@ class TorquePlot {
     } catch (failure) {
       if (failure.name !== "AbortError") this.say(`The samples could not be fetched: ${failure.message}. Try again.`);
     }
+  }
+
+  // A range that is still moving: what is at hand is drawn at once, what is missing is asked for when it rests.
+  move(range) {
+    this.range = range;
+    for (const plot of [this.above, this.beneath]) plot.setScale("x", { min: range[0], max: range[1] });
+    clearTimeout(this.settling);
+    const [start, stop] = this.whole;
+    const all = range[0] <= start && range[1] >= stop;
+    this.settling = setTimeout(() => this.show(all ? null : range), SETTLED);
+  }
+
+  drawSessions(plot, named) {
+    const { ctx, bbox } = plot;
+    ctx.save();
+    ctx.strokeStyle = ctx.fillStyle = colour("ink-faint");
+    ctx.textAlign = "left";
+    ctx.font = `${11 * devicePixelRatio}px "Inter", system-ui, sans-serif`;
+    ctx.setLineDash([2 * devicePixelRatio, 3 * devicePixelRatio]);
+    this.sessions.forEach(([begin, file], index) => {
+      const x = Math.round(plot.valToPos(begin, "x", true));
+      if (x < bbox.left - 1 || x > bbox.left + bbox.width) return;
+      ctx.beginPath();
+      ctx.moveTo(x, bbox.top);
+      ctx.lineTo(x, bbox.top + bbox.height);
+      ctx.stroke();
+      const next = this.sessions[index + 1] ? plot.valToPos(this.sessions[index + 1][0], "x", true) : bbox.left + bbox.width;
+      const name = `${index + 1} · ${file.replace(/\.[^.]*$/, "")}`;
+      const words = ctx.measureText(name).width < next - x - 8 ? name : String(index + 1);
+      if (named) ctx.fillText(words, x + 4 * devicePixelRatio, bbox.top + 11 * devicePixelRatio);
+    });
+    ctx.restore();
   }
 
   say(words) {
@@ -81,13 +119,23 @@ class TorquePlot {
     const figures = this.range && Number.isFinite(error) ? `; this window: error ${short(100 * error)} %, ${short(rms)} ${this.unit} RMS` : "";
     this.panel.querySelector("[data-range]").textContent = `${start.toFixed(2)} to ${stop.toFixed(2)} s${figures}`.replaceAll("-", "−");
     if (this.above) {
+      this.dashes();
       this.above.setData([this.data.time, ...this.series("above")], false);
       this.beneath.setData([this.data.time, ...this.series("beneath")], false);
       for (const plot of [this.above, this.beneath]) plot.batch(() => this.fit(plot, start, stop));
       return;
     }
     this.build();
+    this.dashes();
     for (const plot of [this.above, this.beneath]) plot.batch(() => this.fit(plot, start, stop));
+  }
+
+  // A dash tells curves apart where samples are drawn. Where least and greatest values of many samples are, it cannot be
+  // seen, and makes the browser half as slow again.
+  dashes() {
+    const samples = this.data.time.length < this.points;
+    for (const plot of [this.above, this.beneath])
+      for (const series of plot.series.slice(1)) series.dash = series.dashed && samples ? [6, 3] : undefined;
   }
 
   fit(plot, start, stop) {
@@ -135,7 +183,7 @@ class TorquePlot {
           series: [{}, ...roles[which].map((role, index) => ({
             stroke: colour(role),
             width: role === "measured" ? 1.6 : 1.2,
-            dash: role.startsWith("predicted") ? [6, 3] : undefined, // told apart without colour
+            dashed: role.startsWith("predicted"),
             points: { show: false },
             spanGaps: false,
             alpha: index === 0 && this.beside && which === "above" ? 0.9 : 1,
@@ -154,6 +202,7 @@ class TorquePlot {
               this.show([start, stop]);
             }],
             setCursor: [(plot) => which === "above" && this.readout(plot)],
+            draw: [(plot) => this.drawSessions(plot, which === "above")],
           },
         },
         [this.data.time, ...this.series(which)],
@@ -162,6 +211,8 @@ class TorquePlot {
     };
     this.above = make("above", this.unit === "N" ? "force" : "torque");
     this.beneath = make("beneath", "error");
+    for (const plot of [this.above, this.beneath])
+      gestures(plot, { range: () => this.range ?? this.whole, whole: () => this.whole, show: (range) => this.move(range), plots: () => [this.above, this.beneath] });
     sync.sub(this.above);
     sync.sub(this.beneath);
   }

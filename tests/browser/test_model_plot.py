@@ -1,0 +1,75 @@
+"""Model and measurement by hand: zoom and pan of the torque, marks of sessions, what a cell of the map holds."""
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.browser.test_accessibility import violations
+
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
+
+
+def shown(page) -> tuple[float, float]:
+    """s, the range that the plot states."""
+    start, _, stop = page.locator("[data-range]").inner_text().partition(" s")[0].partition(" to ")
+    return float(start), float(stop)
+
+
+def moved(page, before: tuple[float, float]) -> tuple[float, float]:
+    """The range once it is another than before."""
+    expect(page.locator("[data-range]")).not_to_contain_text(f"{before[0]:.2f} to {before[1]:.2f} s")
+    return shown(page)
+
+
+def settled(page, wanted: tuple[float, float]) -> tuple[float, float]:
+    """The range once it is the wanted one within 0.3 s: while a drag goes on, others are stated on its way."""
+    page.wait_for_function(
+        """([start, stop]) => {
+          const said = document.querySelector("[data-range]").textContent.match(/^(\\S+) to (\\S+) s/);
+          return Math.abs(said[1] - start) < 0.3 && Math.abs(said[2] - stop) < 0.3;
+        }""",
+        arg=list(wanted),
+    )
+    return shown(page)
+
+
+def test_the_torque_is_zoomed_by_the_wheel_and_panned_by_a_drag(measured, visitor) -> None:
+    laboratory, experiment = measured
+    ada = visitor(laboratory, "ada")
+    page = ada.page
+    ada.open(f"experiments/{experiment}/model")
+    plot = page.locator("[data-above] .u-over")
+    expect(plot).to_be_visible()
+    expect(page.locator("[data-range]")).to_contain_text(" to ")
+    whole = shown(page)
+    box = plot.bounding_box()
+    middle = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.mouse.move(*middle)
+    page.mouse.wheel(0, -400)
+    near = moved(page, whole)
+    assert near[1] - near[0] < 0.6 * (whole[1] - whole[0])
+    assert sum(near) / 2 == pytest.approx(sum(whole) / 2, abs=0.02 * (whole[1] - whole[0]))
+    page.mouse.down()
+    page.mouse.move(middle[0] + box["width"] / 4, middle[1], steps=4)
+    page.mouse.up()
+    way = (near[1] - near[0]) / 4
+    panned = settled(page, (near[0] - way, near[1] - way))
+    plot.dblclick()
+    assert moved(page, panned) == whole
+    # a drag over all chooses a stretch
+    page.mouse.move(box["x"] + 100, middle[1])
+    page.mouse.down()
+    page.mouse.move(box["x"] + 200, middle[1], steps=4)
+    page.mouse.up()
+    chosen = moved(page, whole)
+    assert chosen[1] - chosen[0] == pytest.approx(100 / box["width"] * (whole[1] - whole[0]), rel=0.05)
+
+    figure = page.locator("[data-cells]").last
+    figure.hover(position={"x": 200, "y": 140})
+    expect(page.locator("[data-cell-readout]")).to_contain_text("samples)")
+    figure.click(position={"x": 200, "y": 140})
+    page.mouse.move(0, 0)
+    expect(page.locator(".chosen-cell")).to_have_count(page.locator("[data-cells]").count())
+    for theme in ("light", "dark"):
+        page.emulate_media(color_scheme=theme)
+        assert violations(page) == []
+    ada.shot("model-plot")
