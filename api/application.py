@@ -27,6 +27,7 @@ from api.service.routes import model_use as model_use_routes
 from api.service.routes import models as model_routes
 from api.service.routes import plans as plan_routes
 from api.service.routes import recordings as recording_routes
+from api.service.routes import records as record_routes
 from api.service.routes import rigs as rig_routes
 from api.service.routes import sessions as session_routes
 from api.service.service import create_service
@@ -113,6 +114,7 @@ def create_application(settings: ServiceSettings) -> FastAPI:
     for routes in (
         account_routes,
         experiment_routes,
+        record_routes,
         model_routes,
         model_use_routes,
         diagnosis_routes,

@@ -14,15 +14,17 @@ SI units, joint space. Every refusal of the service is a `ServiceError` with its
 
 import json
 import time as clock
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Literal, Self
+from typing import IO, Any, Literal, Self
 
 import httpx
 import numpy as np
 from numpy.typing import NDArray
 
+from api.service.record_documents import Dialect, RecordDescription, RecordImport
 from identify.results.certificate import Certificate
 from identify.results.diagnosis import DiagnosisDocument
 from identify.results.document import Json
@@ -129,6 +131,27 @@ class Client:
             files = {"file": (Path(file).name, stream)}
             answer = self._http.post(f"/experiments/{experiment}/sessions/import", data=fields, files=files)
         return self._answer(answer)
+
+    def describe_records(
+        self, files: Sequence[Path | str], dialect: Dialect | None = None
+    ) -> list[RecordDescription]:
+        """What other people's records hold, and what their columns probably are; nothing is kept there."""
+        fields = dialect.model_dump(exclude_none=True) if dialect else {}
+        with _opened(files) as parts:
+            answer = self._answer(self._http.post("/experiments/import/columns", data=fields, files=parts))
+        return [RecordDescription.model_validate(each) for each in answer]
+
+    def import_records(
+        self, files: Sequence[Path | str], settings: RecordImport, robot: Path | str | None = None
+    ) -> Json:
+        """Make an experiment of other people's records; `robot` is a URDF, SDF or MJCF.
+
+        Returns the experiment, what was decided on the way, and the job of its first identification.
+        """
+        fields = {"settings": settings.model_dump_json()}
+        with _opened(files) as parts, _opened([robot] if robot else [], "robot") as described:
+            sent = [*parts, *described]
+            return self._answer(self._http.post("/experiments/import/records", data=fields, files=sent))
 
     def recordings(self, experiment: str) -> list[Json]:
         """The recordings of an experiment, also those that ended badly."""
@@ -463,3 +486,12 @@ class Client:
         except json.JSONDecodeError:
             problem = {"detail": answer.text[:500]}
         raise ServiceError(answer.status_code, problem)
+
+
+@contextmanager
+def _opened(
+    files: Sequence[Path | str], field: str = "files"
+) -> Iterator[list[tuple[str, tuple[str, IO[bytes]]]]]:
+    """Parts of a form, one for each file."""
+    with ExitStack() as stack:
+        yield [(field, (Path(file).name, stack.enter_context(Path(file).open("rb")))) for file in files]

@@ -154,6 +154,7 @@ def import_(
     from identify.recording import Payload
     from identify.recording.experiment_file import EXPERIMENT_FILE, check_settings, read_experiment_file
     from identify.recording.foreign import ColumnMap, CsvOptions, measure
+    from identify.recording.foreign.guesses import guess_roles
     from identify.recording.foreign_import import NewSession, import_sessions, read_columns
 
     mending = _repair(repair)
@@ -170,10 +171,13 @@ def import_(
         wanted = [each.name for each in made.joints] if made else list(tables[0].joints)
         position, command = columns_of_joints(tables[0], wanted)
     if recorded is None:
-        positions = position or _asked("--position", "position columns, base to tip").split()
-        commands = command or _asked("--command", "columns of the commands").split()
+        probable = guess_roles(tables[0])
+        positions = position or _asked_columns(
+            "--position", "position columns, base to tip", probable.position
+        )
+        commands = command or _asked_columns("--command", "columns of the commands", probable.command)
         if not time and rate is None:
-            answer = _asked("--time or --rate", "time column, or samples a second")
+            answer = _asked("--time or --rate", "time column, or samples a second", probable.time)
             time, rate = ([answer], None) if tables[0].has(answer) else (None, parse_number(answer, "--rate"))
         recorded = ColumnMap(_in_order(positions, "q", "--position"), _in_order(commands, "v", "--command"))
     columns = _updated(
@@ -321,11 +325,19 @@ def _report(
         print(json.dumps({"experiment": str(experiment.path), "sessions": document}, ensure_ascii=False))
 
 
-def _asked(option: str, what: str) -> str:
-    """Ask at the terminal; without one, say which option is missing."""
+def _asked(option: str, what: str, probable: str | None = None) -> str:
+    """Ask at the terminal, where return takes what is probable; without a terminal, say which option is missing."""
     if not sys.stdin.isatty():
-        raise InputError(f"{option} is missing: {what}")
-    return typer.prompt(f"{what} ({option})", err=True)
+        hint = f"; probably '{probable}'" if probable else ""
+        raise InputError(f"{option} is missing: {what}{hint}")
+    return typer.prompt(f"{what} ({option})", default=probable, err=True)
+
+
+def _asked_columns(option: str, what: str, probable: tuple[str, ...]) -> list[str]:
+    """Likewise several columns, whose names may hold spaces where they are taken as proposed."""
+    proposed = "', '".join(probable)
+    answer = _asked(option, what, proposed or None)
+    return list(probable) if answer == proposed else answer.split()
 
 
 def _in_order(given: list[str], letter: str, option: str) -> tuple[str, ...]:

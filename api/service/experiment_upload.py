@@ -1,7 +1,9 @@
 """Uploaded experiments and sessions: put aside, read in a process of their own (upload_reader.py), and only then stored."""
 
 import os
+import re
 import shutil
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any, Literal
@@ -12,11 +14,21 @@ from api.service.database import ExperimentRow
 from api.service.experiment_store import ExperimentStore
 from api.service.problems import Problem
 from api.service.process_limits import LimitExceeded
+from api.service.record_documents import Dialect, RecordDescription, RecordImport
 from api.service.upload_reader import BLOCK, SESSION_ENDINGS
 from daq.experiment_folder import changing
 from identify.recording import DeclaredSession, InputError, Payload, append_session
 
 READER = "api.service.upload_reader"
+RECORDS = "api.service.foreign_records"
+
+
+@dataclass(frozen=True)
+class UploadedFile:
+    """A file as it came, and the name that it came with."""
+
+    name: str
+    content: IO[bytes]
 
 
 @dataclass(frozen=True)
@@ -107,6 +119,45 @@ class Uploads:
                     final.unlink()
                     raise
         self._experiments.refresh(experiment)
+
+    def describe_records(self, files: Sequence[UploadedFile], dialect: Dialect) -> list[RecordDescription]:
+        """What other people's records hold, and what their columns probably are; nothing is kept.
+
+        Raises InputError, which names the file, and the problem 413 if they are too large.
+        """
+        with self._experiments.incoming() as place:
+            names = self._put_aside_all(files, place)
+            return self._read(f"{RECORDS}:describe_records", folder=str(place), files=names, dialect=dialect)
+
+    def add_records(
+        self, files: Sequence[UploadedFile], robot: UploadedFile | None, wanted: RecordImport
+    ) -> tuple[ExperimentRow, tuple[str, ...]]:
+        """Store the experiment that other people's records make, and what was decided, in words.
+
+        Raises InputError, which names file and column or the field, and the problem 413 if they are too large.
+        """
+        with self._experiments.incoming() as place:
+            folder = place / "experiment"
+            names = self._put_aside_all([*files, *([robot] if robot else [])], place)
+            decided = self._read(
+                f"{RECORDS}:import_records",
+                folder=str(place),
+                files=names[: len(files)],
+                robot=names[-1] if robot else None,
+                wanted=wanted,
+                target=str(folder),
+            )
+            return self._experiments.adopt(folder, wanted.name), decided
+
+    def _put_aside_all(self, files: Sequence[UploadedFile], place: Path) -> list[str]:
+        """Each file under its name, made harmless, in a folder of its own; their paths from `place`."""
+        names = []
+        for number, file in enumerate(files):
+            plain = re.sub(r"[^A-Za-z0-9_.-]", "_", re.split(r"[/\\]", file.name)[-1])[-100:].lstrip(".")
+            names.append(f"{number}/{plain or 'record'}")
+            (place / str(number)).mkdir()
+            _put_aside(file.content, place / names[-1], self._limit)
+        return names
 
     def _read(self, function: str, **arguments: object) -> Any:
         try:

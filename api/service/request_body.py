@@ -13,7 +13,7 @@ LARGEST_OF_STRANGERS = 16 * 1024
 """Bytes of a body that is sent without a sign-in: a name and a password."""
 READ_OVER_BYTES, READ_OVER_SECONDS = 64 * 1024 * 1024, 5.0
 """How much of a body that is refused is read over, and for how long, before it is answered."""
-MOST_FILES, MOST_FIELDS, LARGEST_FIELD = 1, 50, 64 * 1024
+MOST_FILES, MOST_FIELDS, LARGEST_FIELD = 12, 400, 64 * 1024
 """Of a form in parts: each file of more than a megabyte would have a descriptor and a place on the disk."""
 
 

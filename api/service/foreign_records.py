@@ -1,0 +1,213 @@
+"""Other people's records: what is in them, and the experiment that they become; read in a process of its own
+(confined_reader.py).
+"""
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from api.foreign_robot import typed_robot, urdf_robot
+from api.service.job_process import Progress
+from api.service.record_documents import Dialect, RecordColumn, RecordDescription, RecordImport
+from identify.recording import InputError, Payload, Robot
+from identify.recording.foreign import (
+    ColumnMap,
+    CsvOptions,
+    ForeignColumn,
+    ForeignTable,
+    measure,
+    read_foreign,
+)
+from identify.recording.foreign.guesses import guess_roles
+from identify.recording.foreign.joining import join_on_time
+from identify.recording.foreign_import import NewSession, import_sessions
+
+OUTLINE_BLOCKS = 60
+"""Blocks of a column's outline: its smallest and largest value in each."""
+MOST_COLUMNS = 200
+"""That are described of one file."""
+
+
+def describe_records(
+    progress: Progress, folder: str, files: list[str], dialect: Dialect
+) -> list[RecordDescription]:
+    """What each file in the folder holds.
+
+    Raises InputError: names the file.
+    """
+    with _Words(folder):
+        return [_description(table) for table in _read(folder, files, dialect)]
+
+
+def import_records(
+    progress: Progress, folder: str, files: list[str], robot: str | None, wanted: RecordImport, target: str
+) -> tuple[str, ...]:
+    """Make the experiment in the folder `target`; what was decided, in words.
+
+    robot : file in the folder that describes the robot; None where the joints say it
+
+    Raises InputError: names the file and column, or the field.
+    """
+    with _Words(folder):
+        tables = _read(folder, files, wanted.dialect)
+        made = _robot(wanted, Path(folder) / robot if robot else None, tables[0])
+        columns = _columns(wanted, len(tables))
+        if wanted.join and len(tables) > 1:
+            if not wanted.time:
+                raise InputError("time: is missing; files are joined on their time columns")
+            times = list(wanted.time) * (len(tables) if len(wanted.time) == 1 else 1)
+            if len(times) != len(tables):
+                raise InputError(
+                    f"time: {len(times)} given for {len(tables)} files; give one, or {len(tables)}"
+                )
+            joined = join_on_time(tables, times, wanted.time_unit, columns.position, wanted.repair)
+            tables = [joined]
+            columns = ColumnMap(**{**columns.__dict__, "time": joined.time, "time_unit": None})
+        if len(wanted.payloads) not in (1, len(tables)):
+            raise InputError(
+                f"payloads: {len(wanted.payloads)} given for {len(tables)} sessions; give one, or {len(tables)}"
+            )
+        carried = [Payload(**each.model_dump()) for each in wanted.payloads]
+        prismatic = [not joint.revolute for joint in made.joints]
+        sessions = [
+            NewSession(
+                f"session-{place:02d}.csv",
+                measure(table, columns, prismatic, wanted.repair),
+                carried[min(place, len(carried) - 1)],
+                "identification",
+            )
+            for place, table in enumerate(tables)
+        ]
+        import_sessions(sessions, Path(target), made, wanted.name, columns)
+        return tuple(remark for each in sessions for remark in each.measured.remarks)
+
+
+class _Words:
+    """What is wrong is said in words of the upload: without its folder, fields instead of options."""
+
+    def __init__(self, folder: str) -> None:
+        self._folder = folder
+
+    def __enter__(self) -> None:
+        return None
+
+    def __exit__(self, kind: object, error: object, trace: object) -> None:
+        if not isinstance(error, InputError):
+            return
+        words = re.sub(rf"{re.escape(self._folder)}/(\d+/)?", "", str(error))
+        words = re.sub(r"--([a-z]+(?:-[a-z]+)*)", lambda option: option[1].replace("-", "_"), words)
+        raise InputError(words) from error
+
+
+def _read(folder: str, files: list[str], dialect: Dialect) -> list[ForeignTable]:
+    options = CsvOptions(dialect.header_line, dialect.separator, dialect.decimal)
+    return [read_foreign(Path(folder) / file, options) for file in files]
+
+
+def _columns(wanted: RecordImport, tables: int) -> ColumnMap:
+    joints = wanted.joints
+    if not wanted.time and wanted.rate is None:
+        raise InputError("time: is missing; name the time column, or give rate in Hz")
+    if len(wanted.time) > 1 and not (wanted.join and tables > 1):
+        raise InputError(f"time: {len(wanted.time)} given; one is for all files, unless they are joined")
+    given = [joint.resolution for joint in joints]
+    return ColumnMap(
+        tuple(joint.position for joint in joints),
+        tuple(joint.command for joint in joints),
+        time=wanted.time[0] if wanted.time else None,
+        rate=None if wanted.time else wanted.rate,
+        time_unit=wanted.time_unit,
+        position_unit=_stated("position_unit", [joint.position_unit for joint in joints]),
+        command_unit=_stated("command_unit", [joint.command_unit for joint in joints]),
+        resolution=tuple(each or 0.0 for each in given) if any(given) else (),
+    )
+
+
+def _stated(field: str, units: list[str | None]) -> tuple[str, ...]:
+    """Units of all joints, or none where the file states them."""
+    if not any(units):
+        return ()
+    missing = [place for place, unit in enumerate(units) if not unit]
+    if missing:
+        raise InputError(
+            f"joints.{missing[0]}.{field}: is missing; state the unit of every joint, or of none"
+        )
+    return tuple(unit for unit in units if unit)
+
+
+def _robot(wanted: RecordImport, file: Path | None, table: ForeignTable) -> Robot:
+    gravity = ",".join(str(each) for each in wanted.gravity) if wanted.gravity else None
+    gains = [str(joint.gain) for joint in wanted.joints if joint.gain is not None]
+    missing = next((place for place, joint in enumerate(wanted.joints) if joint.gain is None), None)
+    if missing is not None and (file is None or gains):
+        raise InputError(f"joints.{missing}.gain: is missing; joint torque for one unit of command")
+    if file is not None:
+        made = urdf_robot(file, wanted.tip, gravity, gains or None, table.scalars)
+        if len(made.joints) != len(wanted.joints):
+            names = ", ".join(joint.name for joint in made.joints)
+            raise InputError(
+                f"joints: {len(wanted.joints)} given; the robot of {file.name} has {len(made.joints)}: {names}"
+            )
+        return made
+    if gravity is None:
+        raise InputError("gravity: is missing; gravity in the base frame, x, y, z in m/s²")
+    names = [joint.name or f"j{place}" for place, joint in enumerate(wanted.joints, start=1)]
+    frames = [",".join(str(each) for each in joint.dh) for joint in wanted.joints]
+    kinds: list[str] = [joint.type for joint in wanted.joints]
+    return typed_robot(table.scalars, kinds, gains, names, frames, gravity, _nobody_asked)
+
+
+def _nobody_asked(option: str, what: str) -> str:
+    raise InputError(f"{option}: is missing; {what}")
+
+
+def _description(table: ForeignTable) -> RecordDescription:
+    names = [column.name for column in table.columns]
+    shown = [
+        _column(column, name if name and names.count(name) == 1 else f"#{place}")
+        for place, (column, name) in enumerate(zip(table.columns, names, strict=True), start=1)
+    ]
+    roles = guess_roles(table)
+    return RecordDescription(
+        file=table.path.name,
+        decided=list(table.remarks),
+        columns=shown[:MOST_COLUMNS],
+        left_off=max(len(shown) - MOST_COLUMNS, 0),
+        numbers={name: value for name, value in table.scalars.items() if np.isfinite(value)},
+        time=roles.time,
+        position=list(roles.position),
+        command=list(roles.command),
+    )
+
+
+def _column(column: ForeignColumn, name: str) -> RecordColumn:
+    unit = column.unit.name if column.unit else None
+    if column.numbers is None:
+        words = column.words or ()
+        first = next((word for word in words if word), "")[:40]
+        return RecordColumn(
+            name=name, unit=unit, samples=len(words), smallest=None, largest=None, first=first, outline=[]
+        )
+    values = np.asarray(column.numbers, dtype=np.float64)
+    finite = values[np.isfinite(values)]
+    return RecordColumn(
+        name=name,
+        unit=unit,
+        samples=len(values),
+        smallest=float(finite.min()) if len(finite) else None,
+        largest=float(finite.max()) if len(finite) else None,
+        first=f"{values[0]:.12g}" if len(values) else "",
+        outline=_outline(values),
+    )
+
+
+def _outline(values: np.ndarray) -> list[float | None]:
+    """Smallest and largest value of each of some blocks, in turn; of few samples these themselves."""
+    if len(values) <= 2 * OUTLINE_BLOCKS:
+        return [float(value) if np.isfinite(value) else None for value in values]
+    outline: list[float | None] = []
+    for block in np.array_split(values, OUTLINE_BLOCKS):
+        finite = block[np.isfinite(block)]
+        outline += [float(finite.min()), float(finite.max())] if len(finite) else [None, None]
+    return outline

@@ -1,0 +1,75 @@
+"""Other people's records: looked at, and made an experiment of."""
+
+from typing import Annotated, Literal
+
+from fastapi import APIRouter, File, Form, Request, Response, UploadFile
+from pydantic import BaseModel, Field, Json
+
+from api.service import access
+from api.service.experiment_upload import UploadedFile
+from api.service.openapi import ResourceRoute, problems
+from api.service.record_documents import Dialect, RecordDescription, RecordImport
+from api.service.routes.experiments import ExperimentView, view
+from api.service.routes.jobs import JobView
+
+router = APIRouter(tags=["experiments"], route_class=ResourceRoute)
+
+Records = Annotated[
+    list[UploadFile],
+    File(
+        description="CSV of any dialect, plain or gzip, MAT, Parquet, MDF, MCAP", min_length=1, max_length=10
+    ),
+]
+
+
+class ImportedRecords(BaseModel):
+    """The experiment that was made, what was decided on the way, and the identification that was started."""
+
+    experiment: ExperimentView
+    decided: list[str] = Field(examples=[["Lage [Grad]: deg -> rad (× 0.0174532925) by its name"]])
+    job: JobView
+
+
+def uploaded(file: UploadFile) -> UploadedFile:
+    """A file of a form, as the service takes it in."""
+    return UploadedFile(file.filename or "record", file.file)
+
+
+@router.post("/experiments/import/columns")
+def describe_records(
+    request: Request,
+    _user: access.Operator,
+    files: Records,
+    header_line: Annotated[
+        int | None, Form(ge=0, le=100_000, description="from 1; 0: none; told by the cells if left out")
+    ] = None,
+    separator: Annotated[
+        str | None, Form(max_length=10, description="a sign, or comma, semicolon, tab, space")
+    ] = None,
+    decimal: Annotated[Literal[".", ","] | None, Form()] = None,
+) -> list[RecordDescription]:
+    """What records hold, and what their columns probably are; nothing is kept."""
+    uploads = access.service_of(request).uploads
+    dialect = Dialect(header_line=header_line, separator=separator, decimal=decimal)
+    return uploads.describe_records([uploaded(file) for file in files], dialect)
+
+
+@router.post("/experiments/import/records", status_code=201, responses=problems(507))
+def import_records(
+    request: Request,
+    response: Response,
+    user: access.Operator,
+    files: Records,
+    settings: Annotated[Json[RecordImport], Form(description="JSON of a RecordImport")],
+    robot: Annotated[UploadFile | None, File(description="URDF, SDF or MJCF of the robot")] = None,
+) -> ImportedRecords:
+    """Make an experiment of records; it is identified at once."""
+    service = access.service_of(request)
+    service.jobs.refuse_more(user.name)
+    service.disk.require_room()
+    row, decided = service.uploads.add_records(
+        [uploaded(file) for file in files], uploaded(robot) if robot and robot.filename else None, settings
+    )
+    job = service.models.refit(row.id, user.name)
+    response.headers["Location"] = f"/experiments/{row.id}"
+    return ImportedRecords(experiment=view(request, row.id), decided=list(decided), job=JobView.of(job))

@@ -1,0 +1,125 @@
+"""Other people's records through the service: described with guesses, imported by them, refused by field."""
+
+import json
+
+import numpy as np
+import pytest
+
+from api.service.accounts import Role
+from identify.recording import load_experiment
+
+TIME = np.arange(0, 4, 0.005)
+POSITION = np.sin(2 * TIME)
+CURRENT = 0.4 * np.cos(2 * TIME) + 1.5 * np.sin(POSITION) + 0.2 * np.sign(np.cos(2 * TIME))
+JOINT = {"position": "Istlage [Grad]", "command": "Motorstrom [mA]", "gain": 10.0}
+SETTINGS = {
+    "name": "Prüfstand 3",
+    "time": ["Zeit [ms]"],
+    "gravity": [0.0, -9.81, 0.0],
+    "joints": [JOINT],
+}
+URDF = """<robot name="arm"><link name="base"/><link name="arm"/>
+<joint name="shoulder" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/>
+<limit effort="1" velocity="1" lower="-1" upper="1"/></joint></robot>"""
+
+
+def german(position=POSITION):
+    """A control cabinet's export: preamble, semicolons, decimal commas, cp1252."""
+    rows = zip(1000 * TIME, np.degrees(position), 1000 * CURRENT, strict=True)
+    cells = "".join(";".join(f"{value:.4f}".replace(".", ",") for value in row) + "\r\n" for row in rows)
+    return f"Prüfstand 3\r\n\r\nZeit [ms];Istlage [Grad];Motorstrom [mA]\r\n{cells}".encode("cp1252")
+
+
+@pytest.fixture
+def operator(service):
+    return service.client(Role.OPERATOR)
+
+
+def sent(operator, settings, *files, robot=None):
+    parts = [
+        ("files", (f"messung-{place}.csv", content)) for place, content in enumerate(files or (german(),))
+    ]
+    parts += [("robot", ("arm.urdf", robot))] if robot else []
+    return operator.post("/experiments/import/records", data={"settings": json.dumps(settings)}, files=parts)
+
+
+def test_columns_are_described_with_their_roles_and_nothing_is_kept(operator, data_folder):
+    answer = operator.post("/experiments/import/columns", files=[("files", ("../../a b.csv", german()))])
+    assert answer.status_code == 200, answer.text
+    [described] = answer.json()
+    assert described["file"] == "a_b.csv"
+    assert (described["time"], described["position"]) == ("Zeit [ms]", ["Istlage [Grad]"])
+    assert described["command"] == ["Motorstrom [mA]"]
+    lage = described["columns"][1]
+    assert (lage["unit"], lage["samples"]) == ("deg", 800)
+    assert lage["largest"] == pytest.approx(np.degrees(1), abs=0.01)
+    assert max(lage["outline"]) == lage["largest"]
+    assert list((data_folder / "experiments").iterdir()) == []
+
+
+def test_a_dialect_that_is_given_overrules(operator):
+    rows = "".join(f"{0.01 * k:.2f},{k % 7}\n" for k in range(40))
+    parts = [("files", ("a.csv", f"7,8\n{rows}".encode()))]
+    [described] = operator.post("/experiments/import/columns", data={"header_line": 0}, files=parts).json()
+    assert [column["name"] for column in described["columns"]] == ["1", "2"]
+    assert described["columns"][0]["samples"] == 41
+
+
+def test_records_become_an_experiment_in_si(operator, service):
+    answer = sent(
+        operator,
+        SETTINGS | {"payloads": [{}, {"name": "disk", "mass": 3.5}]},
+        german(),
+        german(0.5 * POSITION),
+    )
+    assert answer.status_code == 201, answer.text
+    document = answer.json()
+    assert document["experiment"]["name"] == "Prüfstand 3"
+    assert document["job"]["kind"] == "identify"
+    assert any("deg -> rad" in remark for remark in document["decided"])
+    experiment = load_experiment(service.service.experiments.folder(document["experiment"]["id"]))
+    first, second = experiment.sessions
+    assert (first.payload.name, second.payload.mass) == ("none", 3.5)
+    read = experiment.read(first)
+    np.testing.assert_allclose(read.position[:, 0], POSITION, atol=1e-5)
+    np.testing.assert_allclose(read.command[:, 0], CURRENT, atol=1e-5)
+
+
+def test_files_are_joined_and_the_robot_may_be_a_urdf(operator, service):
+    text = german().decode("cp1252")
+    rows = [line.split(";") for line in text.splitlines()[2:]]
+    apart = ["\n".join(";".join(row[k] for k in kept) for row in rows).encode() for kept in ((0, 1), (0, 2))]
+    settings = {"name": "joined", "join": True, "time": ["Zeit [ms]"], "joints": [JOINT]}
+    answer = sent(operator, settings, *apart, robot=URDF)
+    assert answer.status_code == 201, answer.text
+    experiment = load_experiment(service.service.experiments.folder(answer.json()["experiment"]["id"]))
+    assert [joint.name for joint in experiment.robot.joints] == ["shoulder"]
+    assert experiment.robot.joints[0].drive_gain == 10.0
+    assert len(experiment.sessions) == 1
+
+
+WRONG = [
+    ({"time": []}, "time: is missing"),
+    ({"gravity": None}, "gravity: is missing"),
+    ({"joints": [JOINT | {"gain": None}]}, "joints.0.gain: is missing"),
+    ({"joints": [JOINT | {"position": "Lage"}]}, "messung-0.csv: there is no column 'Lage'"),
+    ({"joints": [JOINT | {"position_unit": "furlong"}]}, "position_unit: 'furlong' is not known"),
+    ({"joints": [JOINT | {"position_unit": "counts"}]}, "resolution is missing"),
+    ({"joints": [JOINT | {"command": "Istlage [Grad]"}]}, "Istlage [Grad]"),
+    ({"joints": [JOINT, JOINT | {"position": "#1", "position_unit": "deg"}]}, "joints.0.position_unit"),
+    ({"payloads": [{}, {}]}, "payloads: 2 given for 1 sessions"),
+    ({"name": "a/b"}, "name"),
+    ({"joints": []}, "joints"),
+    ({"dialect": {"separator": "^"}}, "separator"),
+]
+
+
+def test_what_is_wrong_is_refused_by_its_field_and_leaves_nothing(operator, data_folder):
+    for change, words in WRONG:
+        answer = sent(operator, SETTINGS | change)
+        assert answer.status_code == 422, answer.text
+        detail = answer.json()["detail"]
+        assert words in detail
+        for stranger in ("--", "\n", str(data_folder)):
+            assert stranger not in detail
+    assert list((data_folder / "experiments").iterdir()) == []
