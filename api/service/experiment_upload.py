@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any, Literal
 
+from fastapi import UploadFile
+
 from api.service.archive_members import known_ending
 from api.service.confined_reader import ConfinedReader
 from api.service.database import ExperimentRow
@@ -37,6 +39,11 @@ class AddedExperiment:
 
     row: ExperimentRow
     passed_over: list[str]
+
+
+def uploaded(file: UploadFile) -> UploadedFile:
+    """A file of a form."""
+    return UploadedFile(file.filename or "record", file.file)
 
 
 class Uploads:

@@ -95,9 +95,9 @@ class _Words:
     def __exit__(self, kind: object, error: object, trace: object) -> None:
         if not isinstance(error, InputError):
             return
-        words = re.sub(rf"{re.escape(self._folder)}/(\d+/)?", "", str(error))
-        words = re.sub(r"--([a-z]+(?:-[a-z]+)*)", lambda option: option[1].replace("-", "_"), words)
-        raise InputError(words) from error
+        sentence = re.sub(rf"{re.escape(self._folder)}/(\d+/)?", "", str(error))
+        sentence = re.sub(r"--([a-z]+(?:-[a-z]+)*)", lambda option: option[1].replace("-", "_"), sentence)
+        raise InputError(sentence) from error
 
 
 def _read(folder: str, files: list[str], dialect: Dialect) -> list[ForeignTable]:
@@ -184,10 +184,10 @@ def _description(table: ForeignTable) -> RecordDescription:
 def _column(column: ForeignColumn, name: str) -> RecordColumn:
     unit = column.unit.name if column.unit else None
     if column.numbers is None:
-        words = column.words or ()
-        first = next((word for word in words if word), "")[:40]
+        cells = column.words or ()
+        first = next((cell for cell in cells if cell), "")[:40]
         return RecordColumn(
-            name=name, unit=unit, samples=len(words), smallest=None, largest=None, first=first, outline=[]
+            name=name, unit=unit, samples=len(cells), smallest=None, largest=None, first=first, outline=[]
         )
     values = np.asarray(column.numbers, dtype=np.float64)
     finite = values[np.isfinite(values)]

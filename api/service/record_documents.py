@@ -13,8 +13,12 @@ Value = Annotated[float, Field(allow_inf_nan=False, ge=-1e12, le=1e12)]
 class Dialect(BaseModel):
     """What overrules the detection of a table in text; null: told by the cells."""
 
-    header_line: int | None = Field(None, ge=0, le=100_000, description="from 1; 0: no header", examples=[3])
-    separator: str | None = Field(None, max_length=10, description="a sign, or comma, semicolon, tab, space")
+    header_line: int | None = Field(
+        default=None, ge=0, le=100_000, description="from 1; 0: no header", examples=[3]
+    )
+    separator: str | None = Field(
+        default=None, max_length=10, description="a sign, or comma, semicolon, tab, space"
+    )
     decimal: Literal[".", ","] | None = None
 
 
@@ -53,18 +57,22 @@ class JointOfRecord(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    name: Printable | None = Field(None, min_length=1, max_length=64)
+    name: Printable | None = Field(default=None, min_length=1, max_length=64)
     position: Word
-    position_unit: str | None = Field(None, max_length=40, description="null: by the file, else rad or m")
-    resolution: Value | None = Field(None, description="counts per turn or metre, for positions in counts")
+    position_unit: str | None = Field(
+        default=None, max_length=40, description="null: by the file, else rad or m"
+    )
+    resolution: Value | None = Field(
+        default=None, description="counts per turn or metre, for positions in counts"
+    )
     command: Word
-    command_unit: str | None = Field(None, max_length=40, description="null: by the file, else A")
+    command_unit: str | None = Field(default=None, max_length=40, description="null: by the file, else A")
     gain: Value | None = Field(
-        None, description="joint torque for one unit of command; may be left out with a robot's file"
+        default=None, description="joint torque for one unit of command; may be left out with a robot's file"
     )
     type: Literal["revolute", "prismatic"] = "revolute"
     dh: tuple[Value, Value, Value, Value] = Field(
-        (0.0, 0.0, 0.0, 0.0), description="alpha, d, theta, r (modified Denavit-Hartenberg; rad, m)"
+        default=(0.0, 0.0, 0.0, 0.0), description="alpha, d, theta, r (modified Denavit-Hartenberg; rad, m)"
     )
 
 
@@ -73,9 +81,11 @@ class CarriedPayload(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    name: Printable = Field("none", min_length=1, max_length=100)
-    mass: float = Field(0.0, ge=0, le=1e5, allow_inf_nan=False, description="kg")
-    com: tuple[Value, Value, Value] = Field((0.0, 0.0, 0.0), description="in the last link's frame, m")
+    name: Printable = Field(default="none", min_length=1, max_length=100)
+    mass: float = Field(default=0.0, ge=0, le=1e5, allow_inf_nan=False, description="kg")
+    com: tuple[Value, Value, Value] = Field(
+        default=(0.0, 0.0, 0.0), description="in the last link's frame, m"
+    )
 
 
 class RecordImport(BaseModel):
@@ -85,22 +95,22 @@ class RecordImport(BaseModel):
 
     name: Printable = Field(min_length=1, max_length=100, pattern=r"^[^/\\]+$", examples=["lab-arm"])
     joints: list[JointOfRecord] = Field(min_length=1, max_length=32, description="base to tip")
-    time: list[Word] = Field([], description="one for all files, or with `join` one for each")
-    time_unit: str | None = Field(None, max_length=20, description="null: by the file, else s")
+    time: list[Word] = Field(default=[], description="one for all files, or with `join` one for each")
+    time_unit: str | None = Field(default=None, max_length=20, description="null: by the file, else s")
     rate: float | None = Field(
-        None, gt=0, le=1e9, allow_inf_nan=False, description="Hz, without a time column"
+        default=None, gt=0, le=1e9, allow_inf_nan=False, description="Hz, without a time column"
     )
     payloads: list[CarriedPayload] = Field(
-        [CarriedPayload()], min_length=1, description="one, or one for each file"
+        default=[CarriedPayload()], min_length=1, description="one, or one for each file"
     )
-    join: bool = Field(False, description="all files are one session, joined on their times")
+    join: bool = Field(default=False, description="all files are one session, joined on their times")
     repair: Literal["drop", "bridge"] | None = Field(
-        None, description="of missing values and stamps that repeat"
+        default=None, description="of missing values and stamps that repeat"
     )
     gravity: tuple[Value, Value, Value] | None = Field(
-        None, description="in the base frame, m/s²; may be left out with a robot's file"
+        default=None, description="in the base frame, m/s²; may be left out with a robot's file"
     )
     tip: str | None = Field(
-        None, max_length=200, description="link of the robot's file at which the chain ends"
+        default=None, max_length=200, description="link of the robot's file at which the chain ends"
     )
     dialect: Dialect = Dialect()

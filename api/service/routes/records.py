@@ -6,7 +6,7 @@ from fastapi import APIRouter, File, Form, Request, Response, UploadFile
 from pydantic import BaseModel, Field, Json
 
 from api.service import access
-from api.service.experiment_upload import UploadedFile
+from api.service.experiment_upload import uploaded
 from api.service.openapi import ResourceRoute, problems
 from api.service.record_documents import Dialect, RecordDescription, RecordImport
 from api.service.routes.experiments import ExperimentView, view
@@ -28,11 +28,6 @@ class ImportedRecords(BaseModel):
     experiment: ExperimentView
     decided: list[str] = Field(examples=[["Lage [Grad]: deg -> rad (× 0.0174532925) by its name"]])
     job: JobView
-
-
-def uploaded(file: UploadFile) -> UploadedFile:
-    """A file of a form, as the service takes it in."""
-    return UploadedFile(file.filename or "record", file.file)
 
 
 @router.post("/experiments/import/columns")

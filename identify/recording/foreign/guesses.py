@@ -62,9 +62,9 @@ class _Named:
     tokens: tuple[str, ...]
     quantity: str | None
 
-    def says(self, words: frozenset[str]) -> bool:
+    def says(self, vocabulary: frozenset[str]) -> bool:
         return any(
-            token in words or any(word in token for word in words if len(word) >= SHORTEST_PART)
+            token in vocabulary or any(word in token for word in vocabulary if len(word) >= SHORTEST_PART)
             for token in self.tokens
         )
 
@@ -104,21 +104,21 @@ def _named(table: ForeignTable) -> list[_Named]:
 def _read_name(column: ForeignColumn, name: str) -> _Named:
     tokens = _TOKENS.findall(column.base_name)
     numbers = tuple(int(token) for token in tokens if token.isdecimal())
-    words = tuple(token.casefold() for token in tokens if not token.isdecimal())
+    spoken = tuple(token.casefold() for token in tokens if not token.isdecimal())
     quantity = column.unit.quantity if column.unit else None
-    return _Named(name, " ".join(words), numbers, words, quantity)
+    return _Named(name, " ".join(spoken), numbers, spoken, quantity)
 
 
 def _family(
     columns: Sequence[_Named],
-    words: frozenset[str],
+    vocabulary: frozenset[str],
     quantities: tuple[str, ...],
     *,
     set_points: bool,
     n: int | None = None,
 ) -> list[_Named]:
     """The columns of all joints that speak most for one meaning; n : as many as these, or none."""
-    scores = {each: _score(each, words, quantities, set_points) for each in columns}
+    scores = {each: _score(each, vocabulary, quantities, set_points) for each in columns}
     likely = [each for each in columns if scores[each] > 0]
     best: list[_Named] = []
     for score in sorted({scores[each] for each in likely}, reverse=True):
@@ -136,9 +136,9 @@ def _family(
     return best
 
 
-def _score(column: _Named, words: frozenset[str], quantities: tuple[str, ...], set_points: bool) -> int:
+def _score(column: _Named, vocabulary: frozenset[str], quantities: tuple[str, ...], set_points: bool) -> int:
     """How much speaks for a meaning; 0 for nothing."""
-    said = column.says(words)
+    said = column.says(vocabulary)
     if column.says(OTHER) or (column.quantity is not None and column.quantity not in quantities):
         return 0
     if not said and column.quantity in (None, "counts", "ratio"):
@@ -158,13 +158,13 @@ def _time(table: ForeignTable) -> str | None:
             if column.name and sum(column.name == c.name for c in table.columns) == 1
             else f"#{place}"
         )
-        words = {token.casefold() for token in _TOKENS.findall(column.base_name)}
+        spoken = {token.casefold() for token in _TOKENS.findall(column.base_name)}
         of_time = column.unit is not None and column.unit.quantity == "time"
         if column.absolute:
             likely.append((4, name))
         elif column.unit is not None and not of_time:
             continue
-        elif words & TIME or of_time:
+        elif spoken & TIME or of_time:
             likely.append((2 + of_time, name))
         elif place == 1 and _increases(column):
             likely.append((1, name))
