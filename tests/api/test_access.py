@@ -31,6 +31,8 @@ TABLE: dict[tuple[str, str], Role | None] = {
     ("GET", "/experiments"): VIEWER,
     ("POST", "/experiments"): OPERATOR,
     ("POST", "/experiments/import"): OPERATOR,
+    ("POST", "/experiments/import/columns"): OPERATOR,
+    ("POST", "/experiments/import/records"): OPERATOR,
     ("GET", "/experiments/{experiment}"): VIEWER,
     ("GET", "/experiments/{experiment}/results"): VIEWER,
     ("GET", "/experiments/{experiment}/models"): VIEWER,
