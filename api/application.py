@@ -93,7 +93,7 @@ def create_application(settings: ServiceSettings) -> FastAPI:
             "max_fields": MOST_FIELDS,
             "max_part_size": LARGEST_FIELD,
         },
-        docs_url=None,  # its scripts come from outside the host
+        docs_url=None,  # pages/rest_page.py: FastAPI's own loads scripts from another host
         redoc_url=None,
         middleware=[
             Middleware(

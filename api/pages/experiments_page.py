@@ -1,7 +1,5 @@
 """The list of experiments: how good the model of each is, and where to go on."""
 
-from typing import Any
-
 from fastapi import APIRouter, Request
 from fastapi.responses import HTMLResponse
 
@@ -9,9 +7,14 @@ from api.pages.layout import experiment_link, frame
 from api.pages.number_format import utc_time
 from api.pages.rendering import PREFIX, Context, page
 from api.service import access
+from api.service.database import ExperimentRow
 from api.service.model_story import ModelStory
 from api.service.payload_sessions import RECORDING
+from api.service.service import Service
 from identify.results.diagnosis import DiagnosisDocument
+
+FIRST_RIG = "rx130l-joint3-simulated"
+"""For whoever has no experiment yet: one joint, simulated."""
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
 
@@ -26,12 +29,20 @@ def experiments_page(request: Request, user: access.Viewer) -> HTMLResponse:
         "experiments": rows,
         "upload_limit": service.settings.upload_limit,
         "add_link": f"{PREFIX}/experiments/import",
+        "simulated_link": _simulated_link(service) if not rows else None,
     }
     return page(request, "experiments.html", **context)
 
 
-def _row(service: Any, row: Any) -> Context:
-    shown = {
+def _simulated_link(service: Service) -> str | None:
+    """The way to a first session on the arm that comes with the service; None where its rig is not there."""
+    if FIRST_RIG not in service.rigs.files():
+        return None
+    return f"{PREFIX}/new-session?rig={FIRST_RIG}"
+
+
+def _row(service: Service, row: ExperimentRow) -> Context:
+    shown: Context = {
         "id": row.id,
         "name": row.name,
         "problem": row.problem,

@@ -2,6 +2,7 @@
 
 import hashlib
 from base64 import b64encode
+from collections.abc import Sequence
 from datetime import UTC, datetime
 
 import numpy as np
@@ -12,16 +13,21 @@ from markupsafe import Markup
 from api.pages.catalogue_words import effect_titles, entry_of
 from api.pages.choices import VersionChoice, chosen_model
 from api.pages.error_figures import JointUnits
-from api.pages.evidence_view import joint_diagnosis
+from api.pages.evidence_view import SelectedEvidence, joint_diagnosis, selected_evidence
 from api.pages.figures.torque_time import draw_torque_time
 from api.pages.model_figures import counted_errors, figures_of
 from api.pages.model_steps import step_chart
-from api.pages.parameter_tables import effects_in_model, parameter_groups
+from api.pages.motion_table import certificate_words
+from api.pages.parameter_tables import constants_in_words, effects_in_model, parameter_groups
 from api.pages.rendering import PREFIX, STATIC_FOLDER, Context, render
+from api.pages.scope_words import USES, scope_of_fit
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.pages.verdict_words import verdict_of
 from api.service import access
+from api.service.model_story import ModelVersion
 from api.service.problems import Problem
+from api.service.session_catalogue import CatalogueEntry
+from identify.results.certificate import Certificate
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
 
@@ -37,11 +43,15 @@ def report(
     keep: bool = False,
 ) -> Response:
     """The report of a model; with `keep` as a file to download."""
-    stored = StoredExperiment(access.service_of(request).experiments, experiment)
+    service = access.service_of(request)
+    stored = StoredExperiment(service.experiments, experiment)
     shown = chosen_model(stored, version) or stored.current()
     if shown is None:
         raise Problem(404, "There is no model yet.")
-    text, style = write_report(stored, shown, user.name)
+    certificates = service.model_use.certificates(stored.id, shown.version.id)
+    text, style = write_report(
+        stored, shown, user.name, service.catalogue.entries(stored.id), list(certificates.values())
+    )
     digest = b64encode(hashlib.sha256(style.encode()).digest()).decode()
     headers = {
         "Content-Security-Policy": f"default-src 'none'; style-src 'sha256-{digest}'; frame-ancestors 'none'",
@@ -52,8 +62,18 @@ def report(
     return Response(text, media_type="text/html", headers=headers)
 
 
-def write_report(stored: StoredExperiment, shown: ShownModel, author: str) -> tuple[str, str]:
-    """The report's HTML, and the style sheet that stands in it."""
+def write_report(
+    stored: StoredExperiment,
+    shown: ShownModel,
+    author: str,
+    entries: Sequence[CatalogueEntry],
+    certificates: Sequence[Certificate],
+) -> tuple[str, str]:
+    """The report's HTML, and the style sheet that stands in it.
+
+    entries      : the catalogue of the experiment's sessions
+    certificates : of what the model was exported to
+    """
     style = "\n".join((STATIC_FOLDER / name).read_text() for name in STYLE_SHEETS)
     # The file stands alone: it has no typeface beside it, and takes the reader's own.
     style = style[: style.index("@font-face")] + style[style.rindex("@font-face") :].split("}", 1)[1]
@@ -65,12 +85,51 @@ def write_report(stored: StoredExperiment, shown: ShownModel, author: str) -> tu
         document=shown.document,
         author=author,
         written=datetime.now(UTC),
+        scope=scope_of_fit(shown),
+        sessions=_sessions(shown, entries),
+        certificates=[(each.target, certificate_words(each)) for each in certificates],
+        constants=constants_in_words(stored, shown),
         sections=[_joint_section(stored, shown, joint) for joint in stored.joint_names],
         groups=parameter_groups(stored, shown),
         effects=[(each, entry_of(each.name)) for each in effects_in_model(stored, shown)],
         titles=effect_titles(),
     )
     return text, style
+
+
+def _sessions(shown: ShownModel, entries: Sequence[CatalogueEntry]) -> list[Context]:
+    """Every session of the fit, and every one that was excluded: where, when and by whom it was measured, and its error."""
+    catalogue = {entry.row.file: entry for entry in entries}
+    fitted = {each.file: each for each in shown.document.sessions}
+    return [
+        {
+            "file": file,
+            "payload": entry.row.payload["name"],
+            "rig": entry.rig,
+            "started": entry.facts.started,
+            "operator": entry.facts.operator,
+            "seconds": entry.facts.seconds if entry.facts.seconds is not None else of_fit and of_fit.duration,
+            "use": USES[of_fit.role] if of_fit else f"excluded: {entry.excluded}",
+            "error": of_fit and of_fit.relative_error,
+            "note": entry.note,
+        }
+        for file, entry in catalogue.items()
+        if (of_fit := fitted.get(file or "")) is not None or entry.excluded is not None
+    ]
+
+
+def _added(stored: StoredExperiment, shown: ShownModel, joint: str) -> list[SelectedEvidence]:
+    """The evidence of each effect that was added to this joint on the way to the model, as it was found then."""
+    evidence = []
+    version: ModelVersion | None = shown.version
+    while version is not None:
+        effect, _, on = (version.change or "").partition("@")
+        if version.cause == "effect added" and on in ("", joint):
+            step = stored.model(version.id)
+            selected = selected_evidence(stored, step, joint_diagnosis(stored, step, joint), joint, effect)
+            evidence += [selected] if selected is not None and selected.with_words == "with it" else []
+        version = stored.story.version(version.parent) if version.parent else None
+    return evidence[::-1]
 
 
 def _joint_section(stored: StoredExperiment, shown: ShownModel, joint: str) -> Context:
@@ -85,14 +144,21 @@ def _joint_section(stored: StoredExperiment, shown: ShownModel, joint: str) -> C
     sessions = []
     for file, columns in stored.stored_samples(shown, joint, files).items():
         time, measured, predicted = (np.asarray(columns[each]) for each in ("time", "measured", "predicted"))
+        moving = np.asarray(columns["moving"]) > 0
         drawing = draw_torque_time(
-            time, measured, predicted, "torque" if units.load == "N m" else "force", units.load
+            time,
+            measured,
+            predicted,
+            "torque" if units.load == "N m" else "force",
+            units.load,
+            moving=moving,
         )
         sessions.append({"file": file, "payload": stored.payload_of[file], "figure": drawing})
     return {
         "name": joint,
         "part": shown.joint(joint),
         "verdict": verdict_of(joint_diagnosis(stored, shown, joint), floor, effect_titles()),
+        "added": _added(stored, shown, joint),
         "staircase": step_chart(stored, joint, floor),
         "sessions": sessions,
         "figures": figures_of(stored, [shown], first, joint, files, units),

@@ -13,6 +13,7 @@ from api.pages import (
     model_page,
     records_page,
     report,
+    rest_page,
     results_page,
     rig_page,
     rival_effects_page,
@@ -51,6 +52,7 @@ PARTS = (
     without_payload_page,
     urdf_page,
     use_page,
+    rest_page,
 )
 for part in PARTS:
     router.include_router(part.router)
@@ -59,9 +61,10 @@ for part in PARTS:
 @router.get("/", include_in_schema=False)
 @router.get(PREFIX, include_in_schema=False)
 @router.get(f"{PREFIX}/", include_in_schema=False)
-def start(_user: access.Viewer) -> Response:
-    """The service's address leads to the rig."""
-    return RedirectResponse(f"{PREFIX}/rig")
+def start(request: Request, _user: access.Viewer) -> Response:
+    """The service's address leads to the rig; on the first visit, to the ways to a first experiment."""
+    known = access.service_of(request).experiments.rows()
+    return RedirectResponse(f"{PREFIX}/{'rig' if known else 'experiments'}")
 
 
 @router.get(

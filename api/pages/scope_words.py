@@ -3,6 +3,9 @@
 from api.pages.number_format import listing
 from api.pages.stored_models import ShownModel
 
+USES = {"identification": "fit", "validation": "check"}
+"""Role of a session -> what models do with it."""
+
 
 def scope_of_fit(shown: ShownModel) -> str:
     """The sessions that a model was fitted to, in words; those it was only checked on, and those excluded."""

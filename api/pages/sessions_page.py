@@ -15,6 +15,7 @@ from api.pages.experiment_frame import experiment_context
 from api.pages.form_input import input_errors_as_problems, typed_mass
 from api.pages.layout import experiment_link, frame
 from api.pages.rendering import PREFIX, Context, page
+from api.pages.scope_words import USES
 from api.pages.stored_models import StoredExperiment
 from api.service import access
 from api.service.accounts import User
@@ -36,8 +37,6 @@ MEBIBYTE = 1024 * 1024
 
 ON_THEIR_WAY = frozenset(state.value for state in SessionState if not state.ended)
 """States of a session that is being prepared or measured."""
-USES = {"identification": "fit", "validation": "check"}
-"""Role of a session -> what models do with it."""
 STATE_WORDS = {
     "measured": ("good", "measured"),
     "complete": ("good", "measured"),

@@ -28,6 +28,7 @@ TABLE: dict[tuple[str, str], Role | None] = {
     ("POST", "/tokens"): VIEWER,
     ("DELETE", "/tokens/{token}"): VIEWER,
     ("GET", "/audit"): ADMIN,
+    ("GET", "/docs"): VIEWER,
     ("GET", "/experiments"): VIEWER,
     ("POST", "/experiments"): OPERATOR,
     ("POST", "/experiments/import"): OPERATOR,

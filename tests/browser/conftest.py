@@ -145,7 +145,9 @@ class Visitor:
         self.page.get_by_label("Name").fill(name)
         self.page.get_by_label("Password").fill(PASSWORD)
         self.page.get_by_role("button", name="Sign in").click()
-        self.page.wait_for_url(re.compile(r"/pages/rig"))
+        # A first visit is led to the ways to a first experiment, a later one to the rig.
+        self.page.wait_for_url(re.compile(r"/pages/(rig|experiments)"))
+        self.open("rig")
         return self
 
     def open(self, name: str) -> None:

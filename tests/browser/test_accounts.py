@@ -36,6 +36,17 @@ def test_a_page_that_needs_a_sign_in_leads_there_and_back(laboratory_with, chrom
     context.close()
 
 
+def test_the_rest_calls_are_listed_without_asking_another_host(laboratory_with, visitor) -> None:
+    ada = visitor(
+        laboratory_with(), "ada"
+    )  # who looks at what leaves the host, and at errors of scripts and of the policy
+    ada.open("experiments")
+    for way in ("Try it on the simulated arm", "Upload a record", "Connect a rig"):
+        expect(ada.page.get_by_role("heading", name=way)).to_be_visible()
+    ada.page.goto(f"{ada.laboratory.address}/docs")
+    expect(ada.page.locator(".opblock-summary-path", has_text="/experiments/import").first).to_be_visible()
+
+
 def test_an_admin_adds_a_user_whose_name_is_then_in_the_audit_log(laboratory_with, visitor) -> None:
     laboratory = laboratory_with()
     root = visitor(laboratory, "root")

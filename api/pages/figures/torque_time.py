@@ -18,21 +18,28 @@ def draw_torque_time(
     width: float = 900,
     height: float = 330,
     without: np.ndarray | None = None,
+    moving: np.ndarray | None = None,
 ) -> Markup:
     """Draw one session, or a stretch of it: `time`, `measured`, `predicted` (samples,); s and `unit`.
 
     without : (samples,) of the model compared with, drawn behind with its error
+    moving  : (samples,) bool; the error is drawn only there, since at rest dry friction takes any value and no fit uses it
     """
     left, right, top, bottom = 58.0, width - 10.0, 8.0, height - 34.0
     split = top + 0.66 * (bottom - top)
     signals = {"measured": measured, "predicted": predicted, "error": measured - predicted}
     if without is not None:
         signals |= {"without": without, "error without": measured - without}
+    if moving is not None:
+        signals |= {
+            name: np.where(moving, signals[name], np.nan) for name in signals if name.startswith("error")
+        }
     origin, rows = envelope(time, signals, POINTS)
     seconds = rows[0].astype(float) + origin
     x = Scale(float(seconds[0]), float(seconds[-1]), left, right)
     above = Scale(*padded_range(np.concatenate([rows[1], rows[2], *rows[4:5]])), split - 10, top)
-    reach = float(np.nanmax(np.abs(np.concatenate([rows[3], *rows[5:6]])))) * 1.06 or 1.0
+    errors = np.abs(np.concatenate([rows[3], *rows[5:6]]))
+    reach = float(errors[np.isfinite(errors)].max(initial=0.0)) * 1.06 or 1.0
     beneath = Scale(-reach, reach, bottom, split + 8)
     content = []
     for scale, about in ((above, 5), (beneath, 3)):

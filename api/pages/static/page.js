@@ -119,8 +119,11 @@ document.addEventListener("htmx:xhr:progress", (event) => {
   else bar.removeAttribute("value");
 });
 document.addEventListener("htmx:afterRequest", (event) => {
-  const bar = event.target.closest?.("[data-upload]")?.querySelector("[data-upload-progress]");
-  if (bar) bar.hidden = true;
+  const form = event.target.closest?.("[data-upload]");
+  if (!form) return;
+  form.querySelector("[data-upload-progress]").hidden = true;
+  // Where choosing a file sends it, the same file can be chosen again once it was put right.
+  if (form.querySelector("input[data-submit]")) form.reset();
 });
 document.addEventListener("change", (event) => {
   if (!event.target.matches("[data-payload]")) return;
