@@ -84,7 +84,7 @@ def certificate_words(certificate: Certificate) -> list[str]:
         errors = (
             ""
             if model is None or file is None
-            else f" error {100 * model:.2f} %, of the file {100 * file:.2f} %."
+            else f" error {100 * model:.2f} %, of the file {100 * file:.2f} %;"
         )
         parts = [
             f"{words} {', '.join(effects)}"
