@@ -15,7 +15,7 @@ from api.service.cookie import COOKIE, cookie_key
 from api.service.guard import Guard
 from api.service.openapi import install_openapi
 from api.service.problems import install_problem_handlers
-from api.service.request_body import LARGEST_FIELD, MOST_FIELDS, MOST_FILES
+from api.service.request_body import FORM
 from api.service.route_table import RouteTable
 from api.service.routes import accounts as account_routes
 from api.service.routes import audit as audit_routes
@@ -88,11 +88,7 @@ def create_application(settings: ServiceSettings) -> FastAPI:
         version=software_version(),
         lifespan=lifespan,
         openapi_url=None,  # openapi.py answers there, to who may ask
-        form_limits={
-            "max_files": MOST_FILES,
-            "max_fields": MOST_FIELDS,
-            "max_part_size": LARGEST_FIELD,
-        },
+        form_limits=FORM,
         docs_url=None,  # pages/rest_page.py: FastAPI's own loads scripts from another host
         redoc_url=None,
         middleware=[

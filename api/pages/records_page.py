@@ -16,9 +16,10 @@ from api.service import access
 from api.service.experiment_upload import UploadedFile, uploaded
 from api.service.problems import Problem
 from api.service.record_documents import Dialect, RecordDescription, RecordImport
+from api.service.request_body import FORM_OF_RECORDS
 from identify.results.document import Json
 
-router = APIRouter(prefix=f"{PREFIX}/records", include_in_schema=False)
+router = APIRouter(prefix=f"{PREFIX}/records", include_in_schema=False, form_limits=FORM_OF_RECORDS)
 
 Files = Annotated[list[UploadFile], File()]
 Word = Annotated[str, Form(max_length=200)]

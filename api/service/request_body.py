@@ -1,5 +1,7 @@
 """How much of a request's body is listened to."""
 
+from typing import TypedDict
+
 import anyio
 from starlette.exceptions import HTTPException
 from starlette.requests import HTTPConnection
@@ -13,8 +15,21 @@ LARGEST_OF_STRANGERS = 16 * 1024
 """Bytes of a body that is sent without a sign-in: a name and a password."""
 READ_OVER_BYTES, READ_OVER_SECONDS = 64 * 1024 * 1024, 5.0
 """How much of a body that is refused is read over, and for how long, before it is answered."""
-MOST_FILES, MOST_FIELDS, LARGEST_FIELD = 12, 400, 64 * 1024
+
+
+class FormLimits(TypedDict, total=False):
+    """Of a form in parts, as FastAPI takes them; what is left out is inherited."""
+
+    max_files: int
+    max_fields: int
+    max_part_size: int
+    """bytes of a field that is no file"""
+
+
+FORM: FormLimits = {"max_files": 1, "max_fields": 50, "max_part_size": 64 * 1024}
 """Of a form in parts: each file of more than a megabyte would have a descriptor and a place on the disk."""
+FORM_OF_RECORDS: FormLimits = {"max_files": 12, "max_fields": 400}
+"""Where one session comes in several files, with what is said of each joint."""
 
 
 def body_limit(route: DeclaredRoute | None, settings: ServiceSettings) -> int:

@@ -112,6 +112,9 @@ def test_an_upload_holds_one_file_and_a_form_of_a_page(service):
     ):
         answer = operator.post(UPLOAD, files=files, data=fields)
         assert answer.status_code == 400, answer.text
+    many = [("files", ("a.csv", b"t,q\n0,0\n"))] * 13
+    answer = operator.post("/experiments/import/columns", files=many, data={"dialect": "{}"})
+    assert answer.status_code == 400, answer.text
 
 
 def test_strangers_fill_no_log(service):

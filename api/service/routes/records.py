@@ -9,10 +9,11 @@ from api.service import access
 from api.service.experiment_upload import uploaded
 from api.service.openapi import ResourceRoute, problems
 from api.service.record_documents import Dialect, RecordDescription, RecordImport
+from api.service.request_body import FORM_OF_RECORDS
 from api.service.routes.experiments import ExperimentView, view
 from api.service.routes.jobs import JobView
 
-router = APIRouter(tags=["experiments"], route_class=ResourceRoute)
+router = APIRouter(tags=["experiments"], route_class=ResourceRoute, form_limits=FORM_OF_RECORDS)
 
 Records = Annotated[
     list[UploadFile],
