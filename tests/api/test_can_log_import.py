@@ -1,5 +1,6 @@
 """`coulomb import LOG --rig RIG`: what was logged by anything gives the parameters that our own recording gives."""
 
+import gzip
 import json
 
 import can
@@ -42,7 +43,8 @@ def recorded(tmp_path_factory):
         assert session.wait(120) is SessionState.DONE, session.reason
     with h5py.File(folder / "session-00.h5") as file:
         first, last = (file["sync_time"][[0, -1]] * 1e-9).tolist()
-    log = folder / "session-00.log"
+    log = folder.parent / "unpacked.log"
+    log.write_bytes(gzip.decompress((folder / "session-00.log.gz").read_bytes()))
     with can.CanutilsLogReader(log) as reader:
         begin = next(each.timestamp for each in reader if each.arbitration_id == 0x80)
     return folder, log, first - begin, last - begin
@@ -68,9 +70,12 @@ def plain(result):
 
 
 def rewritten(log, target):
-    """The same frames in another format of log, written by python-can."""
+    """The same frames in another format of log, written by python-can; our own raw log as it is."""
     if target.suffix == ".log":
         target.write_bytes(log.read_bytes())
+        return
+    if target.suffix == ".gz":
+        target.write_bytes((log.parent / "experiment" / "session-00.log.gz").read_bytes())
         return
     with can.Logger(target) as logger, can.CanutilsLogReader(log) as reader:
         for message in reader:
@@ -78,7 +83,7 @@ def rewritten(log, target):
             logger.on_message_received(message)
 
 
-@pytest.mark.parametrize("ending", [".log", ".asc", ".blf", ".trc"])
+@pytest.mark.parametrize("ending", [".log", ".log.gz", ".asc", ".blf", ".trc"])
 def test_a_log_gives_the_parameters_of_the_recording(tmp_path, recorded, own, ending):
     _, log, begin, end = recorded
     rewritten(log, tmp_path / f"bus{ending}")
