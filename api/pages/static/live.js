@@ -109,6 +109,16 @@ function takeStatus(status) {
   sayEvents(now.events);
 }
 
+// Samples come by one way and answers by another: each may break alone, and either is told until it is back.
+const silent = new Set();
+function tellLost(way, lost) {
+  if (lost) silent.add(way);
+  else silent.delete(way);
+  root.querySelector("[data-lost]").hidden = silent.size === 0;
+}
+document.addEventListener("connection-lost", () => tellLost("answers", true));
+document.addEventListener("connection-back", () => tellLost("answers", false));
+
 let wait = 250; // ms until the next attempt to come back
 function connect() {
   const address = new URL(root.dataset.live, location.href);
@@ -117,7 +127,7 @@ function connect() {
   socket.binaryType = "arraybuffer";
   socket.onopen = () => {
     wait = 250;
-    root.querySelector("[data-lost]").hidden = true;
+    tellLost("samples", false);
   };
   socket.onmessage = ({ data }) => (typeof data === "string" ? takeStatus(JSON.parse(data)) : takeBlock(data));
   // A broken line is not told to a socket until much later; the browser knows at once.
@@ -126,7 +136,7 @@ function connect() {
   socket.onclose = () => {
     removeEventListener("offline", offline);
     document.dispatchEvent(new CustomEvent("rig-told", { detail: null }));
-    root.querySelector("[data-lost]").hidden = false;
+    tellLost("samples", true);
     setTimeout(connect, wait);
     wait = Math.min(wait * 2, 4000);
   };

@@ -67,7 +67,7 @@ def disturbed(tmp_path_factory):
     return closed_loop.write_arm(tmp_path_factory.mktemp("loop") / "arm", arm, sessions)
 
 
-@pytest.mark.parametrize("wrong", ["elasticity", "backlash"])
+@pytest.mark.parametrize("wrong", ["elasticity"])
 def test_a_wrong_effect_that_helps_the_torque_and_hurts_the_motion_is_told(disturbed, wrong):
     experiment = load_experiment(disturbed)
     usual, wider = identify(experiment, "usual"), identify(experiment, "usual", [wrong])
