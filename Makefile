@@ -15,12 +15,9 @@ export PIP_DISABLE_PIP_VERSION_CHECK = 1
 demo: setup
 	$(BIN)/coulomb demo
 
-test: setup-test lint
+test: setup-test
 	@if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then tests/install-system-packages; else tests/install-system-packages --say; fi
-	tests/with-vcan $(BIN)/python -m pytest tests/vcan; status=$$?; \
-	if [ $$status = 125 ]; then echo "tests/vcan: no SocketCAN here; these tests are skipped below with their reason"; \
-	elif [ $$status != 0 ]; then exit $$status; fi
-	$(BIN)/python -m pytest
+	BIN=$(BIN) tests/in-two-lanes
 
 # Properties with examples drawn anew, RUNS times; stops at the first that fails and says how to repeat it.
 RUNS ?= 1
