@@ -33,11 +33,10 @@ class _Record:
     cogging: Array
 
 
-def drive_tables(result: Identification, rig: Rig, model: str, write: bool) -> DriveTablesDocument:
-    """The tables of all drives of a rig; with `write`, they hold them afterwards.
+def drive_tables(result: Identification, rig: Rig, model: str) -> DriveTablesDocument:
+    """The tables of all drives of a rig; nothing is written.
 
-    Raises InputError: the model is of another robot; no drive of the rig takes tables; a value does not fit its object; a drive
-    is not ready to be written to.
+    Raises InputError: the model is of another robot; no drive of the rig takes tables; a value does not fit its object.
     """
     require_same_robot(result, rig)
     profiles = rig.profiles
@@ -53,18 +52,27 @@ def drive_tables(result: Identification, rig: Rig, model: str, write: bool) -> D
         _joint(rig, axis, place, profile, record, exported)
         for place, (axis, profile) in enumerate(zip(rig.axes, profiles, strict=True))
     ]
-    if write:
-        writes = [[each for table in joint.tables for each in table.objects] for joint in joints]
-        before = write_tables(rig, [[_to_write(each) for each in listed] for listed in writes])
-        joints = [_with_before(joint, held) for joint, held in zip(joints, before, strict=True)]
     return DriveTablesDocument(
         experiment=result.experiment.name,
         rig=rig.name,
         model=model,
-        written=write,
+        written=False,
         joints=tuple(joints),
         remarks=exported.remarks,
     )
+
+
+def written(tables: DriveTablesDocument, rig: Rig) -> DriveTablesDocument:
+    """Write the tables as they were shown; the drives hold them afterwards, read back.
+
+    Raises InputError: a drive is not ready to be written to.
+    """
+    writes = [
+        [_to_write(each) for table in joint.tables for each in table.objects] for joint in tables.joints
+    ]
+    before = write_tables(rig, writes)
+    joints = tuple(_with_before(joint, held) for joint, held in zip(tables.joints, before, strict=True))
+    return tables.changed(written=True, joints=joints)
 
 
 def _record(model: ExportedModel, result: Identification, rig: Rig) -> _Record:
@@ -119,27 +127,21 @@ def _joint(
 
 def _friction(axis: Axis, objects: FrictionObjects, record: _Record, place: int, sign: int) -> DriveTable:
     speed, current = record.speed[:, place], record.friction[:, place]
-    line = speed_line(
-        speed, current, objects.speeds.points, objects.backward is None, objects.constant is not None
-    )
+    shape = (objects.speeds.points, objects.backward is None, objects.constant is not None)
+    line = speed_line(speed, current, *shape)
+    if objects.speeds.largest is not None:
+        largest = objects.speeds.largest * objects.speeds.radians
+        if line.speeds[-1] > largest:
+            # beyond what the object takes there is no point: the best line within
+            slow = np.abs(speed) <= largest
+            line = speed_line(speed[slow], current[slow], *shape)
     speeds = line.speeds
-    if objects.speeds.largest is not None and speeds[-1] > objects.speeds.largest * objects.speeds.radians:
-        # beyond what the object takes there is no point: the best line within
-        slow = np.abs(speed) <= objects.speeds.largest * objects.speeds.radians
-        line = speed_line(
-            speed[slow],
-            current[slow],
-            objects.speeds.points,
-            objects.backward is None,
-            objects.constant is not None,
-        )
-        speeds = line.speeds
-    written = _objects(objects.speeds, speeds / objects.speeds.radians)
+    listed = _objects(objects.speeds, speeds / objects.speeds.radians)
     rows = [(objects.forward, line.forward), (objects.backward, line.backward)]
     rows.append((objects.constant, np.array([line.constant])))
     for row, values in rows:
         if row is not None:
-            written += _objects(row, sign * values / ampere_per_unit(axis, row.unit))
+            listed += _objects(row, sign * values / ampere_per_unit(axis, row.unit))
     left = current - line.at(speed)
     return DriveTable(
         of="friction",
@@ -147,7 +149,7 @@ def _friction(axis: Axis, objects: FrictionObjects, record: _Record, place: int,
         constant=line.constant if objects.constant is not None else None,
         wanted=_rms(current),
         left=_rms(left),
-        objects=tuple(written),
+        objects=tuple(listed),
     )
 
 

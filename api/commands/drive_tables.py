@@ -31,6 +31,7 @@ def drive_tables(
     fault; every object is read back, and if one is refused all get back what they held.
     """
     from api.drive_tables import drive_tables as tables_of
+    from api.drive_tables import written
     from api.drive_tables_text import drive_tables_text
     from api.stored_experiments import resolve
     from daq.homing import require_lasting_drives
@@ -46,11 +47,11 @@ def drive_tables(
     if write:
         require_lasting_drives(settings)
     result = identify(load_experiment(resolve(experiment)), model, add or [])
-    document = tables_of(result, settings, model, write=False)
+    document = tables_of(result, settings, model)
     if write:
         if not yes:
             typer.echo(drive_tables_text(document), err=True)
             if not typer.confirm(f"Write these tables to the drives of rig {settings.name}?", err=True):
                 raise typer.Exit(1)
-        document = tables_of(result, settings, model, write=True)
+        document = written(document, settings)
     print(document.json_text() if as_json else drive_tables_text(document))
