@@ -3,6 +3,7 @@
 """
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -63,7 +64,7 @@ def import_records(
                 )
             joined = join_on_time(tables, times, wanted.time_unit, columns.position, wanted.repair)
             tables = [joined]
-            columns = ColumnMap(**{**columns.__dict__, "time": joined.time, "time_unit": None})
+            columns = replace(columns, time=joined.time, time_unit=None)
         if len(wanted.payloads) not in (1, len(tables)):
             raise InputError(
                 f"payloads: {len(wanted.payloads)} given for {len(tables)} sessions; give one, or {len(tables)}"
