@@ -5,7 +5,7 @@ import os
 import re
 import shutil
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,6 +13,8 @@ import httpx
 import pytest
 import yaml
 from fastapi import FastAPI
+from playwright.sync_api import Error as PlaywrightError
+from playwright.sync_api import expect, sync_playwright
 
 from api.application import create_application
 from api.service.accounts import Role
@@ -102,8 +104,6 @@ def laboratory_with(tmp_path: Path) -> Iterator[Callable[..., Laboratory]]:
 
 @contextmanager
 def _several() -> Iterator[Callable]:
-    from contextlib import ExitStack
-
     with ExitStack() as stack:
         yield stack.enter_context
 
@@ -111,8 +111,6 @@ def _several() -> Iterator[Callable]:
 @pytest.fixture(scope="session")
 def chromium() -> Iterator:
     """The browser."""
-    from playwright.sync_api import expect, sync_playwright
-
     expect.set_options(timeout=PATIENCE)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=list(ARGUMENTS))
@@ -146,12 +144,21 @@ class Visitor:
         self.page.get_by_label("Password").fill(PASSWORD)
         self.page.get_by_role("button", name="Sign in").click()
         # A first visit is led to the ways to a first experiment, a later one to the rig.
-        self.page.wait_for_url(re.compile(r"/pages/(rig|experiments)"))
+        expect(self.page).to_have_url(re.compile(r"/pages/(rig|experiments)"))
         self.open("rig")
         return self
 
     def open(self, name: str) -> None:
-        self.page.goto(f"{self.laboratory.address}/pages/{name}")
+        """Go to a page. One that loads itself again at this very moment, because it has news, takes the place of what was
+        asked for; then it is asked for again, as a person would."""
+        address = f"{self.laboratory.address}/pages/{name}"
+        try:
+            self.page.goto(address)
+        except PlaywrightError as error:
+            if not re.search("ERR_ABORTED|interrupted by another navigation", str(error)):
+                raise
+            self.page.wait_for_load_state()
+            self.page.goto(address)
 
     def step(self, name: str) -> None:
         """Follow one of the six steps in the bar."""

@@ -1,5 +1,7 @@
 """A log of a control cabinet in its own dialect is dropped on the page; its columns are seen, and the first fit follows."""
 
+import re
+
 import numpy as np
 import pytest
 from axe_playwright_python.sync_playwright import Axe
@@ -58,5 +60,5 @@ def test_a_foreign_csv_becomes_a_first_fit(laboratory_with, visitor) -> None:
     ada.errors.clear()  # the browser itself says that a request was refused
     page.locator("input[name=gain]").fill("10")
     page.get_by_role("button", name="Import and fit").click()
-    page.wait_for_url("**/pages/experiments/messung/model")
+    expect(page).to_have_url(re.compile("/pages/experiments/messung/model$"))
     expect(page.get_by_text("Condition number")).to_be_visible(timeout=PATIENCE)

@@ -50,7 +50,7 @@ def prepare(page: Page, laboratory, seconds: int, mistyped: str = "") -> None:
     page.goto(f"{laboratory.address}/pages/new-session?rig=bench")
     page.get_by_label("Name of the new experiment").fill("motion")
     page.get_by_role("button", name="Prepare the session").click()
-    page.wait_for_url(re.compile(r"/sessions/session-00"))
+    expect(page).to_have_url(re.compile(r"/sessions/session-00"))
     page.get_by_role("button", name="Check the rig").click()
     mass = page.get_by_label("Mass in kg")
     if mistyped:
@@ -68,7 +68,7 @@ def prepare(page: Page, laboratory, seconds: int, mistyped: str = "") -> None:
 
 def start(page: Page) -> None:
     page.get_by_role("button", name="Start: the robot moves").click()
-    page.wait_for_url(re.compile(r"/pages/live"))
+    expect(page).to_have_url(re.compile(r"/pages/live"))
     expect(page.locator("[data-live-state]")).to_contain_text("The robot moves")
 
 
@@ -106,7 +106,7 @@ def test_the_stop_key_ends_the_motion_from_any_page(laboratory_with, visitor) ->
     expect(page.locator("[data-connection]")).to_have_text("Nothing moves")
     assert violations(page) == []
     page.get_by_role("link", name="Prepare it again").click()
-    page.wait_for_url(re.compile(r"/new-session\?rig=bench&experiment=motion"))
+    expect(page).to_have_url(re.compile(r"/new-session\?rig=bench&experiment=motion"))
 
 
 def test_a_viewer_may_stop_by_one_press_of_the_button(laboratory_with, visitor) -> None:

@@ -17,7 +17,7 @@ is left with the right effect was measured as 0.1 to 0.6 % on this rig (encoder,
 def make_a_plan(page: Page, seconds: int) -> None:
     page.get_by_label("Seconds of a new plan").fill(str(seconds))
     page.get_by_role("button", name="Make a plan").click()
-    page.wait_for_url(re.compile(r"plan="), timeout=PATIENCE)
+    expect(page).to_have_url(re.compile(r"plan="), timeout=PATIENCE)
 
 
 def run_a_session(page: Page, mass: str) -> None:
@@ -29,7 +29,7 @@ def run_a_session(page: Page, mass: str) -> None:
     page.get_by_role("button", name="I confirm it").click()
     page.get_by_role("button", name="Arm", exact=True).click()
     page.get_by_role("button", name="Start: the robot moves").click(timeout=PATIENCE)
-    page.wait_for_url(re.compile(r"/pages/live"))
+    expect(page).to_have_url(re.compile(r"/pages/live"))
 
 
 def test_the_error_falls_from_sign_in_to_report(laboratory_with, visitor) -> None:
@@ -43,16 +43,16 @@ def test_the_error_falls_from_sign_in_to_report(laboratory_with, visitor) -> Non
     page.get_by_label("Name of the new experiment").fill("load story")
     ada.shot("new-session")
     page.get_by_role("button", name="Prepare the session").click()
-    page.wait_for_url(re.compile(r"/sessions/session-00"))
+    expect(page).to_have_url(re.compile(r"/sessions/session-00"))
     run_a_session(page, "0")
     expect(page.locator("[data-live-state]")).to_contain_text("Done", timeout=PATIENCE)
 
     for index, (payload, mass) in enumerate((("disk-3.5", "3.4584"), ("disk-7", "6,970")), start=1):
         page.get_by_role("link", name=f"Next payload: {payload}").click()
-        page.wait_for_url(re.compile(f"payload={payload}"))
+        expect(page).to_have_url(re.compile(f"payload={payload}"))
         ada.shot(f"new-session-{payload}")
         page.get_by_role("button", name="Prepare the session").click()
-        page.wait_for_url(re.compile(rf"/sessions/session-0{index}"))
+        expect(page).to_have_url(re.compile(rf"/sessions/session-0{index}"))
         run_a_session(page, mass)
         expect(page.locator("[data-live-state]")).to_contain_text("Done", timeout=PATIENCE)
 
@@ -101,7 +101,7 @@ def test_the_error_falls_from_sign_in_to_report(laboratory_with, visitor) -> Non
 
     ada.step("Model and measurement")
     page.locator("select[name=beside]").select_option("1")
-    page.wait_for_url(re.compile("beside=1"))
+    expect(page).to_have_url(re.compile("beside=1"))
     expect(page.locator("[data-torque-plot] canvas")).to_have_count(2)
     expect(page.locator("[data-torque-plot]")).to_have_attribute("data-shown-after", re.compile(r"\d+"))
     page.get_by_role("button", name="Identify without payload").click()

@@ -98,6 +98,7 @@ export function watchTheRun() {
   let told = null; // what the live page hears of its rig, sooner than it can be asked for
   let known = null; // what was said of the rigs last
   let timer = 0;
+  let leaving = false;
   function sayState() {
     const ours = told && (known?.rig ?? told.rig) === told.rig;
     if (ours) sayConnection(told.kind === "idle" || !told.moves ? "good" : told.kind, told.short);
@@ -109,8 +110,10 @@ export function watchTheRun() {
   });
   // What a person does shows in the bar at once.
   document.addEventListener("session-moved", () => poll());
-  document.addEventListener("htmx:afterRequest", (event) => {
-    if (event.detail.requestConfig.verb !== "get") poll();
+  document.addEventListener("htmx:afterRequest", ({ detail }) => {
+    // A page that is told to go elsewhere asks no more: signed out, it would be sent to the sign-in a second time.
+    leaving ||= Boolean(detail.xhr?.getResponseHeader("HX-Redirect"));
+    if (detail.requestConfig.verb !== "get") poll();
   });
   function again() {
     clearTimeout(timer); // one that was asked for in between has its turn already
@@ -118,8 +121,10 @@ export function watchTheRun() {
   }
   async function poll() {
     clearTimeout(timer);
+    if (leaving) return;
     try {
       const response = await fetch("/pages/run-state", { signal: AbortSignal.timeout(4000) });
+      if (leaving) return;
       if (response.status === 401) {
         if (bar.hidden) {
           location.assign("/pages/sign-in");
