@@ -220,23 +220,29 @@ class RigDrives:
             return [*items, (False, sentence)]
         items.append((True, f"state {state.words}"))
         items += [(True, sentence) for sentence in drive.oddities()]
-        if profile.rated is not None:
-            scale = drive.command_scale()
-            believed = axis.rated_torque if profile.rated.unit == "N m" else axis.rated_current
-            assert believed is not None
-            rated = abs(scale / profile.current_reference.scale)
-            ok = abs(rated / believed - 1) <= _RATED_TOLERANCE
-            items.append(
-                (
-                    ok,
-                    f"rated {rated:g} {profile.rated.unit}"
-                    + ("" if ok else f"; the rig file says {believed:g}: one of them is wrong"),
-                )
-            )
+        items += self._rated(axis, drive)
         items += [(True, sentence) for sentence in self._braking(axis, drive)]
         if axis.homing == "drive":
             items.append(self._homed(drive))
         return items
+
+    def _rated(self, axis: Axis, drive: Drive) -> list[tuple[bool, str]]:
+        """Whether the drive's rated value, which its current reference is a fraction of, is that of the rig file."""
+        unit = drive.profile.current_reference.unit
+        if unit == "rated current":
+            field, believed, physical = "rated_current", axis.rated_current, "A"
+        elif unit == "rated torque":
+            field, believed, physical = "rated_torque", axis.rated_torque, "N m"
+        else:
+            return []
+        assert believed is not None  # the rig file was refused otherwise
+        rated = drive.rated_value()
+        if rated is None:
+            taken = f"{field} of the rig file, {believed:g} {physical}, is taken unchecked"
+            return [(True, f"does not tell what its current reference is a fraction of: {taken}")]
+        ok = abs(rated / believed - 1) <= _RATED_TOLERANCE
+        wrong = "" if ok else f"; the rig file says {believed:g}: one of them is wrong"
+        return [(ok, f"rated {rated:g} {physical}{wrong}")]
 
     def _braking(self, axis: Axis, drive: Drive) -> list[str]:
         """What is to be said about the drive's quick stop beside what a stop must show (`daq.stopping_watch`)."""

@@ -137,27 +137,30 @@ class Drive(StateMachine):
         reference = self.profile.position
         return self.sdo.read(reference.index, reference.subindex, reference.type, "reading the position")
 
-    def command_scale(self) -> float:
-        """v per raw count of the current reference: scale and sign of the profile, times the rated value.
+    def rated_value(self) -> float | None:
+        """What a current reference in fractions is a fraction of, in the profile's unit; None where the drive does not tell it.
 
-        Raises DriveError when the drive's rated value cannot be read or is zero.
+        Raises DriveError when the drive does not answer, or says zero.
         """
-        reference = self.profile.current_reference
-        factor = reference.sign * reference.scale
         rated = self.profile.rated
-        if rated is not None:
+        if rated is None:
+            return None
+        try:
             raw = self.sdo.read(rated.index, rated.subindex, rated.type, "reading the rated value")
-            if not raw:
-                raise DriveError(
-                    self.node,
-                    "reading the rated value that the current reference refers to",
-                    index=rated.index,
-                    subindex=rated.subindex,
-                    expected="a value above zero",
-                    received="0 came; enter the motor's rated value in the drive",
-                )
-            factor *= rated.sign * rated.scale * raw
-        return factor
+        except DriveError as refusal:
+            if is_missing(refusal):
+                return None
+            raise
+        if not raw:
+            raise DriveError(
+                self.node,
+                "reading the rated value that the current reference refers to",
+                index=rated.index,
+                subindex=rated.subindex,
+                expected="a value above zero",
+                received="0 came; enter the motor's rated value in the drive",
+            )
+        return abs(rated.scale * raw)
 
     # ---- network management ----
 

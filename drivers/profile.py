@@ -65,7 +65,9 @@ class DriveProfile(BaseModel):
     position: ObjectReference = Field(description="actual position")
     current_reference: ObjectReference = Field(description="what the paper calls v: the current reference")
     rated: ObjectReference | None = Field(
-        default=None, description="rated torque or current that a current reference in fractions refers to"
+        default=None,
+        description="rated torque or current that a current reference in fractions refers to, where the drive tells it; else "
+        "the rig file alone says it",
     )
     temperature: ObjectReference | None = Field(
         default=None, description="drive's or motor's temperature, if any"
@@ -91,12 +93,17 @@ class DriveProfile(BaseModel):
         return position
 
     def model_post_init(self, context: object) -> None:
-        """A reference in fractions is worth nothing without what it is a fraction of."""
-        relative = self.current_reference.unit in ("rated current", "rated torque")
-        if relative != (self.rated is not None):
+        """A rated value is compared with the rig file's: it must be what the reference is a fraction of."""
+        physical = {"rated current": "A", "rated torque": "N m"}.get(self.current_reference.unit)
+        if self.rated is None or self.rated.unit == physical:
+            return
+        if physical is None:
             raise ValueError(
-                "rated must be given exactly when current_reference is in rated current or rated torque"
+                "rated is for a current_reference in rated current or rated torque; leave it out, or give that unit"
             )
+        raise ValueError(
+            f"rated must be in {physical}, for current_reference is in {self.current_reference.unit}"
+        )
 
 
 GENERIC = DriveProfile(

@@ -28,16 +28,16 @@ def test_a_drive_of_another_vendor_than_the_profile_s_is_refused(open_bench):
         Drive(bench.network, 5, foreign).identity()
 
 
-def test_the_command_scale_holds_rated_torque_per_mille(open_bench, axis):
+def test_the_rated_torque_is_read_in_newton_metres(open_bench, axis):
     bench = open_bench(axis(rated_torque=2.22))
-    assert bench.drive.command_scale() == pytest.approx(2.22e-3)
+    assert bench.drive.rated_value() == pytest.approx(2.22)
 
 
 def test_a_rated_torque_of_zero_is_not_believed(open_bench):
     bench = open_bench()
     bench.node.set_data(0x6076, 0, bytes(4))
     with pytest.raises(DriveError, match="enter the motor's rated value in the drive"):
-        bench.drive.command_scale()
+        bench.drive.rated_value()
 
 
 def test_a_node_that_is_not_there_is_named_with_the_time_out(open_bench):

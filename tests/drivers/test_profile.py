@@ -19,17 +19,30 @@ def test_every_profile_that_comes_with_the_software_says_where_its_objects_are_f
     assert dictionary[0x1000].default == 0x00020192
 
 
-def test_a_profile_of_standard_objects_is_mapped_enabled_and_scaled_on_a_simulated_drive(open_bench, axis):
+@pytest.mark.parametrize(
+    ("name", "command", "rated"),
+    [
+        ("zeroerr-erob", 0x6074, 2.5),
+        ("synapticon-somanet", 0x6074, 2.5),
+        ("eyou-joint", 0x6074, None),
+        ("faulhaber-mc3", 0x6077, None),
+        ("kollmorgen-akd", 0x6077, None),
+        ("trinamic-tmcm1636", 0x6077, None),
+    ],
+)
+def test_a_profile_of_standard_objects_is_mapped_enabled_and_scaled_on_a_simulated_drive(
+    open_bench, axis, name, command, rated
+):
     bench = open_bench(axis(rated_torque=2.5))
-    drive = Drive(bench.network, 5, load_profile("zeroerr-erob"))
+    drive = Drive(bench.network, 5, load_profile(name))
     drive.produce_heartbeat(0.05)
     stream = drive.map_stream(Mode.CYCLIC_SYNCHRONOUS_POSITION)
     assert [(entry.name, entry.index) for pdo in stream.transmit for entry in pdo.entries] == [
         ("position", 0x6064),
-        ("command", 0x6074),
+        ("command", command),
         ("statusword", 0x6041),
     ]
-    assert drive.command_scale() == pytest.approx(2.5e-3)
+    assert drive.rated_value() == (None if rated is None else pytest.approx(rated))
     drive.set_nmt_state("OPERATIONAL")
     drive.set_mode(Mode.CYCLIC_SYNCHRONOUS_POSITION)
     drive.enable()
@@ -75,7 +88,16 @@ def test_a_user_s_own_profile_is_read_from_its_path(tmp_path):
         ("type: int32, unit: count", "type: int33, unit: count", r"mine\.yaml: position\.type"),
         ("unit: A", "unit: mA", r"mine\.yaml: current_reference\.unit"),
         ("unit: count", "unit: A", r"mine\.yaml: position: .*raw is what is recorded"),
-        ("unit: A, sign: -1", "unit: rated torque", r"mine\.yaml: profile: .*rated must be given"),
+        (
+            "unit: A, sign: -1}",
+            "unit: A}\nrated: {index: 0x6076, type: uint32, unit: N m}",
+            r"mine\.yaml: profile: .*rated is for a current_reference in rated current or rated torque",
+        ),
+        (
+            "unit: A, sign: -1}",
+            "unit: rated torque}\nrated: {index: 0x6075, type: uint32, unit: A}",
+            r"mine\.yaml: profile: .*rated must be in N m",
+        ),
         ("name: mine", "nme: mine", r"mine\.yaml: name"),
         ("index: 0x30D0", "index: 0x30", r"mine\.yaml: current_reference\.index"),
         (GOOD, "- 1\n- 2", "a drive profile is a mapping"),
@@ -96,8 +118,9 @@ def test_a_profile_file_that_is_not_there_is_named():
 
 
 def test_a_profile_in_python_is_checked_likewise():
-    with pytest.raises(ValidationError, match="rated must be given"):
-        DriveProfile(name="x", position=GENERIC.position, current_reference=GENERIC.current_reference)
+    amperes = GENERIC.current_reference.model_copy(update={"unit": "A"})
+    with pytest.raises(ValidationError, match="rated is for a current_reference in rated"):
+        DriveProfile(name="x", position=GENERIC.position, current_reference=amperes, rated=GENERIC.rated)
 
 
 def test_an_object_dictionary_that_is_not_there_or_is_none_is_named(tmp_path):

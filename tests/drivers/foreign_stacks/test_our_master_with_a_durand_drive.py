@@ -74,7 +74,7 @@ def test_identity_oddities_and_objects_are_read_by_sdo(drive):
     identity = drive.identity()
     assert (identity.vendor, identity.product, identity.profile) == (0x1234, 0x77, 402)
     assert drive.position() == 1000
-    assert drive.command_scale() == pytest.approx(2.5e-3)
+    assert drive.rated_value() == pytest.approx(2.5)
     assert any("has no heartbeat consumer (0x1016)" in words for words in drive.oddities())
     with pytest.raises(DriveError, match=r"0x5FFF:00.*does not exist"):
         drive.sdo.read(0x5FFF, 0, "uint8")
