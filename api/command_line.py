@@ -42,7 +42,8 @@ def main() -> None:
     """Run the command line; the entry point of the script `coulomb`."""
     # Read when NumPy is loaded. The computations use one thread for linear algebra anyway (`single_threaded`), and
     # threads that OpenBLAS starts all the same spin while they wait: a sixth of the processor time of `identify`.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
     # pydantic would look through the entry points of everything that is installed for plug-ins; no command has a use for one.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     # What is imported stays until the end. The collector, which would look at all of it after every 700 new objects, takes

@@ -23,7 +23,11 @@ class Cost:
 
 def measure(command: list[str], checkout: Path = REPOSITORY) -> Cost:
     """Run a command of a checkout to its end; stop with its words if it fails."""
-    environment = {**os.environ, "PYTHONPATH": str(checkout)}
+    beside = os.environ.get("PYTHONPATH")  # what else is to be importable, as pandas beside a notebook
+    environment = {
+        **os.environ,
+        "PYTHONPATH": os.pathsep.join([str(checkout), *([beside] if beside else [])]),
+    }
     environment.pop("PYTHONDONTWRITEBYTECODE", None)  # or every run would compile every module anew
     with tempfile.TemporaryFile("w+") as output, tempfile.TemporaryFile("w+") as errors:
         started = time.perf_counter()

@@ -67,7 +67,7 @@ MOST_VARIANTS = 64
 
 
 class _Settings(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
 
 
 class ConstantRange(_Settings):

@@ -30,7 +30,8 @@ def _whole(value: Any) -> Any:
 
 
 class _Settings(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    # Deferred: what checks a part is made when a part is made alone; reading a file makes one check of the whole.
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
 
 class JointLimits(_Settings):

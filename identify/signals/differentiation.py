@@ -8,6 +8,7 @@ each derivative.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,7 +64,7 @@ class _Filtered:
         self._kept = slice(half, half + rows)
         self._length = zero_phase.fast_length(len(padded))
         frequency = zero_phase.frequencies(self._length, sampling_period)
-        self._derivative = 1j * central_difference(frequency, sampling_period)
+        self._derivative = _response_of_derivative(self._length, sampling_period)
         gains = {value: zero_phase.response(value, sampling_period, frequency) for value in set(cutoff)}
         self._spectrum = np.fft.rfft((padded - line).T, self._length)
         for joint, value in enumerate(cutoff):
@@ -75,6 +76,15 @@ class _Filtered:
         """(N, n) derivative of an order, the line left out."""
         spectrum = self._spectrum * self._derivative**order if order else self._spectrum
         return np.fft.irfft(spectrum, self._length)[:, self._kept].T
+
+
+@lru_cache(maxsize=4)
+def _response_of_derivative(length: int, sampling_period: float) -> NDArray[np.complex128]:
+    """(length // 2 + 1,) the same for every joint and block of that length."""
+    difference = central_difference(zero_phase.frequencies(length, sampling_period), sampling_period)
+    response = np.asarray(1j * difference, np.complex128)
+    response.flags.writeable = False
+    return response
 
 
 def memory(sampling_period: float, cutoff: Sequence[float]) -> int:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,6 +81,15 @@ def encoder_noise(
     return EncoderNoise(density, float(np.mean(torque_density)), float(np.mean(torque_power)))
 
 
+@lru_cache(maxsize=4)
+def _unit_window(length: int) -> Array:
+    """(length,) a Hann window of norm 1, the same for every joint of a session."""
+    window = np.hanning(length)
+    window /= np.linalg.norm(window)
+    window.flags.writeable = False
+    return window
+
+
 class _SessionPower:
     """Spectra of the position and of the joint's torque in one session.
 
@@ -112,9 +122,7 @@ class _SessionPower:
         )
 
     def _spectrum(self, values: Array) -> NDArray[np.complex128]:
-        window = np.hanning(len(values))
-        window /= np.linalg.norm(window)
-        return np.fft.rfft(window * (values - values.mean()), fast_length(len(values)))[1:]
+        return np.fft.rfft(_unit_window(len(values)) * (values - values.mean()), fast_length(len(values)))[1:]
 
     def add_inertia(self, spectrum: MotionSpectrum, products: Array, cross: Array) -> None:
         """Add what the band of the acceleration says of torque = inertia ddq + viscous dq + stiffness q."""

@@ -70,6 +70,7 @@ def impulse_response(cutoff: float, sampling_period: float, order: int = ORDER) 
     return kernel
 
 
+@lru_cache(maxsize=64)
 def fast_length(least: int) -> int:
     """The smallest length 2^a 3^b 5^c of at least `least` samples, quick for the Fourier transform."""
     best = 1 << max(least - 1, 1).bit_length()

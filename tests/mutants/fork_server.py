@@ -10,6 +10,7 @@ one answer a line, an `Outcome` as JSON.
 
 from __future__ import annotations
 
+import ctypes
 import importlib
 import json
 import os
@@ -31,6 +32,8 @@ import pytest
 ROOMS = ("api", "daq", "drivers", "identify")
 FOR_TESTS = ("hypothesis", "hypothesis.strategies", "hypothesis.extra.numpy", "fastapi.testclient", "httpx")
 PATIENCE = 6.0
+PR_SET_CHILD_SUBREAPER = 36
+"""<linux/prctl.h>"""
 MEMORY = 6 << 30
 """bytes that a mutant may have: one that asks for more fails instead of taking the machine's"""
 OPTIONS = ("-x", "-q", "-p", "no:cacheprovider", "-W", "ignore::pytest.PytestAssertRewriteWarning")
@@ -129,11 +132,33 @@ def run(arguments: list[str], slowest: float, known: dict[str, float], budget: f
         outcome.spent = watch()
         return outcome
     finally:
-        # A mutant's own processes end with it.
-        with suppress(ProcessLookupError):
-            os.killpg(pid, signal.SIGKILL)
-        os.waitpid(pid, 0)
+        end_all_children()
         os.close(reading)
+
+
+def adopt_orphans() -> None:
+    """Make this process the parent of whatever its descendants leave behind (prctl(2), PR_SET_CHILD_SUBREAPER)."""
+    if ctypes.CDLL(None, use_errno=True).prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0) != 0:
+        raise OSError(ctypes.get_errno(), "prctl(PR_SET_CHILD_SUBREAPER)")
+
+
+def end_all_children() -> None:
+    """Kill this process's children until there are none: a mutant's own processes end with it.
+
+    Acquisition processes lead sessions of their own, which the signal to a process group does not reach. Whose parent is
+    killed becomes a child of this process (`adopt_orphans`), so that the next round meets it.
+    """
+    while children := _children():
+        for child in children:
+            os.kill(child, signal.SIGKILL)  # a child that has ended keeps its number until it is waited for
+        for child in children:
+            os.waitpid(child, 0)
+
+
+def _children() -> list[int]:
+    """Processes whose parent is this one (proc(5): `children` of every thread)."""
+    lists = Path("/proc/self/task").glob("*/children")
+    return [int(child) for children in lists for child in children.read_text().split()]
 
 
 def _become(pipe: int, arguments: list[str]) -> None:
@@ -207,6 +232,7 @@ def _follow(pipe: int, now: Stopwatch, slowest: float, known: dict[str, float], 
 
 def main() -> None:
     """Answer requests until the input ends."""
+    adopt_orphans()
     preload()
     print("ready", flush=True)
     for line in sys.stdin:
