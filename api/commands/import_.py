@@ -49,7 +49,8 @@ def import_(
         typer.Option(help="Time column: numbers, dates or times of day. With --join one for each file."),
     ] = None,
     time_unit: Annotated[
-        str | None, typer.Option(help="s, ms, us, ns, 100ns, min, h; told by the file if left out, else s.")
+        str | None,
+        typer.Option(help="s, ms, us, ns, 100ns, min, h, d; told by the file if left out, else s."),
     ] = None,
     rate: Annotated[
         float | None, typer.Option(help="Samples a second, when there is no time column.")

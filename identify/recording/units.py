@@ -109,7 +109,7 @@ _SPEAKING_ENDING = re.compile(
 def unit_of(text: str) -> Unit | None:
     """The unit that a text names, or None. Spaces and signs of multiplication inside it do not matter."""
     bare = re.sub(r"[\s·*⋅]", "", text.strip().strip("[](){}<>"))
-    bare = bare.replace("N-m", "Nm").replace("N.m", "Nm")
+    bare = bare.replace("N-m", "Nm").replace("N.m", "Nm").rstrip(".")
     return _EXACT.get(bare) or _FOLDED.get(bare.casefold())
 
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identify.recording.foreign.instants import is_instant
+from identify.recording.units import unit_of
 
 Decimal = Literal[".", ","]
 
@@ -38,17 +40,22 @@ EMPTY = frozenset(
         "nan(ind)",
         "-nan",
         "-nan(ind)",
-        "1.#qnan",
+        "∞",
+        "+∞",
+        "-∞",
     )
 )
-"""What stands for no value, in small letters."""
+"""What stands for no value, in small letters; ∞ is how oscilloscopes write a value beyond their range."""
+_NOT_FINITE = re.compile(r"^[+-]?\d\.?#(?:inf|ind|qnan|snan|j)\d*$")
+"""How Microsoft's C run-time library writes what is no finite number, in small letters: 1.#INF, -1.#IND00."""
 TRUTHS = {"true": "1", "false": "0", "wahr": "1", "falsch": "0"}
 WHOLE_IN_FLOAT = float(2**53)
 
 
 def is_empty(cell: str) -> bool:
     """Whether a cell says that there is no value."""
-    return cell.strip().casefold() in EMPTY
+    text = cell.strip().casefold()
+    return text in EMPTY or ("#" in text and bool(_NOT_FINITE.match(text)))
 
 
 def is_number(cell: str) -> bool:
@@ -68,7 +75,18 @@ def is_typed(cell: str) -> bool:
     text = cell.strip()
     if is_empty(text) or is_number(text) or text.casefold() in TRUTHS:
         return True
-    return is_instant(text) or bool(_WITH_UNIT.match(text)) or bool(_GROUPED_OTHER.match(text))
+    return is_instant(text) or with_unit(text) is not None or bool(_GROUPED_OTHER.match(text))
+
+
+def with_unit(cell: str) -> tuple[str, str] | None:
+    """The number of a cell and the unit behind it; None where no unit that is known follows, as in 1.5abc."""
+    match = _WITH_UNIT.match(cell.strip())
+    return (match[1], match[2]) if match and _is_unit(match[2]) else None
+
+
+@lru_cache(maxsize=256)
+def _is_unit(text: str) -> bool:
+    return unit_of(text) is not None
 
 
 def decimal_of(cells: Iterable[str]) -> tuple[Decimal | None, bool]:
@@ -102,9 +120,9 @@ def decimal_of(cells: Iterable[str]) -> tuple[Decimal | None, bool]:
 
 def unit_in_cells(cells: Sequence[str]) -> str | None:
     """The text that follows the number in every cell that is not empty, if it is one and the same; else None."""
-    ends = {match[2] for cell in cells if not is_empty(cell) and (match := _WITH_UNIT.match(cell.strip()))}
-    whole = all(is_empty(cell) or _WITH_UNIT.match(cell.strip()) for cell in cells)
-    return ends.pop() if whole and len(ends) == 1 else None
+    filled = [with_unit(cell) for cell in cells if not is_empty(cell)]
+    ends = {match[1] for match in filled if match is not None}
+    return ends.pop() if None not in filled and len(ends) == 1 else None
 
 
 def numbers(
@@ -151,9 +169,9 @@ def number(cell: str, decimal: Decimal) -> float | None:
         grouped = _GROUPED_COMMA if decimal == "." else _GROUPED_POINT
         if grouped.match(text):
             text = text.replace("," if decimal == "." else ".", "")
-        with_unit = _WITH_UNIT.match(text)
-        if with_unit:
-            text = with_unit[1]
+        ended = with_unit(text)
+        if ended is not None:
+            text = ended[0]
     elif decimal == "," and _GROUPED_POINT.match(text) and "," not in text:
         text = text.replace(".", "")
     if decimal == ",":

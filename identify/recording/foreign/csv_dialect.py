@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 from identify.recording.errors import InputError
-from identify.recording.foreign.cells import is_empty, is_number, is_typed
+from identify.recording.foreign.cells import is_empty, is_number, is_typed, with_unit
 from identify.recording.foreign.text_file import TextFile
 from identify.recording.foreign.twincat import is_scope_header, scope_names
 from identify.recording.units import unit_of
@@ -27,6 +27,8 @@ SEPARATOR_NAMES = {
     "blank": " ",
 }
 COMMENTS = ("#", "%", "//", "!")
+BLANKS_EXPLAIN_LESS = 0.95
+"""Runs of blanks part cells at tabs too, and leave out cells that are empty: another sign that explains as much is meant."""
 TYPED_SHARE = 0.8
 """Of its cells: a column of samples, or a row of them."""
 TYPE_NAME = re.compile(
@@ -34,6 +36,10 @@ TYPE_NAME = re.compile(
     re.IGNORECASE,
 )
 """Names of data types; a row of them says nothing that the numbers do not."""
+
+
+RULE = re.compile(r":?[-=_+]{2,}:?")
+"""A line drawn between the names and the samples."""
 
 
 @dataclass(frozen=True)
@@ -163,12 +169,13 @@ class _Reading:
         widths = Counter(len(row) for row, _share in candidates)
         width, count = max(widths.items(), key=lambda item: (item[1], item[0]))
         samples = [(row, share) for row, share in candidates if len(row) == width]
-        typed = [0] * width
-        for row, _share in samples:
-            for place, cell in enumerate(row):
-                typed[place] += is_typed(cell)
-        numeric = tuple(total >= TYPED_SHARE * count for total in typed)
+        columns = [
+            [cell for cell in cells if cell] for cells in zip(*(row for row, _ in samples), strict=True)
+        ]
+        numeric = tuple(not cells or _share_of(cells) >= TYPED_SHARE for cells in columns)
         score = sum(share for _row, share in samples) * (1.0 if width > 1 else 0.25)
+        if separator == " ":
+            score *= BLANKS_EXPLAIN_LESS
         return cls(separator, quote, width, count, numeric, score)
 
     def is_sample(self, row: list[str]) -> bool:
@@ -181,8 +188,13 @@ class _Reading:
 
 def _typed_share(row: list[str]) -> float:
     filled = [cell for cell in row if cell]
-    if not filled or not any(is_number(cell) for cell in filled):
+    if not any(is_number(cell) or with_unit(cell) is not None for cell in filled):
         return 0.0
+    return _share_of(filled)
+
+
+def _share_of(filled: list[str]) -> float:
+    """The share of cells that samples are made of."""
     return sum(map(is_typed, filled)) / len(filled)
 
 
@@ -291,9 +303,14 @@ def _search_header(
         line = head[number - 1]
         if not line.strip():
             continue
-        row = _trimmed(_row(line, reading))
+        whole = _row(line, reading)
+        row = _trimmed(whole)
+        if all(RULE.fullmatch(cell) for cell in row if cell):
+            continue
+        if len(whole) == reading.width and _is_units(row) and _named_above(head, number, reading):
+            row = whole  # units of some columns alone
         fits = len(row) in (reading.width, reading.width - 1) or _leaves_last_empty(row, reading, head, first)
-        if not fits or (is_comment(line) and len(row) != reading.width):
+        if not fits or (is_comment(line) and len(row) < _filled_width(reading, head, first)):
             if other is None and len(row) > 1 and not is_comment(line):
                 other = (number, len(row))
             continue
@@ -322,6 +339,12 @@ def _search_header(
             )
         )
     return 0, _numbered(reading.width), units
+
+
+def _filled_width(reading: _Reading, head: list[str], first: int) -> int:
+    """Cells of the first sample without an empty one at its end, which a separator there makes."""
+    sample = split_line(head[first - 1], reading.separator, reading.quote)
+    return reading.width - (len(sample) == reading.width and not sample[-1])
 
 
 def _leaves_last_empty(row: list[str], reading: _Reading, head: list[str], first: int) -> bool:

@@ -164,6 +164,8 @@ class _Reader:
             return row
         if len(row) > self.width and not any(row[self.width :]):
             return row[: self.width]
+        if self.dialect.width <= len(row) < self.width and row != self.names[: len(row)]:
+            return row + [""] * (self.width - len(row))  # names of more columns than any sample has
         if len(row) == self.width - 1 == self.dialect.width - 1 and not self.names[-1]:
             return [*row, ""]
         at_end = self.line >= self.text.count - 3

@@ -25,7 +25,8 @@ _DATED = re.compile(
 _COMPACT = re.compile(
     r"^(?P<y>\d{4})(?P<o>\d{2})(?P<d>\d{2})[Tt_](?P<h>\d{2})(?P<m>\d{2})(?P<s>\d{2})(?P<f>[.,]\d+)?(?P<zone>Z|[+-]\d{2}:?\d{2})?$"
 )
-_TIMED = re.compile(rf"^{_OF_DAY}$")
+_TIMED = re.compile(rf"^(?:(?P<days>\d{{1,5}})(?:\s*[Dd](?:ays?)?,?\s+|[./]|\s+))?\+?{_OF_DAY}$")
+"""A time of day, or a span of time with days before it as pandas ("1 days 23:59:59.7") and .NET ("1.23:59:59.7") write it."""
 
 EPOCHS = (
     (5e8, 4.2e9, 1.0, "s since 1970"),
@@ -120,6 +121,7 @@ def _of_day(match: re.Match[str]) -> int:
     half = (parts.get("half") or "").lower().replace(".", "")
     if half:
         hours = hours % 12 + (12 if half == "pm" else 0)
+    hours += 24 * int(parts.get("days") or 0)
     zone = 0
     written = parts["zone"] or ""
     if written[:1] in ("+", "-"):

@@ -10,7 +10,12 @@ from numpy.typing import NDArray
 
 from identify.recording.errors import InputError
 from identify.recording.foreign.instants import NANOSECOND
-from identify.recording.foreign.repair import Repair, refuse_coarse_clock, repaired_stamps
+from identify.recording.foreign.repair import (
+    Repair,
+    refuse_coarse_clock,
+    refuse_other_unit,
+    repaired_stamps,
+)
 from identify.recording.foreign.table import Clock, ForeignColumn, ForeignTable
 from identify.recording.interpolation import interpolate
 from identify.recording.sampling import SHORTEST_SEGMENT, largest_bridged_step
@@ -60,6 +65,7 @@ def join_on_time(
             kept = np.arange(len(seconds))
         if len(seconds) < SHORTEST_SEGMENT:
             raise InputError(f"{table.path}: {len(seconds)} samples; that is too few for a session")
+        refuse_other_unit(seconds, f"{table.path}: column '{name}'")
         stamps.append(seconds)
         rows.append(kept)
     begin, end = max(each[0] for each in stamps), min(each[-1] for each in stamps)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import gzip
+import zlib
 from pathlib import Path
 
+from identify.recording.csv_mistakes import is_gzip, unpacked
 from identify.recording.errors import InputError
 from identify.recording.foreign.csv_dialect import CsvOptions
 from identify.recording.foreign.mdf import is_mdf, read_mdf
@@ -26,6 +29,10 @@ def read_foreign(path: Path, options: CsvOptions | None = None) -> ForeignTable:
         if path.is_file():
             with path.open("rb") as stream:
                 start = stream.read(520)
+            if not start:
+                raise InputError(f"{path}: is empty")
+            if is_gzip(path):
+                _refuse_packed(path)
         if is_rosbag(path, start):
             return read_rosbag(path)
         if path.is_dir():
@@ -49,3 +56,17 @@ def read_foreign(path: Path, options: CsvOptions | None = None) -> ForeignTable:
         return read_csv(path, options or CsvOptions())
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+
+
+def _refuse_packed(path: Path) -> None:
+    """Refuse a gzip file of anything but text, which alone is read packed."""
+    try:
+        with unpacked(path) as stream:
+            start = stream.read(520)
+    except (EOFError, zlib.error, gzip.BadGzipFile):
+        return  # said where it is read
+    binary = start.startswith((b"PAR1", b"MATLAB", b"PK")) or HDF5 in (start[:4], start[512:516])
+    if binary or is_mdf(start) or is_rosbag(path, start):
+        raise InputError(
+            f"{path}: is packed by gzip, which is read of tables in text alone; unpack it: gunzip {path.name}"
+        )

@@ -13,7 +13,7 @@ from identify.recording.errors import InputError
 from identify.recording.foreign.mat5 import DEEPEST, Damaged, Mat5, Reference
 from identify.recording.foreign.matlab_objects import Fields, ObjectStore, as_fields, is_reference
 from identify.recording.foreign.table import ForeignColumn, ForeignTable
-from identify.recording.units import split_name
+from identify.recording.units import split_name, unit_of
 
 NOT_MAT = (
     ValueError,
@@ -26,6 +26,9 @@ NOT_MAT = (
     RecursionError,
 )
 """What reading damaged files raises below us."""
+LABELS = ("label", "Name", "name", "blockName", "BlockName")
+UNITS = ("Unit", "unit", "Units", "units")
+"""Fields of structs that say what their numbers are, and in which unit."""
 
 
 def read_mat(path: Path) -> ForeignTable:
@@ -41,8 +44,10 @@ def read_mat(path: Path) -> ForeignTable:
         variables = dict(file.variables())
         store = _store(_cells_of(file.subsystem())) if _refers(variables) else None
         return table_of_variables(path, dict(_flat(variables, store)))
-    except NOT_MAT as error:
-        raise InputError(f"{path}: cannot be read as a MAT file: {' '.join(str(error).split())}") from None
+    except Damaged as error:
+        raise InputError(f"{path}: cannot be read as a MAT file: {error}; save or copy it again") from None
+    except NOT_MAT:
+        raise InputError(f"{path}: cannot be read as a MAT file: damaged; save or copy it again") from None
 
 
 def _variables_of_version_4(path: Path) -> dict[str, NDArray[Any]]:
@@ -53,8 +58,8 @@ def _variables_of_version_4(path: Path) -> dict[str, NDArray[Any]]:
         if matfile_version(path)[0] != 0:
             raise Damaged("no mark of a byte order")
         content = loadmat(path)
-    except MatReadError as error:
-        raise Damaged(str(error)) from None
+    except MatReadError:
+        raise Damaged("cut short") from None
     return {
         name: value
         for name, value in content.items()
@@ -81,8 +86,10 @@ def read_hdf5(path: Path) -> ForeignTable:
                 cells = [_hdf5_value(file, file[each], 0) for each in np.ravel(file["#subsystem#/MCOS"][()])]  # type: ignore[index]
                 store = _store(cells)
             return table_of_variables(path, dict(_flat(variables, store)))
-    except (OSError, RuntimeError, AttributeError, *NOT_MAT) as error:
-        raise InputError(f"{path}: cannot be read as HDF5: {' '.join(str(error).split())}") from None
+    except (OSError, RuntimeError, AttributeError, *NOT_MAT):
+        raise InputError(
+            f"{path}: cannot be read as HDF5: damaged or cut short; save or copy it again"
+        ) from None
 
 
 def _hdf5_value(file: Any, item: Any, depth: int) -> Any:
@@ -93,7 +100,8 @@ def _hdf5_value(file: Any, item: Any, depth: int) -> Any:
         raise Damaged("groups too deep")
     kind = item.attrs.get("MATLAB_class", b"")
     if isinstance(item, h5py.Group):
-        return {name: _hdf5_value(file, item[name], depth + 1) for name in item}
+        fields = {name: _hdf5_value(file, item[name], depth + 1) for name in item}
+        return _array_of_structs(fields) if _is_array_of_structs(item) else fields
     if "MATLAB_object_decode" in item.attrs and item.attrs["MATLAB_object_decode"] == 3:
         return Reference(bytes(kind).decode("utf-8", "replace"), item[()])
     if "ref" in (item.dtype.metadata or {}):
@@ -104,6 +112,27 @@ def _hdf5_value(file: Any, item: Any, depth: int) -> Any:
     if kind == b"char" and isinstance(values, np.ndarray):
         return "".join(chr(int(code)) for code in np.ravel(values))
     return values.T if isinstance(values, np.ndarray) else np.asarray(values)
+
+
+def _is_array_of_structs(group: Any) -> bool:
+    """Whether each field of a struct holds references, and these are no cells: one for each element of an array."""
+    import h5py
+
+    fields = [group[name] for name in group]
+    return (
+        bool(fields)
+        and all(isinstance(each, h5py.Dataset) and "ref" in (each.dtype.metadata or {}) for each in fields)
+        and not any(each.attrs.get("MATLAB_class") == b"cell" for each in fields)
+        and len({each.size for each in fields}) == 1
+    )
+
+
+def _array_of_structs(fields: Fields) -> list[Fields]:
+    count = max(map(len, fields.values()))
+    return [
+        {name: values[place] for name, values in fields.items() if place < len(values)}
+        for place in range(count)
+    ]
 
 
 def _refers(variables: Mapping[str, Any]) -> bool:
@@ -136,6 +165,8 @@ def _flat(
             value = value[0]
         if store is not None and is_reference(value):
             value = Reference("", value)
+        if isinstance(value, list) and value and all(isinstance(each, dict) for each in value):
+            value = _by_label(value)
         if isinstance(value, np.ndarray):
             if value.dtype.kind in "biuf" and value.size:
                 yield prefix + name, value
@@ -144,6 +175,25 @@ def _flat(
         elif isinstance(value, Reference) and store is not None:
             for class_name, properties in store.objects_of(value.content):
                 yield from _object(class_name, properties, store, prefix + name, depth)
+
+
+def _by_label(structs: list[Fields]) -> Fields:
+    """An array of structs as one struct: each under its own label (signals of Simulink's scopes, of dSPACE ControlDesk), or
+    its number; a unit beside the values becomes part of their name.
+    """
+    named: Fields = {}
+    for place, struct in enumerate(structs, start=1):
+        texts = {name: value.strip() for name, value in struct.items() if isinstance(value, str)}
+        label = next((texts[key] for key in LABELS if texts.get(key)), "") or str(place)
+        unit = next((texts[key] for key in UNITS if texts.get(key)), "")
+        label = label if label not in named else f"{label}:{place}"
+        ended = f" [{unit}]" if unit_of(unit) is not None else ""
+        numbers = {name: value for name, value in struct.items() if not isinstance(value, str)}
+        named[label] = {
+            f"{name}{ended}" if isinstance(value, np.ndarray) and value.size > 1 else name: value
+            for name, value in numbers.items()
+        }
+    return named
 
 
 def _object(

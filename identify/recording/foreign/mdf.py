@@ -48,9 +48,12 @@ def read_mdf(path: Path) -> ForeignTable:
         logging.CRITICAL
     )  # it tells of a damaged file on stderr, and raises as well
     with _disposed_of_quietly():
-        tables, passed, reason = _read(path, asammdf)
-    if reason:
-        raise InputError(f"{path}: cannot be read as a measurement data file: {reason}")
+        tables, passed, whole = _read(path, asammdf)
+    if not whole:
+        raise InputError(
+            f"{path}: cannot be read as a measurement data file: damaged, cut short, or with channels that asammdf does"
+            " not know; copy or export it again"
+        )
     if not tables:
         raise InputError(
             f"{path}: holds no channels of numbers"
@@ -59,13 +62,13 @@ def read_mdf(path: Path) -> ForeignTable:
     return _joined(path, tables, passed)
 
 
-def _read(path: Path, asammdf: Any) -> tuple[list[ForeignTable], list[str], str]:
-    """Tables, what was passed over, and the reason where the file cannot be read."""
+def _read(path: Path, asammdf: Any) -> tuple[list[ForeignTable], list[str], bool]:
+    """Tables, what was passed over, and whether the file can be read."""
     try:
         with asammdf.MDF(path) as file:
-            return *_tables(path, file), ""
-    except Exception as error:  # asammdf has errors of its own, and Python's on damaged files
-        return [], [], " ".join(str(error).split())[:160] or type(error).__name__
+            return *_tables(path, file), True
+    except Exception:  # asammdf has errors of its own, and Python's on damaged files
+        return [], [], False
 
 
 @contextmanager

@@ -24,8 +24,10 @@ def read_parquet(path: Path) -> ForeignTable:
 
     try:
         content = parquet.read_table(path)
-    except (pyarrow.ArrowException, OSError) as error:
-        raise InputError(f"{path}: cannot be read as Parquet: {' '.join(str(error).split())[:200]}") from None
+    except (pyarrow.ArrowException, OSError):
+        raise InputError(
+            f"{path}: cannot be read as Parquet: damaged or cut short; write or copy it again"
+        ) from None
     while any(types.is_struct(kind) for kind in content.schema.types):
         content = content.flatten()
     columns: list[ForeignColumn] = []

@@ -9,10 +9,12 @@ from numpy.typing import NDArray
 
 from identify.recording.errors import InputError
 from identify.recording.foreign.table import Clock
-from identify.recording.sampling import SHORTEST_SEGMENT, largest_bridged_step
+from identify.recording.sampling import SHORTEST_SEGMENT, SLOWEST_SAMPLING, largest_bridged_step
 
 Array = NDArray[np.float64]
 Repair = Literal["drop", "bridge"]
+FASTEST_SAMPLING = 1e-6
+"""s; no servo drive is sampled faster than some ten microseconds."""
 
 
 def refuse_coarse_clock(time: Array, clock: Clock, column: str, repair: Repair | None) -> None:
@@ -38,6 +40,33 @@ def refuse_coarse_clock(time: Array, clock: Clock, column: str, repair: Repair |
         f" instead of --time"
         f"{'' if different < SHORTEST_SEGMENT else more}"
     )
+
+
+def refuse_other_unit(time: Array, column: str) -> None:
+    """Refuse a time column whose typical step no record of a motion has: its numbers are in another unit, or count samples.
+
+    time   : (N,) s, increasing, N > 1
+    column : file and name of the column, for the message
+
+    Raises InputError: says which option helps.
+    """
+    steps = np.diff(time)
+    step = float(np.median(steps))
+    if step > SLOWEST_SAMPLING:
+        counts = bool((steps == 1.0).all())
+        raise InputError(
+            f"{column}: the typical step is {step:g} s, too long for a motion; "
+            + (
+                "if it numbers the samples, give --rate HZ instead of --time; if it is a time, its --time-unit"
+                if counts
+                else "give its --time-unit (ms, us, ns)"
+            )
+        )
+    if step < FASTEST_SAMPLING:
+        raise InputError(
+            f"{column}: the typical step is {step:.3g} s, too short for a motion; give its --time-unit (d for days, as"
+            " spreadsheets count them)"
+        )
 
 
 def repaired_stamps(time: Array, repair: Repair) -> tuple[Array, NDArray[np.intp], list[str]]:

@@ -12,7 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.recording.errors import InputError
-from identify.recording.foreign.repair import Repair, bridged, refuse_coarse_clock, repaired_stamps
+from identify.recording.foreign.repair import (
+    Repair,
+    bridged,
+    refuse_coarse_clock,
+    refuse_other_unit,
+    repaired_stamps,
+)
 from identify.recording.foreign.table import Clock, ForeignColumn, ForeignTable, unit_words
 from identify.recording.sampling import SHORTEST_SEGMENT
 from identify.recording.session_csv import write_csv_session
@@ -198,6 +204,8 @@ class _Taken:
         time = self._time(repair)
         numeric = {name: values[:, None] for name, values in extra.items() if values.dtype != object}
         time, rows, values = self._repaired(time, groups | numeric, repair)
+        if self.columns.time is not None:
+            refuse_other_unit(time, f"{self.table.path}: column '{self.columns.time}'")
         kept = {name: values[name][:, 0] if name in numeric else extra[name][rows] for name in extra}
         return MeasuredSession(
             time,

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from identify.recording.errors import InputError
 from identify.recording.foreign.table import ForeignColumn, ForeignTable
+from identify.recording.interpolation import interpolate
 from identify.recording.units import unit_of
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
@@ -61,6 +62,8 @@ class _Topic:
     received: list[int] = field(default_factory=list)
     """ns: when each message was recorded"""
     values: list[dict[str, float]] = field(default_factory=list)
+    apart: list[str] = field(default_factory=list)
+    """Joints that speak in messages of their own."""
 
     def time(self) -> tuple[NDArray[np.int64], str]:
         """ns, and where they are from: headers, unless these are empty."""
@@ -70,19 +73,63 @@ class _Topic:
         return np.array(self.received, dtype=np.int64), "times of recording, as the headers hold none"
 
     def columns(self, prefix: str) -> list[ForeignColumn]:
-        """Time and every value by name, NaN where a message lacks it."""
+        """Time and every value by name, NaN where a message lacks it.
+
+        Joints of which some speak in messages of their own (a gripper's, or every joint's) are put on the stamps of the joint
+        that has most messages, within the time that all of them cover but those that hardly speak.
+        """
         stamps, source = self.time()
-        columns = [ForeignColumn(f"{prefix}{TIME}", stamps, None, None, source, absolute=True)]
+        rows = self._rows_of_joints()
+        kept = np.array(max(rows.values(), key=len, default=[]), dtype=np.intp)
+        main = frozenset(kept.tolist())
+        self.apart = [joint for joint, own in rows.items() if 2 * len(main.intersection(own)) < len(own)]
+        for joint in self.apart:
+            if 2 * len(rows[joint]) >= len(main):
+                own = stamps[rows[joint]]
+                kept = kept[(stamps[kept] >= own.min()) & (stamps[kept] <= own.max())]
+        columns = [ForeignColumn(f"{prefix}{TIME}", stamps[kept], None, None, source, absolute=True)]
         torque = unit_of("Nm")
         for name in dict.fromkeys(key for each in self.values for key in each):
-            numbers = np.array([each.get(name, np.nan) for each in self.values])
+            joint = _joint(name)
+            numbers = np.array(
+                [self.values[row].get(name, np.nan) for row in (rows[joint] if joint in self.apart else kept)]
+            )
             effort = name.endswith(f".{EFFORT}")
+            if joint in self.apart:
+                numbers = _moved(stamps[rows[joint]], numbers, stamps[kept], cubic=not effort)
             columns.append(
                 ForeignColumn(
                     f"{prefix}{name}", numbers, None, torque if effort else None, "ROS" if effort else ""
                 )
             )
         return columns
+
+    def _rows_of_joints(self) -> dict[str, list[int]]:
+        """The messages that each joint speaks in."""
+        rows: dict[str, list[int]] = {}
+        for row, values in enumerate(self.values):
+            for joint in dict.fromkeys(map(_joint, values)):
+                rows.setdefault(joint, []).append(row)
+        return rows
+
+
+def _joint(name: str) -> str:
+    return name.rpartition(".")[0]
+
+
+def _moved(
+    old: NDArray[np.int64], values: NDArray[np.float64], new: NDArray[np.int64], *, cubic: bool
+) -> NDArray[np.float64]:
+    """Values interpolated to other stamps (ns); NaN where these lie outside their own."""
+    distinct, first = np.unique(old, return_index=True)
+    if len(distinct) < 2:
+        return np.full(len(new), np.nan)
+    origin = distinct[0]
+    at = ((new - origin) * 1e-9).astype(np.float64)
+    moved = interpolate(((distinct - origin) * 1e-9).astype(np.float64), values[first][:, None], at, cubic)[
+        :, 0
+    ]
+    return np.where((new < distinct[0]) | (new > distinct[-1]), np.nan, moved)
 
 
 def read_rosbag(path: Path) -> ForeignTable:
@@ -94,9 +141,7 @@ def read_rosbag(path: Path) -> ForeignTable:
     Raises InputError: it cannot be read or holds no joint states; or the package that reads it is not installed.
     """
     try:
-        highlevel, serde, typesys = (
-            import_module(f"rosbags.{name}") for name in ("highlevel", "serde", "typesys")
-        )
+        highlevel, typesys = (import_module(f"rosbags.{name}") for name in ("highlevel", "typesys"))
     except ImportError:
         raise InputError(
             f"{path}: recordings of ROS need the package rosbags: pip install 'coulomb[ros]'"
@@ -117,18 +162,11 @@ def read_rosbag(path: Path) -> ForeignTable:
                 topic.stamps.append(int(header.sec) * 10**9 + int(header.nanosec))
                 topic.received.append(int(received))
                 topic.values.append(dict(_values(topic.kind, message)))
-    except (
-        highlevel.AnyReaderError,
-        serde.SerdeError,
-        OSError,
-        ValueError,
-        KeyError,
-        AttributeError,
-    ) as error:
-        reason = " ".join(str(error).split())[:200]
-        raise InputError(f"{path}: cannot be read as a recording of ROS: {reason}") from None
-    except Exception as error:  # apsw, lz4 and zstandard have errors of their own on damaged files
-        raise InputError(f"{path}: is a damaged recording of ROS ({type(error).__name__})") from None
+    except Exception:  # rosbags, apsw, lz4 and zstandard have errors of their own on damaged files
+        raise InputError(
+            f"{path}: cannot be read as a recording of ROS: damaged, not ended, or a file of it is missing; copy it again,"
+            " or mend it (ros2 bag reindex; mcap recover)"
+        ) from None
     ranked = sorted(topics.values(), key=lambda topic: (KNOWN.index(topic.kind), -len(topic.stamps)))
     if not ranked:
         there = ", ".join(sorted(others)[:8]) or "nothing"
@@ -139,19 +177,38 @@ def read_rosbag(path: Path) -> ForeignTable:
         for column in topic.columns("" if place == 0 else f"{topic.name}:")
     ]
     main = ranked[0]
-    joints = tuple(
-        name.removesuffix(f".{POSITION}")
-        for name in dict.fromkeys(key for each in main.values for key in each)
-        if name.endswith(f".{POSITION}") and not name.endswith(f".reference.{POSITION}")
-    )
+    joints = tuple(_joints(main))
     remarks = [
         f"topic {main.name} ({main.kind}): {len(main.stamps)} messages of {', '.join(joints)}; {main.time()[1]}"
     ]
+    if main.apart:
+        remarks.append(
+            f"{', '.join(main.apart)}: in messages of their own, interpolated to the stamps of the other joints"
+        )
     if len(ranked) > 1:
         remarks.append(
             f"further topics with columns TOPIC:...: {', '.join(topic.name for topic in ranked[1:])}"
         )
+        same = next(
+            (each for each in ranked[1:] if each.kind == main.kind and set(joints) & set(_joints(each))), None
+        )
+        if same is not None:
+            remarks.append(
+                f"{same.name} holds joints of the same names: if it is the robot, name its columns"
+                f" ({same.name}:{joints[0]}.position for example) and its time, {same.name}:time"
+            )
     return ForeignTable(path, tuple(columns), {}, tuple(remarks), time=TIME, joints=joints)
+
+
+def _joints(topic: _Topic) -> dict[str, None]:
+    """Joints whose position a topic holds, in the order of its messages."""
+    return {
+        name.removesuffix(f".{POSITION}"): None
+        for each in topic.values
+        for name in each
+        if name.endswith(f".{POSITION}")
+        and not name.endswith((f".reference.{POSITION}", f".output.{POSITION}"))
+    }
 
 
 def _kind(message_type: str) -> str:

@@ -144,7 +144,7 @@ class ForeignTable:
         first, last = (float(numbers[0]), float(numbers[-1])) if len(numbers) else (0.0, 0.0)
         given = unit_of(unit) if unit else column.unit
         if unit and (given is None or given.quantity != "time"):
-            raise InputError(f"--time-unit: '{unit}' is not known; use s, ms, us, ns, min, h, 100ns")
+            raise InputError(f"--time-unit: '{unit}' is not known; use s, ms, us, ns, min, h, d, 100ns")
         if given is not None and given.quantity != "time":
             raise InputError(
                 f"{self.path}: column '{name}' is in {given.name} by {column.unit_source}, which is no time;"

@@ -44,14 +44,17 @@ KEYS = frozenset(
     )
 )
 """What stands in the time columns of the rows above the samples."""
+START = "Starttime of export"
+"""In a row of its own at the begin of an export, whatever the rows of the channels hold."""
 TIME = "time"
 
 
 def is_scope_header(rows: list[list[str]]) -> bool:
-    """Whether rows above the samples name channels as Scope does: Name, and another key or a second group."""
+    """Whether rows above the samples name channels as Scope does: Name, and another key or group, or the start."""
     names = next((row for row in rows if row and row[0] == NAME and len(row) > 1), None)
     keys = {row[0] for row in rows if row} & KEYS
-    return names is not None and (len(keys) > 1 or names.count(NAME) > 1)
+    project = any(row and row[0].startswith(START) for row in rows)
+    return names is not None and (len(keys) > 1 or names.count(NAME) > 1 or project)
 
 
 def scope_names(rows: list[list[str]], width: int) -> tuple[list[str], list[str]]:

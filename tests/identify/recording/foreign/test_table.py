@@ -96,7 +96,7 @@ def test_a_clock_without_a_unit_is_in_seconds_and_one_with_a_unit_in_that():
 
 
 def test_a_clock_in_no_unit_of_time_is_refused():
-    assert "--time-unit: 'deg' is not known; use s, ms, us, ns, min, h, 100ns" in refusal(
+    assert "--time-unit: 'deg' is not known; use s, ms, us, ns, min, h, d, 100ns" in refusal(
         clock, (0.0, 1.0), "deg"
     )
     assert "--time-unit: 'blink' is not known" in refusal(clock, (0.0, 1.0), "blink")
