@@ -156,6 +156,7 @@ def import_(
     from identify.recording.experiment_file import EXPERIMENT_FILE, check_settings, read_experiment_file
     from identify.recording.foreign import ColumnMap, CsvOptions, measure
     from identify.recording.foreign.guesses import guess_roles
+    from identify.recording.foreign.joining import join_session
     from identify.recording.foreign_import import NewSession, import_sessions, read_columns
 
     mending = _repair(repair)
@@ -207,8 +208,8 @@ def import_(
     body = {"name": payload, "mass": payload_mass, "com": list(parse_three(payload_com, "--payload-com"))}
     carried = check_settings(Payload, body, {}, "options: --payload")
     if join and len(tables) > 1:
-        tables = [_joined(tables, time, columns, mending)]
-        columns = replace(columns, time=tables[0].time, time_unit=None)
+        joined, columns = join_session(tables, time or (), columns, mending)
+        tables = [joined]
     elif time and len(time) > 1:
         raise InputError(
             f"--time: {len(time)} given; one is for all files, unless --join makes one session of them"
@@ -244,18 +245,6 @@ def _tables(files: list[Path], options: "CsvOptions") -> "list[ForeignTable]":
                 numbers = ", ".join(f"{name} = {value:g}" for name, value in table.scalars.items())
                 typer.echo(f"and the numbers {numbers}", err=True)
     return tables
-
-
-def _joined(
-    tables: "list[ForeignTable]", time: Several, columns: "ColumnMap", repair: "Repair | None"
-) -> "ForeignTable":
-    from api.foreign_robot import each_joint
-    from identify.recording.foreign.joining import join_on_time
-
-    if columns.time is None:
-        raise InputError("--join: --time is missing; files are joined on their time columns")
-    times = each_joint(time or [columns.time], len(tables), "--time")
-    return join_on_time(tables, times, columns.time_unit, columns.position, repair)
 
 
 def _repair(given: str | None) -> "Repair | None":

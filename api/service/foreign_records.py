@@ -3,7 +3,6 @@
 """
 
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +20,7 @@ from identify.recording.foreign import (
     read_foreign,
 )
 from identify.recording.foreign.guesses import guess_roles
-from identify.recording.foreign.joining import join_on_time
+from identify.recording.foreign.joining import join_session
 from identify.recording.foreign_import import NewSession, import_sessions
 
 OUTLINE_BLOCKS = 60
@@ -55,16 +54,8 @@ def import_records(
         made = _robot(wanted, Path(folder) / robot if robot else None, tables[0])
         columns = _columns(wanted, len(tables))
         if wanted.join and len(tables) > 1:
-            if not wanted.time:
-                raise InputError("time: is missing; files are joined on their time columns")
-            times = list(wanted.time) * (len(tables) if len(wanted.time) == 1 else 1)
-            if len(times) != len(tables):
-                raise InputError(
-                    f"time: {len(times)} given for {len(tables)} files; give one, or {len(tables)}"
-                )
-            joined = join_on_time(tables, times, wanted.time_unit, columns.position, wanted.repair)
+            joined, columns = join_session(tables, wanted.time, columns, wanted.repair)
             tables = [joined]
-            columns = replace(columns, time=joined.time, time_unit=None)
         if len(wanted.payloads) not in (1, len(tables)):
             raise InputError(
                 f"payloads: {len(wanted.payloads)} given for {len(tables)} sessions; give one, or {len(tables)}"

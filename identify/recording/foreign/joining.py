@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from identify.recording.foreign.repair import (
     refuse_other_unit,
     repaired_stamps,
 )
+from identify.recording.foreign.roles import ColumnMap
 from identify.recording.foreign.table import Clock, ForeignColumn, ForeignTable
 from identify.recording.interpolation import interpolate
 from identify.recording.sampling import SHORTEST_SEGMENT, largest_bridged_step
@@ -25,6 +27,25 @@ Array = NDArray[np.float64]
 
 JOINED_TIME = "joined time"
 """Name of the time column of a joined table."""
+
+
+def join_session(
+    tables: Sequence[ForeignTable], times: Sequence[str], columns: ColumnMap, repair: Repair | None = None
+) -> tuple[ForeignTable, ColumnMap]:
+    """One table out of the files of one session, and where its columns stand: `columns` with the joined time.
+
+    times : the time column of each file, or one that all have; none: that of `columns`
+
+    Raises InputError: as many times as files are needed; or as `join_on_time`.
+    """
+    given = list(times) or ([columns.time] if columns.time else [])
+    if not given:
+        raise InputError("--time: is missing; files are joined on their time columns")
+    if len(given) not in (1, len(tables)):
+        raise InputError(f"--time: {len(given)} given for {len(tables)} files; give one, or {len(tables)}")
+    of_each = given * (len(tables) // len(given))
+    joined = join_on_time(tables, of_each, columns.time_unit, columns.position, repair)
+    return joined, replace(columns, time=joined.time, time_unit=None)
 
 
 def join_on_time(
