@@ -82,11 +82,13 @@ class _Topic:
         rows = self._rows_of_joints()
         kept = np.array(max(rows.values(), key=len, default=[]), dtype=np.intp)
         main = frozenset(kept.tolist())
-        self.apart = [joint for joint, own in rows.items() if 2 * len(main.intersection(own)) < len(own)]
+        self.apart = [
+            joint for joint, spoken in rows.items() if 2 * len(main.intersection(spoken)) < len(spoken)
+        ]
         for joint in self.apart:
             if 2 * len(rows[joint]) >= len(main):
-                own = stamps[rows[joint]]
-                kept = kept[(stamps[kept] >= own.min()) & (stamps[kept] <= own.max())]
+                covered = stamps[rows[joint]]
+                kept = kept[(stamps[kept] >= covered.min()) & (stamps[kept] <= covered.max())]
         columns = [ForeignColumn(f"{prefix}{TIME}", stamps[kept], None, None, source, absolute=True)]
         torque = unit_of("Nm")
         for name in dict.fromkeys(key for each in self.values for key in each):
