@@ -56,6 +56,8 @@ _CLOSING_ANSWER = 0.1
 """s for a drive's answers while the bus is left"""
 _ENTER_PRE_OPERATIONAL = 128
 """NMT command"""
+_SIGNS_MISSED = 2.5
+"""signs of life that a drive may miss whose heartbeat time is its own"""
 POWERED = frozenset({State.OPERATION_ENABLED, State.QUICK_STOP_ACTIVE, State.FAULT_REACTION_ACTIVE})
 """states in which a drive's power stage gives torque"""
 _RATED_TOLERANCE = 0.01
@@ -328,6 +330,12 @@ class RigDrives:
                 if drive.restarted:
                     raise error.with_cause(RESTARTED) from error
                 raise
+        if self.rig.bus.interface != "virtual":
+            # Our death must be noticed by the drives themselves: a killed process cannot stop anything. Last, for from now on
+            # they wait for our signs of life.
+            for drive in self.drives:
+                drive.watch_master(MASTER_NODE, self._silence)
+            self.heartbeat()
         return streams
 
     def _configured(self, axis: Axis, drive: Drive, torque_offset: bool) -> DriveStream:
@@ -340,9 +348,6 @@ class RigDrives:
         )
         drive.set_mode(MODES[axis.mode])
         drive.set_cycle(self.rig.cycle)
-        if self.rig.bus.interface != "virtual":
-            # Our death must be noticed by the drives themselves: a killed process cannot stop anything.
-            drive.watch_master(MASTER_NODE, self._silence)
         return stream
 
     def stream(self) -> None:
@@ -351,8 +356,10 @@ class RigDrives:
             drive.set_nmt_state("OPERATIONAL")
 
     def heartbeat(self) -> None:
-        """Send our own heartbeat once; BusError when the bus refuses."""
+        """Send our own sign of life once, and ask the drives that have none of their own; BusError when the bus refuses."""
         self.network.send(0x700 + MASTER_NODE, b"\x05")
+        for drive in self.drives:
+            drive.ask_if_alive()
 
     def emergency(self, timeout: float = 0.0) -> StopReason | None:
         """The oldest EMCY not told yet, waited for up to `timeout` (s); None where there is none."""
@@ -377,8 +384,11 @@ class RigDrives:
             return restart
         for drive in self.drives:
             silence = drive.watch.silence
-            if silence is not None and silence > self._silence:
-                sentence = f"{self.joint(drive.node)}: no heartbeat for {silence:.2g} s"
+            if silence is not None and silence > max(
+                self._silence, _SIGNS_MISSED * drive.sign_of_life_period
+            ):
+                sign = "answer to node guarding" if drive.guarded else "heartbeat"
+                sentence = f"{self.joint(drive.node)}: no {sign} for {silence:.2g} s"
                 return StopReason(StopCause.LOST_HEARTBEAT, sentence)
         return None
 

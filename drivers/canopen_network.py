@@ -18,6 +18,8 @@ import canopen
 from drivers.bus import BusSettings, Filters, open_bus
 from drivers.emergency import Emergency, parse_emergency
 from drivers.errors import BusError, reason_in_words
+from drivers.node_guarding import ToggleBit
+from drivers.virtual_bus import remote_frame
 
 _NOTIFIER_CYCLE = 0.05  # s; closing the network waits for one of them
 _NMT_STATES = {
@@ -50,21 +52,26 @@ def nmt_state_in_words(state: int) -> str:
 
 
 class NodeWatch:
-    """What a node says about itself without being asked: heartbeat, boot-up, EMCY."""
+    """What a node says about itself: heartbeat or answers to node guarding, boot-up, EMCY."""
 
     def __init__(self, node: int):
         self.node = node
         self.nmt_state: int | None = None
         self.last_heard: float | None = None  # s, time.monotonic()
+        self.signs_of_life = 0
+        self.toggle: ToggleBit | None = None  # of a node that is guarded
         self.boot_ups = 0
         self.emergencies: deque[Emergency] = deque(maxlen=EMERGENCIES_KEPT)
         self.on_emergency: Callable[[Emergency], None] | None = None
         self._changed = threading.Condition()
 
     def on_heartbeat(self, can_id: int, data: bytearray, timestamp: float) -> None:
-        """Take a heartbeat or boot-up frame (0x700 + node)."""
+        """Take a heartbeat, an answer to node guarding, or a boot-up (0x700 + node)."""
         with self._changed:
+            if self.toggle is not None and data and not self.toggle.accepts(data[0]):
+                return
             state = data[0] & 0x7F if data else None
+            self.signs_of_life += 1
             self.last_heard = time.monotonic()
             self.nmt_state = 127 if state == 0 else state
             if state == 0:
@@ -87,7 +94,7 @@ class NodeWatch:
 
     @property
     def silence(self) -> float | None:
-        """s since the last heartbeat, None when there was none yet."""
+        """s since the last sign of life, None when there was none yet."""
         return None if self.last_heard is None else time.monotonic() - self.last_heard
 
 
@@ -102,6 +109,13 @@ class _CountingNetwork(canopen.Network):
         # Counted before it goes: whoever sees it on the bus finds it counted.
         self.sent[can_id] += 1
         super().send_message(can_id, data, remote)
+
+    def send_remote(self, can_id: int) -> None:
+        """A remote frame for one byte; canopen's would ask for none."""
+        assert self.bus is not None
+        with self.send_lock:
+            self.bus.send(remote_frame(can_id))
+        self.check()
 
 
 class CanopenNetwork:
@@ -175,6 +189,13 @@ class CanopenNetwork:
         """Send one frame; BusError when the interface refuses."""
         try:
             self._network.send_message(can_id, data)
+        except (can.CanError, OSError) as error:
+            raise BusError(f"bus {self.settings}: {reason_in_words(error)}") from error
+
+    def ask(self, can_id: int) -> None:
+        """Send one remote frame; BusError when the interface refuses."""
+        try:
+            self._network.send_remote(can_id)
         except (can.CanError, OSError) as error:
             raise BusError(f"bus {self.settings}: {reason_in_words(error)}") from error
 

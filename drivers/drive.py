@@ -1,18 +1,19 @@
 """A CiA 402 drive on canopen: who it is, its network state, its process data; states and modes are inherited.
 
 canopen's own CiA 402 node caches the statusword, returns silently from a failed mode switch and only logs
-what fails in a callback. Here nothing is believed: a network state is taken from the next heartbeat, a PDO
-mapping is read back, and `state_machine.py` asks the drive for its state and mode each time.
+what fails in a callback. Here nothing is believed: a network state is taken from the next sign of life
+(`network_management.py`), a PDO mapping is read back, and `state_machine.py` asks the drive for its state and mode each time.
 """
 
 from dataclasses import dataclass
 
 from drivers import cia402
-from drivers.canopen_network import CanopenNetwork, nmt_state_in_words
+from drivers.canopen_network import CanopenNetwork
 from drivers.cia402 import Command, Mode
 from drivers.emergency import Emergency
 from drivers.errors import DriveError, DriverError
 from drivers.fixed_mapping import stream_of_fixed_mapping
+from drivers.network_management import ManagedNode
 from drivers.object_dictionary import dictionary_to_drive_by
 from drivers.process_data import (
     SYNCHRONOUS,
@@ -30,12 +31,9 @@ from drivers.process_data import (
 from drivers.profile import GENERIC, DriveProfile
 from drivers.sdo import SdoAccess
 from drivers.standard_stream import RPDO_1_BASE, TARGETS, TPDO_BASE, transmitted_entries
-from drivers.state_machine import DEFAULT_TIMEOUTS, StateMachine, Timeouts
+from drivers.state_machine import DEFAULT_TIMEOUTS, Timeouts
 
-_PRODUCER_HEARTBEAT = 0x1017
-_CONSUMER_HEARTBEAT = 0x1016
-_NMT_COMMANDS = {"OPERATIONAL": (1, 5), "STOPPED": (2, 4), "PRE-OPERATIONAL": (128, 127)}
-_NMT_RESET_NODE = 129
+_OWN_TIMEOUT = "set its own time-out for missing setpoints or SYNC"
 _NO_TORQUE_AHEAD = (
     "a torque is sent ahead as torque offset 0x60B2 beside the target, which this drive does not take there; cyclic torque mode"
     " (0x6071) would close the position loop over the bus, and is not offered"
@@ -58,7 +56,7 @@ class Identity:
         return self.device_type & 0xFFFF
 
 
-class Drive(StateMachine):
+class Drive(ManagedNode):
     """One drive on a network.
 
     network  : the CanopenNetwork it is on
@@ -79,12 +77,10 @@ class Drive(StateMachine):
         read = dictionary_to_drive_by(profile.object_dictionary, node)
         remote = network.add_node(node, read.dictionary)
         sdo = SdoAccess(node, remote, timeouts.sdo, timeouts.retries)
-        super().__init__(node, sdo, network.watch(node), timeouts)
-        self.network = network
+        super().__init__(network, node, sdo, timeouts)
         self.profile = profile
         self.passed_over = tuple(read.passed_over)
         """What of the drive's EDS could not be read, in words."""
-        self._boot_ups_expected = 0
         self.set_up_remarks: list[str] = []
         """What was done otherwise than usual while it was set up, in words."""
 
@@ -162,23 +158,7 @@ class Drive(StateMachine):
             )
         return abs(rated.scale * raw)
 
-    # ---- network management ----
-
-    def produce_heartbeat(self, period: float) -> None:
-        """Let the drive send a heartbeat every `period` s (0 ends it)."""
-        self._hold(_PRODUCER_HEARTBEAT, 0, "uint16", round(period * 1e3), "setting the heartbeat")
-
-    def watch_master(self, master: int, timeout: float) -> None:
-        """Let the drive stop by itself when the heartbeat of node `master` fails for `timeout` s (0 ends it).
-
-        A drive without a heartbeat consumer (0x1016) cannot; that is said by `oddities`, and we go on watching its own.
-
-        Raises DriveError when the drive refuses.
-        """
-        if not self._has(_CONSUMER_HEARTBEAT):
-            return
-        entry = (master & 0x7F) << 16 | round(timeout * 1e3) if timeout else 0
-        self._hold(_CONSUMER_HEARTBEAT, 1, "uint32", entry, "setting the heartbeat consumer")
+    # ---- what it lacks, and what is done at once ----
 
     def oddities(self) -> list[str]:
         """What the drive lacks of what we use, and what is done instead, in words; read now, nothing is written.
@@ -186,10 +166,22 @@ class Drive(StateMachine):
         Raises DriveError when the drive does not answer.
         """
         oddities: list[str] = []
-        if not self._has(_CONSUMER_HEARTBEAT):
+        misses_us = self.misses_master_by
+        if self.guarded:
+            life = (
+                "and notices by them when we are gone"
+                if misses_us == "guarding"
+                else "and notices by our heartbeat when we are gone"
+                if misses_us
+                else f"but does not notice when they end; {_OWN_TIMEOUT}"
+            )
             oddities.append(
-                "has no heartbeat consumer (0x1016): we watch its heartbeat, but it does not notice when ours ends; set its"
-                " own time-out for missing setpoints or SYNC"
+                f"has no heartbeat (0x1017): it is asked by remote frames (node guarding), {life}"
+            )
+        elif not misses_us:
+            oddities.append(
+                "has no heartbeat consumer (0x1016): we watch its heartbeat, but it does not notice when ours ends; "
+                f"{_OWN_TIMEOUT}"
             )
         counts = {
             kind: sum(self._has(first + number, 1) for number in range(len(TPDO_BASE)))
@@ -201,49 +193,6 @@ class Drive(StateMachine):
         if not self._has(0x60C2, 1):
             oddities.append("has no interpolation time (0x60C2): it is given the cycle by 0x1006 alone")
         return oddities
-
-    def set_nmt_state(self, name: str) -> None:
-        """OPERATIONAL, PRE-OPERATIONAL or STOPPED, confirmed by the drive's next heartbeat.
-
-        Raises DriveError when no heartbeat shows that state in time.
-        """
-        command, wanted = _NMT_COMMANDS[name]
-        # A heartbeat that was on its way before the command says nothing about it.
-        self.watch.nmt_state = None
-        self.network.send(0, bytes((command, self.node)))
-        if not self.watch.wait_for(lambda: self.watch.nmt_state == wanted, self.timeouts.nmt):
-            seen = self.watch.nmt_state
-            raise DriveError(
-                self.node,
-                f"NMT command to {name}",
-                expected=f"a heartbeat with {name} within {self.timeouts.nmt:g} s",
-                received="none came" if seen is None else f"it says {nmt_state_in_words(seen)}",
-            )
-
-    def reset_node(self) -> None:
-        """NMT reset, confirmed by the boot-up.
-
-        Raises DriveError when no boot-up comes in time.
-        """
-        before = self.watch.boot_ups
-        self._boot_ups_expected = before + 1
-        self.network.send(0, bytes((_NMT_RESET_NODE, self.node)))
-        if not self.watch.wait_for(lambda: self.watch.boot_ups > before, self.timeouts.boot):
-            raise DriveError(
-                self.node,
-                "NMT reset",
-                expected=f"boot-up within {self.timeouts.boot:g} s",
-                received="none came",
-            )
-
-    def expect_no_restart(self) -> None:
-        """From now on a boot-up that nobody asked for is a restart."""
-        self._boot_ups_expected = self.watch.boot_ups
-
-    @property
-    def restarted(self) -> bool:
-        """Whether the drive has booted by itself since `expect_no_restart`: it lost its supply, or reset itself."""
-        return self.watch.boot_ups > self._boot_ups_expected
 
     def disable_at_once(self) -> None:
         """Ask by SDO for no voltage, without waiting for an answer. Raises BusError when the bus refuses."""
@@ -257,12 +206,6 @@ class Drive(StateMachine):
         index = cia402.CONTROLWORD
         request = bytes((0x2B, index & 0xFF, index >> 8, 0, command.value, 0, 0, 0))
         self.network.send(0x600 + self.node, request)
-
-    def reset_at_once(self) -> None:
-        """NMT stop and reset, without waiting: a drive boots without power. Raises BusError when the bus refuses."""
-        self._boot_ups_expected = self.watch.boot_ups + 1
-        self.network.send(0, bytes((_NMT_COMMANDS["STOPPED"][0], self.node)))
-        self.network.send(0, bytes((_NMT_RESET_NODE, self.node)))
 
     # ---- process data ----
 
@@ -401,21 +344,3 @@ class Drive(StateMachine):
                 self.node, what, index=0x60C2, subindex=1, expected=f"{wanted:g} s", received=refused
             ) from refusal
         return True
-
-    def _has(self, index: int, subindex: int = 0) -> bool:
-        """Whether the drive has an object. Raises DriveError when it does not answer."""
-        try:
-            self.sdo.read_bytes(index, subindex)
-        except DriveError as refusal:
-            if is_missing(refusal):
-                return False
-            raise
-        return True
-
-    def _hold(self, index: int, subindex: int, kind: str, value: int, what: str) -> None:
-        """Write an object unless it holds the value already, so that one that cannot be written is no obstacle then.
-
-        Raises DriveError when the drive refuses or something else is read back.
-        """
-        if self.sdo.read(index, subindex, kind, what) != value:
-            self.sdo.write_verified(index, subindex, kind, value, what)

@@ -16,7 +16,7 @@ from typing import Any
 import can
 
 from drivers.errors import reason_in_words
-from drivers.virtual_bus import InProcessBus, frame_of
+from drivers.virtual_bus import InProcessBus, frame_of, remote_frame
 
 _RECEIVE_CYCLE = 0.05  # s; closing waits for one of them
 
@@ -64,7 +64,7 @@ class _Gateway:
         self._echoes = _Echoes() if interface in _ECHOING else None
         self._closing = threading.Event()
         self._port = InProcessBus(key)
-        self._port.serve(self._send)
+        self._port.serve(self._send, self._send_remote)
         self._thread = threading.Thread(target=self._receive, name=f"gateway {self.channel}", daemon=True)
         self._thread.start()
 
@@ -75,6 +75,12 @@ class _Gateway:
             if self._echoes is not None:
                 self._echoes.sent(can_id, data)
             self._adapter.send(message)
+
+    def _send_remote(self, can_id: int) -> None:
+        with self._sending:
+            if self._echoes is not None:
+                self._echoes.sent(can_id, b"")
+            self._adapter.send(remote_frame(can_id))
 
     def _receive(self) -> None:
         while not self._closing.is_set():

@@ -24,6 +24,7 @@ from can.interfaces.virtual import VirtualBus
 from drivers import frames
 
 Handler = Callable[[int, bytes], None]
+RemoteHandler = Callable[[int], None]
 Clock = Callable[[], int]
 
 # stamp in ns, CAN id, data, flags (drivers/frames.py)
@@ -53,6 +54,7 @@ class _Inbox:
         self.receives_own = receives_own
         self.waiting_frames: deque[Frame] = deque()
         self.handler: Handler | None = None
+        self.remote_handler: RemoteHandler | None = None
         self.passes: dict[int, bool] = {}  # what the filters say, by id; asked once per id
         self._arrived = threading.Condition()
         self._readers = 0
@@ -65,7 +67,10 @@ class _Inbox:
         if not passes:
             return
         if self.handler is not None:
-            self.handler(can_id, frame[2])
+            if not frame[3] & frames.REMOTE:
+                self.handler(can_id, frame[2])
+            elif self.remote_handler is not None:
+                self.remote_handler(can_id)
             return
         self.waiting_frames.append(frame)
         if self._readers:
@@ -108,6 +113,11 @@ def frame_of(message: can.Message, stamp: int) -> Frame:
         | frames.ERROR_STATE * message.error_state_indicator
     )
     return stamp, message.arbitration_id, bytes(message.data), flags
+
+
+def remote_frame(can_id: int) -> can.Message:
+    """A remote frame that asks for the one byte of node guarding (CiA 301, 7.2.8.3.2.1)."""
+    return can.Message(arbitration_id=can_id, is_extended_id=False, is_remote_frame=True, dlc=1)
 
 
 def _message_of(frame: Frame, channel: str, sent_by_us: bool) -> can.Message:
@@ -159,8 +169,12 @@ class InProcessBus(VirtualBus):
         """Stamp the frames of this channel with `clock` (ns) instead of the system's time."""
         self._bus.clock = clock
 
-    def serve(self, handler: Handler) -> None:
-        """Call `handler(can_id, data)` for every frame, on the sender's thread, instead of queueing it."""
+    def serve(self, handler: Handler, remote_handler: RemoteHandler | None = None) -> None:
+        """Call `handler(can_id, data)` for every data frame, on the sender's thread, instead of queueing it.
+
+        remote_handler : called with the id of every remote frame; without one they are passed over
+        """
+        self._inbox.remote_handler = remote_handler
         self._inbox.handler = handler
 
     def send_frame(self, can_id: int, data: bytes) -> None:

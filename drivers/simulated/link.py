@@ -17,6 +17,7 @@ from drivers.errors import BusError, reason_in_words
 from drivers.virtual_bus import InProcessBus
 
 Handler = Callable[[int, bytes], None]
+RemoteHandler = Callable[[int], None]
 _CAN_FRAME = struct.Struct("<IB3x8s")
 _RECEIVE_TIMEOUT = struct.pack("@ll", 0, 100_000)  # struct timeval, 0.1 s; closing waits for one of them
 
@@ -24,8 +25,9 @@ _RECEIVE_TIMEOUT = struct.pack("@ll", 0, 100_000)  # struct timeval, 0.1 s; clos
 class Link(Protocol):
     """One connection to a bus."""
 
-    def start(self, handler: Handler) -> None:
-        """Call `handler(can_id, data)` for every frame from others, one at a time."""
+    def start(self, handler: Handler, remote_handler: RemoteHandler) -> None:
+        """Call `handler(can_id, data)` for every data frame from others, `remote_handler(can_id)` for every remote frame,
+        one at a time."""
         ...
 
     def send(self, can_id: int, data: bytes) -> None:
@@ -56,9 +58,9 @@ class InProcessLink:
         self.bus = bus
         self.send = bus.send_frame
 
-    def start(self, handler: Handler) -> None:
+    def start(self, handler: Handler, remote_handler: RemoteHandler) -> None:
         """Be served from now on."""
-        self.bus.serve(handler)
+        self.bus.serve(handler, remote_handler)
 
     def close(self) -> None:
         """Leave the bus."""
@@ -80,10 +82,10 @@ class SocketCanLink:
         # The kernel's own time-out: Python's would cost a second system call for every frame.
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, _RECEIVE_TIMEOUT)
 
-    def start(self, handler: Handler) -> None:
+    def start(self, handler: Handler, remote_handler: RemoteHandler) -> None:
         """Receive in a thread from now on."""
         self._thread = threading.Thread(
-            target=self._receive, args=(handler,), name="simulated-nodes", daemon=True
+            target=self._receive, args=(handler, remote_handler), name="simulated-nodes", daemon=True
         )
         self._thread.start()
 
@@ -92,7 +94,7 @@ class SocketCanLink:
         with contextlib.suppress(OSError):
             self._socket.send(_CAN_FRAME.pack(can_id, len(data), data), socket.MSG_DONTWAIT)
 
-    def _receive(self, handler: Handler) -> None:
+    def _receive(self, handler: Handler, remote_handler: RemoteHandler) -> None:
         receive, unpack = self._socket.recv, _CAN_FRAME.unpack
         while not self._closing.is_set():
             try:
@@ -103,6 +105,8 @@ class SocketCanLink:
                 return
             if can_id <= 0x7FF:  # neither extended, nor remote, nor an error frame
                 handler(can_id, data[:length])
+            elif can_id & ~0x7FF == socket.CAN_RTR_FLAG:
+                remote_handler(can_id & 0x7FF)
 
     def close(self) -> None:
         """Leave the bus."""

@@ -9,20 +9,21 @@ import struct
 from collections.abc import Callable
 
 import canopen
-from canopen.objectdictionary import ODArray, ODVariable
+from canopen.objectdictionary import ODArray, ODVariable, datatypes
 from canopen.sdo.exceptions import SdoAbortedError
 
 from drivers.object_dictionary import load_object_dictionary
 from drivers.simulated import abort_codes
 from drivers.simulated import process_image as slot
 from drivers.simulated.faults import Faults
+from drivers.simulated.guarded_node import GuardedNode
+from drivers.simulated.oddities import PDOS
 from drivers.simulated.pdo import PDO_OFF, Pdo
 from drivers.simulated.process_image import SLOT_OF_OBJECT, MappedSlots, bits_of
 from drivers.simulated.settings import SimulatedAxis
 from drivers.simulated.simulated_drive import SUPPORTED_MODES, SimulatedDrive
 
 DICTIONARY = "simulated.eds"
-PDOS = 4
 _INITIALISING, _STOPPED, _OPERATIONAL, _PRE_OPERATIONAL = 0, 4, 5, 127
 _NMT_STATE_OF_COMMAND = {1: _OPERATIONAL, 2: _STOPPED, 128: _PRE_OPERATIONAL}
 _FAULT_COMMAND = 0x2010
@@ -49,6 +50,8 @@ class SimulatedNode(canopen.LocalNode):
         self.cycle = -1
         self.heartbeat_period = 0.0  # s
         self.master_heartbeat: tuple[int, float] | None = None  # node, s
+        self.guarding = GuardedNode(0x700 + self.node, self._state_to_guard, send)
+        self.guarding.toggles = axis.oddities.toggles
         self.communication_cycle = 0.0  # s, 0x1006
         self._interpolation = [1, -3]
         self._tpdos = [Pdo() for _ in range(PDOS)]
@@ -74,8 +77,10 @@ class SimulatedNode(canopen.LocalNode):
             del self.data_store[index]
         self.heartbeat_period = 0.0
         self.master_heartbeat = None
+        self.guarding.restart()
         self.communication_cycle = 0.0
         self._load_pdos()
+        self._store_odd_values()
         self._late.clear()
         self._emergency_shown = 0
         self.nmt_state = _PRE_OPERATIONAL
@@ -102,6 +107,11 @@ class SimulatedNode(canopen.LocalNode):
         """One heartbeat frame, unless a fault forbids it."""
         if not (self.faults.frozen or self.faults.heartbeat_stopped):
             self.send(0x700 + self.node, bytes((self.nmt_state,)))
+
+    def _state_to_guard(self) -> int | None:
+        """What a remote frame is answered by; nothing beside a heartbeat (CiA 301, 7.2.8.2.2.2)."""
+        faults = self.faults
+        return None if faults.frozen or faults.heartbeat_stopped or self.heartbeat_period else self.nmt_state
 
     @property
     def period(self) -> float:
@@ -290,9 +300,7 @@ class SimulatedNode(canopen.LocalNode):
             self._written(index, subindex)
 
     def _find_object(self, index: int, subindex: int) -> ODVariable:
-        odd = self.axis.oddities
-        beyond = any(first + odd.receive_pdos <= index < first + PDOS for first in (0x1400, 0x1600))
-        if beyond or (odd.no_heartbeat_consumer and index == 0x1016):
+        if self.axis.oddities.lacks(index, subindex):
             raise SdoAbortedError(abort_codes.NO_OBJECT)
         entry = self.object_dictionary.get(index)  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
         if isinstance(entry, ODArray) and subindex not in entry.subindices:  # pyright: ignore[reportUnknownMemberType]
@@ -303,9 +311,7 @@ class SimulatedNode(canopen.LocalNode):
         """Raise SdoAbortedError for values that the drive does not take."""
         if index == 0x6060 and data and struct.unpack("<b", data[:1])[0] not in (0, *SUPPORTED_MODES):
             raise SdoAbortedError(abort_codes.VALUE_RANGE)
-        odd = self.axis.oddities
-        is_pdo = any(first <= index < first + PDOS for first in (0x1400, 0x1600, 0x1800, 0x1A00))
-        if (odd.fixed_pdos and is_pdo) or (odd.fixed_interpolation is not None and index == 0x60C2):
+        if self.axis.oddities.refuses(index, subindex):
             raise SdoAbortedError(abort_codes.READ_ONLY)
         is_mapping = 0x1600 <= index < 0x1600 + PDOS or 0x1A00 <= index < 0x1A00 + PDOS
         if not is_mapping:
@@ -341,6 +347,10 @@ class SimulatedNode(canopen.LocalNode):
             entry = self._number(index, 1)
             period = (entry & 0xFFFF) * 1e-3
             self.master_heartbeat = (entry >> 16 & 0x7F, period) if period else None
+        elif index == 0x100C:
+            self.guarding.guard_time = self._number(index, 0) * 1e-3
+        elif index == 0x100D:
+            self.guarding.life_time_factor = self._number(index, 0)
         elif index == 0x1006:
             self.communication_cycle = self._number(index, 0) * 1e-6
         elif index == 0x60C2:
@@ -403,11 +413,22 @@ class SimulatedNode(canopen.LocalNode):
             self._store(0x60C2, 2, -3)
             self._interpolation = [axis.oddities.fixed_interpolation, -3]
 
+    def _store_odd_values(self) -> None:
+        """What objects of this drive hold that others have otherwise, or do not have."""
+        for address, value in self.axis.oddities.holds.items():
+            index, subindex = int(address[2:6], 16), int(address[7:] or "0", 16)
+            if index not in self.object_dictionary:
+                variable = ODVariable(address, index, 0)
+                variable.data_type, variable.access_type = datatypes.UNSIGNED32, "ro"
+                self.object_dictionary.add_object(variable)  # pyright: ignore[reportUnknownMemberType]  untyped in canopen
+            self._store(index, subindex, value)
+            self._written(index, subindex)
+
     def _load_pdos(self) -> None:
         """Compile mappings and communication parameters as they stand in the object dictionary."""
         self._rpdo_of_id = {}
-        if self.axis.oddities.fixed_pdos:
-            self._store_fixed_pdos()
+        for index, subindex, value in self.axis.oddities.fixed_pdo_objects(self.node):
+            self._store(index, subindex, value)
         for number in range(PDOS):
             self._load_pdo(self._tpdos[number], 0x1800 + number, 0x1A00 + number)
             if number >= self.axis.oddities.receive_pdos:
@@ -417,22 +438,9 @@ class SimulatedNode(canopen.LocalNode):
                 self._rpdo_of_id[self._rpdos[number].can_id] = self._rpdos[number]
         self.on_pdos_changed()
 
-    def _store_fixed_pdos(self) -> None:
-        """The mapping of a drive whose PDOs can only be read."""
-        for communication, mapping, base, entries in (
-            (0x1800, 0x1A00, 0x180, (0x60410010, 0x60640020)),
-            (0x1801, 0x1A01, 0x280, (0x60740010, 0x60770010)),
-            (0x1400, 0x1600, 0x200, (0x60400010, 0x60600008, 0x607A0020)),
-        ):
-            self._store(communication, 1, base + self.node)
-            self._store(communication, 2, 1)
-            self._store(mapping, 0, len(entries))
-            for position, entry in enumerate(entries, 1):
-                self._store(mapping, position, entry)
-
     def _store(self, index: int, subindex: int, value: int) -> None:
-        variable = self._find_object(index, subindex)
-        super().set_data(index, subindex, variable.encode_raw(value))
+        variable = super()._find_object(index, subindex)  # pyright: ignore[reportUnknownMemberType]  whether or not it shows
+        self.data_store.setdefault(index, {})[subindex] = variable.encode_raw(value)
 
     def on_pdos_changed(self) -> None:
         """Told when CAN ids of RPDOs may have changed; the rig replaces it."""

@@ -95,7 +95,7 @@ class SimulatedRig:
         self._map_rpdos()
         for node in self.nodes:
             node.boot()
-        self._link.start(self._on_frame)
+        self._link.start(self._on_frame, self._on_remote_frame)
         self._thread = threading.Thread(target=self._keep_house, name="simulated-rig", daemon=True)
         self._thread.start()
 
@@ -132,14 +132,28 @@ class SimulatedRig:
             return
         node = self._node_of_sdo.get(can_id)
         if node is not None:
-            with self._lock:
-                node.take_sdo(data)
+            if node.axis.oddities.answers_after:
+                threading.Timer(node.axis.oddities.answers_after, self._take_sdo, (node, data)).start()
+            else:
+                self._take_sdo(node, data)
         elif can_id == 0 and len(data) >= 2:
             with self._lock:
                 for each in self.nodes:
                     each.take_nmt(data[0], data[1])
         elif can_id >> 7 == 0xE:  # 0x700 + node: somebody's heartbeat
             self._masters_heard[can_id & 0x7F] = self._awake
+
+    def _take_sdo(self, node: SimulatedNode, data: bytes) -> None:
+        with self._lock:
+            if not self._closing.is_set():
+                node.take_sdo(data)
+
+    def _on_remote_frame(self, can_id: int) -> None:
+        """Node guarding: somebody asks a node for its state."""
+        node = self._node_of_sdo.get(can_id - 0x100)  # 0x700 + node, as 0x600 + node
+        if node is not None:
+            with self._lock:
+                node.guarding.answer(self._awake)
 
     def _hear_foreign_syncs(self) -> None:
         """SYNCs of another master, as a node's faults say: all drives act on them as on ours."""
@@ -218,11 +232,12 @@ class SimulatedRig:
 
     def _watch_master(self) -> None:
         for node in self.nodes:
-            if node.master_heartbeat is None or not node.drive.machine.powered:
+            if not node.drive.machine.powered:
                 continue
-            master, timeout = node.master_heartbeat
+            master, timeout = node.master_heartbeat or (0, 0.0)
             heard = self._masters_heard.get(master)
-            if heard is not None and self._awake - heard > timeout:
+            lost = heard is not None and self._awake - heard > timeout
+            if (master and lost) or node.guarding.master_lost(self._awake):
                 node.drive.fail(_MASTER_LOST)
                 node.send_events()
 

@@ -7,6 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from drivers.simulated.compensation import CompensationSettings
 from drivers.simulated.faults import FaultSettings
+from drivers.simulated.oddities import OdditySettings
 
 
 class ServoSettings(BaseModel):
@@ -23,23 +24,6 @@ class ServoSettings(BaseModel):
     )
     velocity_filter: float = Field(
         default=0.001, ge=0, description="s: time constant of the low-pass on the differentiated encoder"
-    )
-
-
-class OdditySettings(BaseModel):
-    """In what a simulated drive differs from what masters expect, as real ones do."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    fixed_pdos: bool = Field(
-        default=False,
-        description="PDO mappings and communication parameters can only be read: TPDO 1 statusword and position, TPDO 2 "
-        "torque demand and actual torque, RPDO 1 controlword, mode and target position",
-    )
-    no_heartbeat_consumer: bool = Field(default=False, description="there is no object 0x1016")
-    receive_pdos: int = Field(default=4, ge=1, le=4, description="number of RPDOs")
-    fixed_interpolation: int | None = Field(
-        default=None, ge=1, le=255, description="ms that 0x60C2 holds, which then can only be read"
     )
 
 

@@ -85,6 +85,7 @@ class SimulatedDrive:
         self._settles_for = 0.0  # s that the closed brake takes to hold
         self._was_powered = False
         self._off_for = 0.0  # s without power since the axis had it
+        self._withheld = 0  # looks at a changed statusword that were shown the one before
         self._flipped_at: int | None = None  # counts, where the encoder's sign changed
 
     # ---- between the bus and the axis ----
@@ -217,6 +218,10 @@ class SimulatedDrive:
                 word |= cia402.FOLLOWS_COMMAND
             if self._following_error_shown:
                 word |= cia402.FOLLOWING_ERROR
+        if word != image[slot.STATUSWORD] and self._withheld < self.axis.oddities.shows_state_after:
+            self._withheld += 1
+            return
+        self._withheld = 0
         image[slot.STATUSWORD] = word
 
     # ---- a SYNC ----

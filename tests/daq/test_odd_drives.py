@@ -1,14 +1,25 @@
 """Drives that differ from what a master expects run a session like any other; what is done otherwise is said."""
 
+import time
+
 import numpy as np
 import pytest
 
+from daq.excitation.excitation_plan import ExcitationPlan, Move
 from daq.rig import Rig
 from daq.rig_drives import RigDrives
-from daq.session_events import SessionState, StepOutOfTurn
+from daq.safety import StopCause
+from daq.session_events import SessionState
 from daq.session_workflow import PayloadSession
 from daq.simulated_rig import simulated_rig
+from drivers.errors import DriveError
 from identify.recording import load_experiment
+
+THERE_AND_BACK = ExcitationPlan(
+    joints=("j3",),
+    start=(0.35,),
+    phases=(Move(to=(0.5,), duration=1.5, ramp=0.5), Move(to=(0.35,), duration=1.5, ramp=0.5)),
+)
 
 
 def with_oddities(rig: Rig, **oddities: object) -> Rig:
@@ -22,6 +33,12 @@ def with_oddities(rig: Rig, **oddities: object) -> Rig:
     [
         ({"fixed_pdos": True}, ""),
         ({"no_heartbeat_consumer": True}, "no heartbeat consumer (0x1016)"),
+        (
+            {"answers_after": 0.01, "shows_state_after": 5, "missing": ("0x1018:02", "0x6085", "0x605A")},
+            "the drive does not tell it (0x6085)",
+        ),
+        ({"node_guarding_only": True}, "no heartbeat (0x1017): it is asked by remote frames (node guarding)"),
+        ({"missing": ("0x6075", "0x6076")}, "does not tell what its current reference is a fraction of"),
         ({"receive_pdos": 2}, "2 RPDOs; the others are left alone"),
         ({"fixed_interpolation": 2}, ""),
         (
@@ -30,9 +47,9 @@ def with_oddities(rig: Rig, **oddities: object) -> Rig:
         ),
     ],
 )
-def test_an_odd_drive_runs_a_session(tmp_path, rig, short_plan, oddities, said):
+def test_an_odd_drive_runs_a_session(tmp_path, rig, oddities, said):
     odd = with_oddities(rig, **oddities)
-    with PayloadSession(odd, tmp_path / "odd", short_plan, odd.payload("none"), "operator") as session:
+    with PayloadSession(odd, tmp_path / "odd", THERE_AND_BACK, odd.payload("none"), "operator") as session:
         check = session.check()
         assert check.ok, check.problems
         assert said in "; ".join(item.words for item in check.items)
@@ -44,7 +61,7 @@ def test_an_odd_drive_runs_a_session(tmp_path, rig, short_plan, oddities, said):
         assert session.wait(120) is SessionState.DONE, session.reason
     experiment = load_experiment(tmp_path / "odd")
     read = experiment.read(experiment.sessions[0])
-    assert len(read.time) > 8000
+    assert len(read.time) > 1000
     assert np.ptp(read.position) > 0.1
     assert np.ptp(read.command) > 0.1
 
@@ -69,10 +86,35 @@ def test_a_quick_stop_that_is_weaker_than_a_stop_must_show_is_said_before_anythi
     assert "quick_stop_deceleration" not in said(known)
 
 
-def test_a_cycle_that_the_drive_cannot_be_told_is_named_with_the_one_that_it_has(tmp_path, rig, short_plan):
+def test_a_guarded_drive_that_answers_no_more_stops_the_session_like_a_lost_heartbeat(rig):
+    odd = with_oddities(rig, node_guarding_only=True)
+    quick = odd.model_copy(
+        update={"supervision": odd.supervision.model_copy(update={"heartbeat_timeout": 0.02})}
+    )
+    with simulated_rig(quick, quick.payload("none")) as plant:
+        drives = RigDrives(quick)
+        try:
+            assert drives.check().ok
+            (node,) = plant.nodes
+            node.faults.heartbeat_stopped = True
+            drives.heartbeat()
+            latest = time.monotonic() + 20.0
+            while (trouble := drives.trouble()) is None and time.monotonic() < latest:
+                drives.heartbeat()
+        finally:
+            drives.close()
+    assert trouble is not None
+    assert trouble.cause is StopCause.LOST_HEARTBEAT
+    assert "joint j3 (node 3): no answer to node guarding for" in trouble.words
+
+
+def test_a_cycle_that_the_drive_cannot_be_told_is_named_with_the_one_that_it_has(rig):
     odd = with_oddities(rig, fixed_interpolation=5)
-    with (
-        PayloadSession(odd, tmp_path / "odd", short_plan, odd.payload("none"), "operator") as session,
-        pytest.raises(StepOutOfTurn, match=r"it is set to 0\.005 s: give the rig that cycle"),
-    ):
-        session.check()
+    with simulated_rig(odd, odd.payload("none")):
+        drives = RigDrives(odd)
+        try:
+            assert drives.check().ok
+            with pytest.raises(DriveError, match=r"it is set to 0\.005 s: give the rig that cycle"):
+                drives.configure()
+        finally:
+            drives.close()

@@ -11,7 +11,7 @@ from drivers.cia402 import Mode, State
 from drivers.drive import Drive
 from drivers.errors import DriveError
 from drivers.profile import GENERIC
-from drivers.simulated.settings import OdditySettings
+from drivers.simulated.oddities import OdditySettings
 
 CSP = Mode.CYCLIC_SYNCHRONOUS_POSITION
 

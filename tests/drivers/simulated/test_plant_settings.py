@@ -6,7 +6,7 @@ import pytest
 from annotated_types import Ge, Gt, Le, Lt
 from pydantic import BaseModel, ValidationError
 
-from drivers.simulated import faults, hidden_effect_settings, plant_settings, settings
+from drivers.simulated import faults, hidden_effect_settings, oddities, plant_settings, settings
 
 # model, field -> lowest, highest, with whether the bound itself is allowed
 ELSEWHERE = {
@@ -18,6 +18,8 @@ ELSEWHERE = {
     ("SimulatedAxis", "node"): ((1, True), (127, True)),
     ("OdditySettings", "receive_pdos"): ((1, True), (4, True)),
     ("OdditySettings", "fixed_interpolation"): ((1, True), (255, True)),
+    ("OdditySettings", "answers_after"): ((0, True), (1, True)),
+    ("OdditySettings", "shows_state_after"): ((0, True), (1000, True)),
     ("SimulatedAxis", "following_error_time"): ((0, True), (65, True)),
     ("FaultSettings", "emergency_code"): ((0x1000, True), (0xFFFF, True)),
     # shares and probabilities
@@ -30,7 +32,7 @@ ELSEWHERE = {
 }
 MODELS = {
     model
-    for module in (plant_settings, settings, faults, hidden_effect_settings)
+    for module in (plant_settings, settings, oddities, faults, hidden_effect_settings)
     for _, model in inspect.getmembers(module, inspect.isclass)
     if issubclass(model, BaseModel) and model.__module__ == module.__name__
 }
