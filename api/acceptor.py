@@ -33,9 +33,11 @@ from typing import Any
 from urllib.parse import urlsplit
 
 import h11
+from starlette.types import Scope
 
 from api.connections import HEAD_TIMEOUT, Connections, Link
 from api.descriptors import OUT_OF_DESCRIPTORS, Reserve
+from api.request_head import head_of, in_origin_form, request_of
 from api.service.accounts import Role, User
 from api.service.problems import PROBLEM_MEDIA_TYPE, Problem
 from api.service.pulse import PERIOD, Pulse
@@ -43,7 +45,7 @@ from api.service.stop_desk import StopAnswer, StopDesk, StopOrder, problem_of
 
 WAITING_ROOM = 128
 """connections at one door of which no whole request has come yet"""
-LONGEST_HEAD = 16 * 1024
+HEAD_OF_A_STOP = 16 * 1024
 """bytes; a stop is far shorter, everything longer is for the event loop to judge"""
 LINGER = 1.0
 """s that who was answered has to read the answer and close"""
@@ -239,13 +241,13 @@ class Acceptor:
                 visitor.socket.do_handshake()  # type: ignore[attr-defined]
                 visitor.handshaken = True
             for _ in range(READS):
-                came = visitor.socket.recv(LONGEST_HEAD)
+                came = visitor.socket.recv(HEAD_OF_A_STOP)
                 if not came:
                     self._leave(visitor)
                     return
                 if not visitor.answered:
                     visitor.read += came
-                    if b"\r\n\r\n" in visitor.read or len(visitor.read) >= LONGEST_HEAD:
+                    if head_of(visitor.read) is not None or len(visitor.read) >= HEAD_OF_A_STOP:
                         self._judge(visitor)
                         if visitor not in self._visitors:
                             return
@@ -274,18 +276,10 @@ class Acceptor:
             self._hand_over(visitor, head)
 
     def _stopped(self, request: h11.Request, visitor: _Visitor) -> StopAnswer | None:
-        method, path = request.method.decode("ascii"), request.target.partition(b"?")[0].decode("ascii")
+        scope = _scope_of(request, visitor.address)
         if visitor.listener.door is Door.LOCAL:
-            order, user = StopOrder.of(method, path), _peer(visitor.socket)
-            return None if order is None or user is None else self._desk.obey(order, user, path, "")
-        scope = {
-            "type": "http",
-            "method": method,
-            "path": path,
-            "query_string": b"",
-            "headers": [(name.lower(), value) for name, value in request.headers],
-            "client": (visitor.address, 0),
-        }
+            order, user = StopOrder.of(scope["method"], scope["path"]), _peer(visitor.socket)
+            return None if order is None or user is None else self._desk.obey(order, user, scope["path"], "")
         cookies = b"; ".join(value for name, value in scope["headers"] if name == b"cookie")
         scope["session"] = self._session_of(cookies.decode("latin-1"))
         try:
@@ -332,7 +326,7 @@ class Acceptor:
         """Obey a stop that has come to the event loop, which cannot read it now."""
         for link in self._connections.served():
             head = b"" if self._listeners[0].tls else link.peek()
-            if b"\r\n\r\n" not in head or self._obeyed.get(link) == head:
+            if head_of(head) is None or self._obeyed.get(link) == head:
                 continue
             self._obeyed[link] = head
             request = request_of(head)
@@ -340,24 +334,29 @@ class Acceptor:
                 self._stopped(request, _Visitor(link.socket, link.address, self._listeners[0]))
 
 
+def _scope_of(request: h11.Request, address: str) -> Scope:
+    """The request as the event loop would have it."""
+    target = request.target.partition(b"?")[0]
+    return in_origin_form(
+        {
+            "type": "http",
+            "method": request.method.decode("ascii"),
+            "path": target.decode("ascii"),
+            "raw_path": target,
+            "query_string": b"",
+            "headers": [(name.lower(), value) for name, value in request.headers],
+            "client": (address, 0),
+        }
+    )
+
+
 def _not_here(request: h11.Request | None) -> Problem:
     """Why a door that is for stops alone did not stop."""
-    target = "" if request is None else request.target.partition(b"?")[0].decode("ascii")
-    if request is None or StopOrder.of(request.method.decode("ascii"), target) is None:
+    scope = None if request is None else _scope_of(request, "")
+    if scope is None or StopOrder.of(scope["method"], scope["path"]) is None:
         return Problem(404, "Here is only the stop: POST to /pages/stop, /rigs/RIG/stop or a session's stop.")
     detail = "Nothing was stopped: nothing has moved under this name since the service began, or you are not signed in."
     return Problem(404, detail)
-
-
-def request_of(head: bytes) -> h11.Request | None:
-    """The request that these bytes begin with; None where they are none."""
-    parser = h11.Connection(h11.SERVER, max_incomplete_event_size=LONGEST_HEAD)
-    try:
-        parser.receive_data(head)
-        event = parser.next_event()
-    except h11.RemoteProtocolError:
-        return None
-    return event if isinstance(event, h11.Request) else None
 
 
 def _cross_origin(listener: Listener, request: h11.Request | None) -> list[str]:

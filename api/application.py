@@ -10,6 +10,7 @@ from starlette.middleware import Middleware
 from starlette.middleware.sessions import SessionMiddleware
 
 from api.pages import router as pages
+from api.request_head import OriginForm
 from api.service.access import declared_role
 from api.service.cookie import COOKIE, cookie_key
 from api.service.guard import Guard
@@ -92,6 +93,7 @@ def create_application(settings: ServiceSettings) -> FastAPI:
         docs_url=None,  # pages/rest_page.py: FastAPI's own loads scripts from another host
         redoc_url=None,
         middleware=[
+            Middleware(OriginForm),
             Middleware(
                 SessionMiddleware,
                 secret_key=cookie_key(settings.data_folder),

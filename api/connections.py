@@ -7,17 +7,25 @@ loop serves and sweeps; what both use are sets and flags that change in one step
 
 import asyncio
 import contextlib
+import json
 import logging
 import select
 import socket
 import ssl
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
+from http import HTTPStatus
 
+import h11
 from uvicorn import Config
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.server import ServerState
+
+from api.request_head import Objection, head_of, objection_to
+from api.service.problems import PROBLEM_MEDIA_TYPE
+from api.service.stop_desk import STOP_REQUEST
+from api.turnstile import Turnstile
 
 HEAD_TIMEOUT = 10.0
 """s that a connection may take for the head of a request, from its begin or from the answer before"""
@@ -79,12 +87,18 @@ class Link:
 
 
 class LinkedProtocol(H11Protocol):
-    """uvicorn's HTTP protocol that says when it waits, and begins with what was read before."""
+    """uvicorn's HTTP protocol that says when it waits, begins with what was read before, and lets a request begin when it is
+    its turn and its head may be parsed."""
 
-    def __init__(self, link: Link, config: Config, state: ServerState, lifespan_state: dict) -> None:
+    def __init__(
+        self, link: Link, config: Config, state: ServerState, lifespan_state: dict, turnstile: Turnstile
+    ) -> None:
         super().__init__(config=config, server_state=state, app_state=lifespan_state)
         self.link = link
         self.upgraded = False
+        self._turnstile = turnstile
+        self._queued = False
+        self._refused = False
 
     @property
     def waits(self) -> bool:
@@ -99,10 +113,52 @@ class LinkedProtocol(H11Protocol):
             self.data_received(prefix)
 
     def data_received(self, data: bytes) -> None:
-        """What comes buys time; a new request has all of it."""
+        """What comes buys time; a new request has all of it, and after a refusal nothing counts."""
+        if self._refused:
+            return
         bought = self.link.patience + len(data) / LEAST_RATE
         self.link.patience = BODY_TIMEOUT if self.waits else min(BODY_TIMEOUT, bought)
         super().data_received(data)
+
+    def handle_events(self) -> None:
+        """Parse what has come; the head of a request waits for its turn."""
+        if self._queued:
+            return
+        if self.conn.their_state is not h11.IDLE:
+            super().handle_events()
+            return
+        read = self.conn.trailing_data[0]
+        head = head_of(read)
+        if (objection := objection_to(head or read)) is not None:
+            self._refuse(objection)
+        elif head is None:
+            super().handle_events()  # which says so where it cannot become one
+        else:
+            self._queued = True
+            self.flow.pause_reading()
+            self._turnstile.wait(self._begin, is_stop=STOP_REQUEST.match(head) is not None)
+
+    def _begin(self) -> None:
+        """It is this request's turn."""
+        self._queued = False
+        if not self.transport.is_closing():
+            self.flow.resume_reading()
+            super().handle_events()
+
+    def _refuse(self, objection: Objection) -> None:
+        content = {"type": "about:blank", "title": "Refused", **asdict(objection)}
+        body = json.dumps(content).encode()
+        head = (
+            f"HTTP/1.1 {objection.status} {HTTPStatus(objection.status).phrase}\r\nContent-Type: {PROBLEM_MEDIA_TYPE}\r\n"
+            f"Content-Length: {len(body)}\r\nConnection: close\r\n\r\n"
+        )
+        self.transport.write(head.encode("ascii") + body)
+        if self.transport.can_write_eof():
+            # Closed with something unread, it would be reset, and the answer lost; the sweep ends who stays.
+            self._refused = True
+            self.transport.write_eof()
+        else:
+            self.transport.close()
 
     def handle_websocket_upgrade(self, event) -> None:
         """From here on another protocol has the connection."""
@@ -127,6 +183,7 @@ class Connections:
         self._most = most
         self._links: set[Link] = set()
         self._loop: asyncio.AbstractEventLoop | None = None
+        self._turnstile: Turnstile | None = None
         self._lifespan_state: dict = {}
         self._sweeper: asyncio.TimerHandle | None = None
         self._adopting: set[asyncio.Task[None]] = set()
@@ -134,6 +191,7 @@ class Connections:
     def start(self, lifespan_state: dict) -> None:
         """Serve from now on, in the running event loop."""
         self._loop = asyncio.get_running_loop()
+        self._turnstile = Turnstile(self._loop)
         self._lifespan_state = lifespan_state
         self._sweep()
 
@@ -183,9 +241,11 @@ class Connections:
 
     async def _adopt(self, link: Link, tls: ssl.SSLContext | None) -> None:
         assert self._loop is not None
+        turnstile = self._turnstile
+        assert turnstile is not None
 
         def protocol() -> LinkedProtocol:
-            link.protocol = LinkedProtocol(link, self._config, self._state, self._lifespan_state)
+            link.protocol = LinkedProtocol(link, self._config, self._state, self._lifespan_state, turnstile)
             return link.protocol
 
         try:

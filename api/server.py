@@ -18,14 +18,13 @@ from api.application import create_application
 from api.connections import MOST_CONNECTIONS, Connections, LinkedProtocol
 from api.data_folder import STOP_SOCKET
 from api.descriptors import raise_limit
+from api.quiet_websocket import SAID_AT_ONCE, QuietWebSocket
 from api.service.cookie import cookie_key, signed_content
 from api.service.job_process import load_identifier_ahead
 from api.service.service import Service
 from api.service.settings import ServiceSettings
 from identify.recording.errors import InputError
 
-LARGEST_MESSAGE = 64 * 1024
-"""Bytes of a WebSocket message from a browser; ours has nothing to say there."""
 SHUTDOWN = 5
 """s that open connections have to end after an interrupt; the robot is at rest before."""
 
@@ -54,8 +53,8 @@ class ServiceServer(uvicorn.Server):
                 log_level="warning",
                 access_log=False,
                 http=LinkedProtocol,
-                ws="websockets-sansio",
-                ws_max_size=LARGEST_MESSAGE,
+                ws=QuietWebSocket,
+                ws_max_size=SAID_AT_ONCE,
                 # Samples hardly shrink, and compressing them for each viewer costs more than it saves in a lab's network.
                 ws_per_message_deflate=False,
                 timeout_graceful_shutdown=SHUTDOWN,

@@ -16,7 +16,9 @@ def check_host(connection: HTTPConnection, settings: ServiceSettings) -> None:
 
     Raises the problem 400.
     """
-    host = (urlsplit("//" + connection.headers.get("host", "")).hostname or "").lower()
+    if "host" not in connection.headers:
+        return  # HTTP/1.0, as an old controller asks; every browser names the host
+    host = (urlsplit("//" + connection.headers["host"]).hostname or "").lower()
     if not settings.bound_to_loopback and not settings.allowed_hosts:
         return
     if is_loopback(host) or host == settings.host.strip("[]").lower() or host in settings.allowed_hosts:

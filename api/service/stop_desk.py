@@ -31,6 +31,8 @@ _STOPS = tuple(
     (re.compile(re.sub(r"\{(\w+)\}", r"(?P<\1>[^/]+)", pattern)), pattern)
     for pattern in (EVERYTHING, RIG, SESSION)
 )
+STOP_REQUEST = re.compile(rb"POST \S{0,2000}/stop[? ]")
+"""Matches the begin of a request that may be a stop, before anybody has parsed it."""
 
 
 @dataclass(frozen=True)

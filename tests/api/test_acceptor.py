@@ -9,11 +9,9 @@ from urllib.parse import urlsplit
 
 import httpx
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from api import connections
-from api.acceptor import WAITING_ROOM, request_of
+from api.acceptor import WAITING_ROOM
 from api.connections import Link
 from api.service.accounts import Role
 
@@ -130,12 +128,6 @@ def test_what_was_read_before_a_connection_was_handed_over_is_not_lost(listening
 def test_what_is_no_request_is_refused_and_harms_nobody(listening, bytes_):
     assert raw(listening, bytes_).startswith((b"HTTP/1.1 4", b""))
     assert httpx.get(f"{listening.address}/me", timeout=10).status_code == 200
-
-
-@given(st.binary(max_size=300))
-@settings(max_examples=200, deadline=None)
-def test_no_bytes_are_too_odd_to_be_looked_at(head):
-    request_of(head + b"\r\n\r\n")
 
 
 def test_a_stop_with_a_body_and_in_pieces_is_a_stop(listening):
