@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.json_object import JsonObject
+from daq.samples import joint_positions
 from identify.recording.errors import InputError
 from identify.recording.session_csv import write_csv_session
 from identify.recording.session_hdf5 import (
@@ -19,7 +20,6 @@ from identify.recording.session_hdf5 import (
     MATRIX,
     OFFSET,
     POSITION,
-    POSITION_CAME,
     SCALE,
     SETPOINT,
     SYNC_TIME,
@@ -70,9 +70,7 @@ def scaled_session(path: Path) -> ScaledSession:
             offset = np.asarray(column[POSITION].attrs[OFFSET], dtype=float)
             rows = min(len(column[name]) for name in (CYCLE, SYNC_TIME, POSITION, COMMAND, SETPOINT, VALID))
             valid = np.asarray(column[VALID][:rows])
-            position = column[POSITION][:rows] @ matrix.T + offset
-            missing = ((valid & POSITION_CAME) == 0).astype(int) @ (matrix != 0).T > 0
-            position[missing] = np.nan
+            position = joint_positions(column[POSITION][:rows], valid, matrix, offset)
             command = column[COMMAND][:rows] * np.asarray(column[COMMAND].attrs[SCALE], dtype=float)
             command[(valid & COMMAND_CAME) == 0] = np.nan
             stamp = np.asarray(column[SYNC_TIME][:rows])

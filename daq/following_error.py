@@ -7,7 +7,8 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.recording.session_hdf5 import CYCLE, MATRIX, POSITION, POSITION_CAME, SETPOINT, VALID
+from daq.samples import joint_positions
+from identify.recording.session_hdf5 import CYCLE, MATRIX, POSITION, SETPOINT, VALID
 
 
 @dataclass(frozen=True)
@@ -42,11 +43,10 @@ def following_error(recording: Path, counts: NDArray[np.int32]) -> FollowingErro
         assert isinstance(position, h5py.Dataset)
         matrix = np.asarray(position.attrs[MATRIX])
         encoder, setpoint = np.asarray(position, float), np.asarray(file[SETPOINT], float)
-        came = (np.asarray(file[VALID]) & POSITION_CAME) != 0
-    encoder[~came] = np.nan
+        valid = np.asarray(file[VALID])
     follows = np.flatnonzero(np.diff(cycle) == 1)
     # both are counts of one encoder, whose zero drops out
-    error = (setpoint[follows] - encoder[follows + 1]) @ matrix.T
+    error = joint_positions(setpoint[follows] - encoder[follows + 1], valid[follows + 1], matrix, 0.0)
     place = cycle[follows] - cycle[0]
     kept = np.zeros(len(place), bool)
     inside = place < len(counts)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from daq.rig import Rig
 from daq.ring_buffer import RingReader
-from daq.samples import COMMAND_CAME, POSITION_CAME
+from daq.samples import COMMAND_CAME, joint_positions, sample_dtype
 
 
 @dataclass(frozen=True)
@@ -36,9 +36,7 @@ class LiveRows:
     def of(cls, rig: Rig, rows: NDArray[Any]) -> Self:
         """From rows (M,) of the ring."""
         matrix, offset = rig.position_matrix, rig.position_offset
-        position = rows["position"] @ matrix.T + offset
-        missing = ((rows["valid"] & POSITION_CAME) == 0).astype(int) @ (matrix != 0).T > 0
-        position[missing] = np.nan
+        position = joint_positions(rows["position"], rows["valid"], matrix, offset)
         command = rows["command"] * rig.command_scale
         command[(rows["valid"] & COMMAND_CAME) == 0] = np.nan
         return cls(
@@ -55,8 +53,6 @@ class LiveRows:
     @classmethod
     def empty(cls, rig: Rig) -> Self:
         """No samples."""
-        from daq.samples import sample_dtype
-
         return cls.of(rig, np.empty(0, sample_dtype(len(rig.axes))))
 
 

@@ -13,7 +13,15 @@ from numpy.typing import NDArray
 
 from daq.derivative_limits import DerivativeLimits, Excess, excess_in_words
 from daq.rig import Rig
-from daq.samples import CAME_AGAIN, CAME_LATE, COMMAND_CAME, POSITION_CAME, SYNC_NOT_SEEN, Phase
+from daq.samples import (
+    CAME_AGAIN,
+    CAME_LATE,
+    COMMAND_CAME,
+    POSITION_CAME,
+    SYNC_NOT_SEEN,
+    Phase,
+    joint_positions,
+)
 from drivers.cia402 import State, state_of
 
 _ROUNDING = 1.0 + 1e-9
@@ -81,7 +89,6 @@ class LimitMonitor:
         self._names = [axis.joint for axis in rig.axes]
         self._units = ["m" if joint.type == "prismatic" else "rad" for joint in rig.robot.joints]
         self._matrix, self._offset = rig.position_matrix, rig.position_offset
-        self._needs = self._matrix != 0
         self._ampere = rig.command_scale
         following = np.array([limit.following_error for limit in limits])
         position = np.array([limit.position for limit in limits])
@@ -106,9 +113,7 @@ class LimitMonitor:
         # Behind simulated drives time passes with SYNC, in whatever rhythm it comes.
         stamped = counted if self.rig.simulated is not None else rows["sync_time"] * 1e-9
         came = (rows["valid"] & POSITION_CAME) != 0
-        counts = np.where(came, rows["position"], 0)
-        position = counts @ self._matrix.T + self._offset
-        position[(~came).astype(int) @ self._needs.T > 0] = np.nan
+        position = joint_positions(rows["position"], rows["valid"], self._matrix, self._offset)
         again = (rows["valid"] & CAME_AGAIN) != 0
         late = (rows["valid"] & CAME_LATE) != 0
         moving = rows["phase"] != Phase.STANDSTILL

@@ -49,6 +49,23 @@ def sample_dtype(axes: int) -> np.dtype[Any]:
     )
 
 
+def joint_positions(
+    counts: NDArray[Any],
+    valid: NDArray[Any],
+    matrix: NDArray[np.float64],
+    offset: NDArray[np.float64] | float,
+) -> NDArray[np.float64]:
+    """(M, n) rad or m from the axes' counts; NaN of a joint where the position of an axis that moves it did not come.
+
+    counts : (M, n); valid : (M, n) bits as in the recording
+    matrix : (n, n) joint position per count; offset : (n,) rad or m where all counts are 0
+    """
+    came = (valid & POSITION_CAME) != 0
+    position = np.where(came, counts, 0) @ matrix.T + offset
+    position[(~came).astype(int) @ (matrix != 0).T > 0] = np.nan
+    return position
+
+
 class SessionRows:
     """Picks the rows that a recording holds, block by block: from the plan's begin until the axes stand still after it.
 

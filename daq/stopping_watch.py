@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.rig import Limits, Rig
-from daq.samples import COMMAND_CAME, POSITION_CAME
+from daq.samples import COMMAND_CAME, joint_positions
 from drivers.cia402 import State
 
 Array = NDArray[np.float64]
@@ -54,7 +54,6 @@ class StoppingWatch:
         self._rig = rig
         self._names = [axis.joint for axis in rig.axes]
         self._units = ["m" if joint.type == "prismatic" else "rad" for joint in rig.robot.joints]
-        self._needs = rig.position_matrix != 0
         velocity = np.array([limit.velocity for limit in limits])
         acceleration = np.array([limit.acceleration for limit in limits])
         self._window = max(2, round(rig.supervision.window / rig.cycle))
@@ -80,11 +79,8 @@ class StoppingWatch:
         """Take the next rows (M,) of `sample_dtype`."""
         counted = rows["cycle"] * self._rig.cycle
         stamped = counted if self._rig.simulated is not None else rows["sync_time"] * 1e-9
-        came = (rows["valid"] & POSITION_CAME) != 0
-        position = (
-            np.where(came, rows["position"], 0) @ self._rig.position_matrix.T + self._rig.position_offset
-        )
-        position[(~came).astype(int) @ self._needs.T > 0] = np.nan
+        matrix, offset = self._rig.position_matrix, self._rig.position_offset
+        position = joint_positions(rows["position"], rows["valid"], matrix, offset)
         kept = 3 * self._window + len(rows)
         self._clock = np.concatenate([self._clock, np.column_stack([counted, stamped])])[-kept:]
         self._position = np.concatenate([self._position, position])[-kept:]

@@ -228,3 +228,38 @@ def test_an_axis_that_must_follow_closely_is_held_against_where_it_should_have_a
     if told is not None:
         assert told.cause is StopCause.LIMIT
         assert "following error grows" in told.words
+
+
+@settings(max_examples=30, deadline=None)
+@given(missing=st.integers(1, 40), cuts=st.lists(st.integers(0, 300), max_size=8))
+@pytest.mark.parametrize(
+    ("lost", "cause"),
+    [
+        (COMMAND_CAME, StopCause.SILENT_DRIVE),
+        (POSITION_CAME | COMMAND_CAME | SYNC_NOT_SEEN, StopCause.LOST_SYNC),
+    ],
+)
+def test_silence_counts_as_it_lasts_however_the_rows_come_in(rig, lost, cause, missing, cuts):
+    """To the cycle: one fewer is no reason, whatever was silent before and has spoken since."""
+    bound = round(rig.supervision.silence / rig.cycle)
+    rows = rows_of(rig, np.zeros(300))
+    rows["valid"][50 : 50 + bound - 1] = lost
+    assert verdict(rig, rows, cuts) is None
+    rows["valid"][150 : 150 + missing] = lost
+    reason = verdict(rig, rows, cuts)
+    assert (reason is not None) == (missing >= bound)
+    if reason is not None:
+        assert reason.cause is cause
+        assert reason.words.endswith(f"for {rig.supervision.silence:g} s in cycle {150 + bound - 1}")
+
+
+def test_a_drive_that_falls_silent_while_it_stops_is_no_second_reason(rig):
+    rows = rows_of(rig, np.zeros(300))
+    rows["valid"][100:] = COMMAND_CAME
+    rows["phase"] = Phase.STOPPING
+    assert verdict(rig, rows) is None
+    rows["phase"][:50] = Phase.APPROACH
+    rows["valid"][:50] = COMMAND_CAME
+    reason = verdict(rig, rows)
+    assert reason is not None
+    assert reason.cause is StopCause.SILENT_DRIVE
