@@ -27,6 +27,7 @@ from api.service.routes import live as live_routes
 from api.service.routes import model_use as model_use_routes
 from api.service.routes import models as model_routes
 from api.service.routes import plans as plan_routes
+from api.service.routes import proofs as proof_routes
 from api.service.routes import recordings as recording_routes
 from api.service.routes import records as record_routes
 from api.service.routes import rigs as rig_routes
@@ -115,6 +116,7 @@ def create_application(settings: ServiceSettings) -> FastAPI:
         record_routes,
         model_routes,
         model_use_routes,
+        proof_routes,
         diagnosis_routes,
         job_routes,
         audit_routes,

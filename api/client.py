@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from api.service.record_documents import Dialect, RecordDescription, RecordImport
 from identify.results.certificate import Certificate
+from identify.results.compensation import CompensationDocument
 from identify.results.diagnosis import DiagnosisDocument
 from identify.results.document import Json
 from identify.results.effect import CatalogueEffect
@@ -289,6 +290,43 @@ class Client:
         if answer.is_error:
             self._answer(answer)
         return answer.content
+
+    def prepare_proof(
+        self,
+        experiment: str,
+        rig: str,
+        plan: str,
+        payload: str,
+        model: str | None = None,
+        part: Literal["whole", "friction"] = "whole",
+        share: float = 0.6,
+    ) -> Json:
+        """Compute the torque that is sent ahead of a plan (a job whose result is {"proof": number}); nothing moves."""
+        wanted = {"rig": rig, "plan": plan, "payload": payload, "model": model, "part": part, "share": share}
+        return self._post(f"/experiments/{experiment}/proofs", wanted)
+
+    def proofs(self, experiment: str) -> list[Json]:
+        """All proofs on the drive, the newest first."""
+        return self._get(f"/experiments/{experiment}/proofs")
+
+    def proof(self, experiment: str, proof: str) -> Json:
+        """One proof: what is sent, its two drives, and which comes next."""
+        return self._get(f"/experiments/{experiment}/proofs/{proof}")
+
+    def proof_result(self, experiment: str, proof: str) -> CompensationDocument:
+        """What a proof did to the following error.
+
+        Raises ServiceError with status 404 until torque was sent ahead.
+        """
+        address = f"/experiments/{experiment}/proofs/{proof}"
+        result = self._get(address)["result"]
+        if result is None:
+            raise ServiceError(404, {"detail": f"proof {proof}: no torque was sent ahead yet"})
+        return document_of(CompensationDocument, result, address)
+
+    def prepare_drive(self, experiment: str, proof: str, drive: Literal["without", "with"]) -> Json:
+        """A session for one of a proof's drives, to be taken through its steps as any other (`step`)."""
+        return self._post(f"/experiments/{experiment}/proofs/{proof}/drives/{drive}")
 
     def improve(self, experiment: str, motion: bool = False) -> Json:
         """Diagnose and add until nothing more is justified (a job); with `motion`, predict motion a second ahead too."""

@@ -1,4 +1,4 @@
-"""The proof on the drive: a model's torque along a plan, refused where it may do harm, and what it did to the following error.
+"""The proof on the drive: a model's torque along a plan, refused where it may do harm.
 
 The torque is checked before anything moves: the bodies behind it must be possible, friction must take energy, and the plan
 must stay within the speeds and loads that the model was identified at. While it is sent the axes are watched as in every
@@ -7,16 +7,13 @@ session, with a limit of the following error drawn from the drive of the same pl
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from api.proof import Part, TorqueAhead
 from daq.excitation.excitation_plan import ExcitationPlan
-from daq.following_error import FollowingError
 from daq.rig import Rig
-from daq.torque_offset import TorqueOffset, torque_offset
+from daq.torque_offset import torque_offset
 from identify.dynamics.inverse_dynamics import InverseDynamics
 from identify.export.bodies import feasible_standard
 from identify.export.exported_model import ExportedModel, exported_model
@@ -26,29 +23,9 @@ from identify.export.write import motions_of
 from identify.identification import Identification
 from identify.recording import InputError
 from identify.recording.experiment_file import Payload
-from identify.results.compensation import FollowingPart, JointFollowing
-
-Array = NDArray[np.float64]
-Part = Literal["whole", "friction"]
 
 BEYOND = 1.05
 """times the largest speed or load of the record, up to which a model is believed"""
-SLOW, FAST = 0.10, 0.35
-"""of the plan's top speed: below it slow, above it fast"""
-
-
-@dataclass(frozen=True)
-class TorqueAhead:
-    """What is sent along a plan, and the motion that it belongs to; a row for each cycle.
-
-    motion : as planned, at the middle of the interval in which the torque acts
-    torque : what the model gives there
-    """
-
-    offset: TorqueOffset
-    motion: Motion
-    torque: PlannedTorque
-    remarks: tuple[str, ...]
 
 
 def torque_ahead(
@@ -72,7 +49,8 @@ def torque_ahead(
     _within_what_is_known(names, torque, motion, [(m, planned_torque(model, m)) for m in recorded])
     _within_positions_and_temperatures(model, motion, recorded)
     _possible(result, motion, torque)
-    offset = torque_offset(rig, torque.whole if part == "whole" else torque.beside, share)
+    sent = torque.whole if part == "whole" else torque.beside
+    offset = torque_offset(rig, sent, share)
     remarks = [*model.remarks]
     if model.lost:
         lost = ", ".join(f"{effect}@{names[joint]}" for effect, joint in model.lost)
@@ -80,7 +58,7 @@ def torque_ahead(
     for name, bounded in zip(names, offset.bounded, strict=True):
         if bounded > 0:
             remarks.append(f"{name}: {100 * bounded:.0f} % of the plan asked for more than the bound")
-    return TorqueAhead(offset, motion, torque, tuple(remarks))
+    return TorqueAhead(offset, sent, motion.q, motion.dq, torque.rigid, tuple(remarks))
 
 
 def require_same_robot(result: Identification, rig: Rig) -> None:
@@ -121,10 +99,12 @@ def _within_what_is_known(
 
 _OVER_POSITION = re.compile(r"\bq\d*\b")
 _OVER_TEMPERATURE = re.compile(r"\btemp\b")
+_OVER_TIME = re.compile(r"\bt\b")
 
 
 def _within_positions_and_temperatures(model: ExportedModel, motion: Motion, known: list[Motion]) -> None:
-    """Raises InputError: an effect of the model over position is not known at all of the plan's, or one over temperature."""
+    """Raises InputError: an effect of the model over position is not known at all of the plan's, or one over temperature or
+    over the time since the machine was cold."""
     names = model.geometry.names
     lowest = np.min([each.q.min(axis=0) for each in known], axis=0)
     highest = np.max([each.q.max(axis=0) for each in known], axis=0)
@@ -134,6 +114,11 @@ def _within_positions_and_temperatures(model: ExportedModel, motion: Motion, kno
             raise InputError(
                 f"{names[torque.row]}: the model has {torque.effect}, and the temperature along the plan is not known before it"
                 " is driven; send a model without it"
+            )
+        if _OVER_TIME.search(torque.formula):
+            raise InputError(
+                f"{names[torque.row]}: the model has {torque.effect}, and how long the machine will have run when the plan is"
+                " driven is not known; warm it up, and send a model without it"
             )
         over = _OVER_POSITION.findall(torque.formula)
         looked_at = {torque.motor if each == "q" else int(each[1:]) - 1 for each in over}
@@ -176,68 +161,3 @@ def motion_without_payload(motion: Motion) -> Motion:
     """The same motion, the last link bare."""
     bare = motion.payload.model_copy(update={"mass": 0.0, "inertia": (0.0,) * 6})
     return Motion(motion.t, motion.q, motion.dq, motion.ddq, motion.temperature, bare)
-
-
-def following_limits(rig: Rig, without: FollowingError) -> NDArray[np.float64]:
-    """(n,) rad or m: following error at which a drive with torque sent ahead is stopped: twice the peak without it."""
-    stated = np.array([axis.limits.following_error for axis in rig.axes])
-    resolution = np.abs(rig.position_matrix).sum(axis=1)
-    return np.minimum(stated, 2.0 * without.peak() + 2.0 * resolution)
-
-
-def compared(
-    rig: Rig, ahead: TorqueAhead, without: FollowingError, with_: FollowingError
-) -> tuple[JointFollowing, ...]:
-    """Following errors of both drives of the plan over the cycles that both have."""
-    _, first, second = np.intersect1d(without.cycle, with_.cycle, return_indices=True)
-    if not len(first):
-        return ()
-    cycle = without.cycle[first]
-    before, after = without.error[first], with_.error[second]
-    speed, load = ahead.motion.dq[cycle], ahead.torque.rigid[cycle]
-    return tuple(
-        JointFollowing(
-            joint=axis.joint,
-            unit="m" if rig.robot.joints[joint].type == "prismatic" else "rad",
-            rms_without=_rms(before[:, joint]),
-            rms_with=_rms(after[:, joint]),
-            peak_without=float(np.nanmax(np.abs(before[:, joint]))),
-            peak_with=float(np.nanmax(np.abs(after[:, joint]))),
-            largest_offset=float(ahead.offset.largest[joint]),
-            bounded=float(ahead.offset.bounded[joint]),
-            speeds=_parts(_by_speed(speed[:, joint]), before[:, joint], after[:, joint]),
-            quadrants=_parts(
-                _by_quadrant(speed[:, joint], load[:, joint]), before[:, joint], after[:, joint]
-            ),
-        )
-        for joint, axis in enumerate(rig.axes)
-    )
-
-
-def _by_speed(speed: Array) -> list[tuple[str, NDArray[np.bool_]]]:
-    share = np.abs(speed) / max(float(np.abs(speed).max()), 1e-12)
-    return [
-        (f"below {100 * SLOW:.0f} % of the top speed", share < SLOW),
-        (f"{100 * SLOW:.0f} to {100 * FAST:.0f} %", (share >= SLOW) & (share < FAST)),
-        (f"above {100 * FAST:.0f} %", share >= FAST),
-    ]
-
-
-def _by_quadrant(speed: Array, load: Array) -> list[tuple[str, NDArray[np.bool_]]]:
-    return [("driving its load", speed * load > 0), ("driven by its load", speed * load < 0)]
-
-
-def _parts(
-    listed: list[tuple[str, NDArray[np.bool_]]], before: Array, after: Array
-) -> tuple[FollowingPart, ...]:
-    return tuple(
-        FollowingPart(
-            where=label, samples=int(rows.sum()), rms_without=_rms(before[rows]), rms_with=_rms(after[rows])
-        )
-        for label, rows in listed
-        if rows.any()
-    )
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.nanmean(values**2)))

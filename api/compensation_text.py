@@ -12,8 +12,9 @@ def compensation_text(document: CompensationDocument) -> str:
 
 def _lines(document: CompensationDocument) -> Iterator[str]:
     sent = "model" if document.part == "whole" else "friction alone"
+    model = " + ".join([document.model, *document.add])
     yield (
-        f"{document.rig}, payload {document.payload}: torque of {document.model} ({sent}) from {document.experiment} sent"
+        f"{document.rig}, payload {document.payload}: torque of {model} ({sent}) from {document.experiment} sent"
         f" ahead, at most {100 * document.share:g} % of the current limit"
     )
     if not document.completed:
@@ -28,7 +29,7 @@ def _lines(document: CompensationDocument) -> Iterator[str]:
         for label, without, with_ in rows:
             yield f"  {label:34s} {_figure(without, joint.unit):>12s} {_figure(with_, joint.unit):>12s}{_change(without, with_)}"
     yield ""
-    yield f"stored in {document.folder}"
+    yield f"stored with the experiment in {document.folder}"
 
 
 def _figure(value: float | None, unit: str) -> str:

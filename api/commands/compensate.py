@@ -1,14 +1,11 @@
 """`coulomb compensate`: a plan without and with the model's torque sent ahead, and what that did to the following error."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import typer
 
 from api.command_arguments import Additions, AsJson, ModelName
-
-if TYPE_CHECKING:
-    from identify.results.compensation import CompensationDocument
 
 
 def register(application: typer.Typer) -> None:
@@ -47,11 +44,15 @@ def compensate(
     """
     import getpass
     import sys
+    from datetime import UTC, datetime
 
     from rich.console import Console
 
+    from api.commands.run import conduct
     from api.compensation import torque_ahead
+    from api.compensation_run import CompensationRun
     from api.compensation_text import compensation_text
+    from api.proof import Proof, ProofSettings, next_folder
     from api.stored_experiments import resolve
     from daq.excitation.excitation_plan import ExcitationPlan
     from daq.excitation.standard_plan import standard_plan
@@ -80,17 +81,27 @@ def compensate(
             f"Mount payload {known.name!r} ({known.mass:g} kg). Mass as weighed, kg", type=float, err=True
         )
 
-    from api.compensation_run import CompensationRun
-
-    run = CompensationRun(settings, source.folder, motion, known, operator or getpass.getuser(), ahead)
-    from api.commands.run import conduct
+    asked = ProofSettings(
+        experiment=source.name,
+        rig=settings.name,
+        plan=motion.name or "standard plan",
+        payload=known,
+        model=model,
+        add=tuple(add or ()),
+        part=part,
+        share=share,
+        operator=operator or getpass.getuser(),
+        created=datetime.now(UTC).isoformat(timespec="seconds"),
+    )
+    proof = Proof(next_folder(source.folder), asked, settings, motion, ahead)
+    run = CompensationRun(proof)
 
     console.print("First without torque sent ahead.", highlight=False)
     if not conduct(console, run.without(), weigh, yes):
         raise typer.Exit(1)
     console.print(f"Now with it: {run.words()}", highlight=False)
     conduct(console, run.with_torque(), weigh, yes)
-    document: CompensationDocument = run.document(source.name, model, part, share)
+    document = run.document()
     print(document.json_text() if as_json else compensation_text(document))
     if not document.completed:
         print("the second drive of the plan did not come to its end", file=sys.stderr)

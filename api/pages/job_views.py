@@ -17,6 +17,7 @@ JOB_TITLES = {
     "diagnose": "Looking for what is missing",
     "separate": "Looking for the experiment that tells them apart",
     "simulate": "Predicting motion",
+    "compensate": "Computing the torque along the plan",
     "export": "Writing the model for another program",
     "improve": "Adding effects step by step",
     "plan": "Planning the motion",

@@ -19,6 +19,7 @@ from api.pages.experiment_frame import experiment_context, no_model_page
 from api.pages.layout import experiment_link, frame
 from api.pages.model_figures import CountedErrors, counted_errors, figures_of
 from api.pages.motion_table import motion_panel
+from api.pages.proof_words import proof_panel
 from api.pages.rendering import PREFIX, Context, page
 from api.pages.scope_words import scope_of_fit, scope_of_session
 from api.pages.stored_models import ShownModel, StoredExperiment
@@ -74,6 +75,7 @@ def model_page(
         ),
     }
     context |= motion_panel(access.service_of(request).model_use, stored.id, shown.version.id, joint)
+    context |= proof_panel(access.service_of(request), stored.id, str(shown.number))
     return page(request, "model.html", **context)
 
 

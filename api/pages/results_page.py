@@ -12,6 +12,7 @@ from api.pages.experiment_frame import experiment_context, no_model_page
 from api.pages.layout import experiment_link, frame
 from api.pages.motion_table import export_rows
 from api.pages.parameter_tables import constants_in_words, effects_in_model, parameter_groups
+from api.pages.proof_words import proof_panel
 from api.pages.rendering import PREFIX, page
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.service import access
@@ -55,6 +56,7 @@ def results_page(
         "report_link": f"{experiment_link(experiment, 'report')}?version={shown.version.id}",
         "results_link": f"/experiments/{experiment}/results",
     }
+    context |= proof_panel(access.service_of(request), experiment, str(shown.number))
     return page(request, "results.html", **context)
 
 

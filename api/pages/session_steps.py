@@ -7,7 +7,7 @@ from fastapi.responses import HTMLResponse, Response
 
 from api.pages.experiment_frame import experiment_context
 from api.pages.form_input import input_errors_as_problems, typed_mass
-from api.pages.layout import frame, session_link
+from api.pages.layout import experiment_link, frame, session_link
 from api.pages.plan_view import plan_view, purpose_words
 from api.pages.rendering import PREFIX, Context, page
 from api.pages.session_words import outcome
@@ -18,6 +18,8 @@ from api.service.accounts import User
 from api.service.database import SessionRow
 from api.service.payload_sessions import RECORDING
 from api.service.problems import Problem
+from api.service.proof_drives import drive_of_proof
+from api.service.service import Service
 from daq.session_events import SessionState
 from daq.weighed_mass import require_mass
 from identify.recording.experiment_file import Payload
@@ -124,8 +126,11 @@ def start(request: Request, user: access.Operator, experiment: str, session: str
 @router.post("/discard")
 def discard(request: Request, user: access.Operator, experiment: str, session: str) -> Response:
     """Forget a session that was not measured."""
-    access.service_of(request).sessions.discard(experiment, session, user)
-    return Response(status_code=204, headers={"HX-Redirect": f"{PREFIX}/new-session"})
+    service = access.service_of(request)
+    drive = drive_of_proof(service.experiments.session(experiment, session))
+    service.sessions.discard(experiment, session, user)
+    there = f"{PREFIX}/new-session" if drive is None else experiment_link(experiment, f"proofs/{drive[0]}")
+    return Response(status_code=204, headers={"HX-Redirect": there})
 
 
 def _answer(
@@ -139,10 +144,27 @@ def _answer(
 def _state_without_processes(row: SessionRow) -> SessionState:
     """Where a session stands that has no processes, such as after the service was started again: at its beginning, unless
     it was over."""
-    if row.state == RECORDING:
+    if row.state == RECORDING or (row.file is not None and row.state == SessionState.RUNNING):
         return SessionState.ABORTED
     state = SessionState(row.state)
     return state if state.ended or row.file is not None else SessionState.NEW
+
+
+def _proof(service: Service, row: SessionRow) -> Context | None:
+    """What the operator must know of a drive of a proof before it moves; None for a session of the experiment itself."""
+    drive = drive_of_proof(row)
+    if drive is None:
+        return None
+    number, which = drive
+    state = service.proofs.get(row.experiment, number)
+    return {
+        "number": number,
+        "link": experiment_link(row.experiment, f"proofs/{number}"),
+        "sends": which == "with",
+        "part": "its friction alone" if state.settings.part == "friction" else "the whole model",
+        "share": state.settings.share,
+        "words": service.proofs.words(row.experiment, number) if which == "with" else (),
+    }
 
 
 def _steps(request: Request, user: User, experiment: str, session: str) -> Context:
@@ -173,6 +195,7 @@ def _steps(request: Request, user: User, experiment: str, session: str) -> Conte
         "confirmed": ours and active is not None and service.sessions.is_confirmed(active),
         "scale": service.settings.scale_port is not None,
         "step_link": session_link(experiment, session),
+        "proof": _proof(service, row),
         "operator": service.operators.operator(row.rig),
         "theirs": service.operators.operator(row.rig) not in (None, user.name),
     }

@@ -7,6 +7,7 @@ from api.pages.layout import experiment_link, session_link
 from api.pages.rendering import PREFIX
 from api.service.database import SessionRow
 from api.service.payload_sessions import RECORDING, ActiveSession
+from api.service.proof_drives import drive_of_proof
 from api.service.service import Service
 from daq.session_events import SessionState
 from identify.recording.errors import InputError
@@ -61,6 +62,8 @@ class Outcome:
 def outcome(service: Service, row: SessionRow) -> Outcome | None:
     """What became of a session, also after the service was started again; None while it is armed or moves."""
     active = _active(service, row)
+    if drive_of_proof(row) is not None:
+        return _of_drive(service, row, active)
     state = active.state.value if active is not None else row.state
     reason = _for_a_page((service.sessions.reason(active) if active is not None else row.reason) or "")
     name = f"{row.id} of {row.experiment}"
@@ -90,6 +93,34 @@ def outcome(service: Service, row: SessionRow) -> Outcome | None:
         sentence = f"The service was started again since {name} was checked. Check the rig once more."
         return Outcome("warn", "Nothing has moved.", sentence, "", go_on)
     return Outcome("good", "Nothing has moved.", f"{name} is being prepared.", "", go_on)
+
+
+def _of_drive(service: Service, row: SessionRow, active: ActiveSession | None) -> Outcome | None:
+    """What became of a drive of a proof: whatever it was, it goes on where the proof is."""
+    drive = drive_of_proof(row)
+    assert drive is not None
+    number, which = drive
+    state = active.state if active is not None else SessionState(row.state)
+    reason = _sentence(
+        _for_a_page((service.sessions.reason(active) if active is not None else row.reason) or "")
+    )
+    back = NextStep("Go on with the proof", experiment_link(row.experiment, f"proofs/{number}"))
+    if state is SessionState.DONE:
+        todo = "" if which == "with" else "Next: the same plan with the model's torque sent ahead."
+        if which == "with":
+            back = NextStep("See what it did", back.link)
+        return Outcome("good", "Driven to its end.", reason, todo, back)
+    if state.ended:
+        kind = "warn" if state is SessionState.ABORTED else "fault"
+        title = "The drive was stopped." if state is SessionState.ABORTED else "A fault ended the drive."
+        return Outcome(kind, title, reason, "", back)
+    if active is None and service.proofs.cut_off(row):
+        words = "The service ended while it was recorded; prepare this drive again."
+        return Outcome("warn", "The drive was cut off.", words, "", back)
+    if active is not None and active.moves:
+        return None
+    go_on = NextStep("Continue with it", session_link(row.experiment, row.id))
+    return Outcome("good", "Nothing has moved.", f"A drive of proof {number} is being prepared.", "", go_on)
 
 
 def _measured(service: Service, row: SessionRow, sentence: str) -> Outcome:

@@ -28,6 +28,7 @@ from api.service.database import (
 from api.service.folder_description import INCOMPLETE, FolderDescription, RecordingDescription, session_id
 from api.service.problems import not_found
 from api.service.process_limits import GIBIBYTE, LimitExceeded, ProcessLimits
+from api.service.proof_drives import Drive, drive_id, drive_of_proof
 from api.stored_experiments import EXPERIMENT_ID
 from identify.recording import ExperimentFile, InputError, write_experiment
 from identify.recording.experiment_file import EXPERIMENT_FILE, DeclaredSession
@@ -146,6 +147,8 @@ class ExperimentStore:
                 stem = file.removeprefix(f"{INCOMPLETE}/").removesuffix(".h5")
                 self._index_incomplete(session, identifier, file, stem, recording, rows.pop(stem, None))
         for row in rows.values():  # what is left has no file; it stays only while it is being prepared
+            if drive_of_proof(row) is not None:
+                continue  # kept by its proof, in a folder of its own
             if row.file is not None and row.file.startswith(INCOMPLETE):
                 row.file = None  # stopped before anything was measured
             elif row.file is not None:
@@ -250,11 +253,15 @@ class ExperimentStore:
     # --- sessions
 
     def sessions(self, experiment: str) -> list[SessionRow]:
-        """The sessions of an experiment: measured ones in the file's order, then those being prepared."""
+        """The sessions of an experiment: measured ones in the file's order, then those being prepared.
+
+        Drives of proofs are none of them: no model is fitted to them or checked on them.
+        """
         self.row(experiment)
         with self._database.transaction() as session:
             query = select(SessionRow).where(SessionRow.experiment == experiment)
-            return list(session.scalars(query.order_by(SessionRow.id)))
+            rows = list(session.scalars(query.order_by(SessionRow.id)))
+        return [row for row in rows if drive_of_proof(row) is None]
 
     def newest_on_rig(self, rig: str) -> SessionRow | None:
         """The session that was prepared last on a rig, whatever became of it; None where there was none."""
@@ -270,6 +277,12 @@ class ExperimentStore:
         if row is None:
             raise not_found(f"session of {experiment}", identifier)
         return row
+
+    def drive(self, experiment: str, proof: str, drive: Drive) -> SessionRow | None:
+        """One of the two drives of a proof, as it was prepared last; None where it was not. Raises the problem 404."""
+        self.row(experiment)
+        with self._database.transaction() as session:
+            return session.get(SessionRow, (experiment, drive_id(proof, drive)))
 
     def change_session(self, row: SessionRow) -> None:
         """Store what changed in a session's row, or a new one."""

@@ -22,6 +22,8 @@ from api.service.folder_description import INCOMPLETE, session_id
 from api.service.model_workflow import ModelWorkflow
 from api.service.plan_store import PlanStore
 from api.service.problems import Problem
+from api.service.proof_drives import drive_of_proof
+from api.service.proofs import Proofs
 from api.service.rig_operators import RigOperators
 from api.service.rig_store import RigStore
 from daq.excitation.plan_limits import require_within_limits
@@ -30,9 +32,11 @@ from identify.recording.errors import InputError
 from identify.recording.experiment_file import Payload
 
 if TYPE_CHECKING:
+    from daq.excitation.excitation_plan import ExcitationPlan
     from daq.live import LiveRows
     from daq.rig_drives import RigCheck
     from daq.session_workflow import Progress
+    from daq.torque_offset import SentAhead
 
 RECORDING = "recording"
 """State of a recording that grows, or whose process died."""
@@ -148,6 +152,7 @@ class PayloadSessions:
         claims: BusClaims,
         plans: PlanStore,
         models: ModelWorkflow,
+        proofs: Proofs,
         audit: AuditLog,
         clock: Callable[[], float],
         could_stop_now: Callable[[], bool] = lambda: True,
@@ -158,6 +163,7 @@ class PayloadSessions:
         self._claims = claims
         self._plans = plans
         self._models = models
+        self._proofs = proofs
         self._audit = audit
         self._clock = clock
         self._could_stop_now = could_stop_now
@@ -251,21 +257,29 @@ class PayloadSessions:
         with self._lock:
             self._end_session_at_rest(rig)
             settings = self._rigs.rig(rig)
+            folder, plan, ahead = self._driven(row)
             payload_session = open_payload_session(
                 settings,
-                self._experiments.folder(experiment),
-                self._plans.plan(row.plan or ""),
+                folder,
+                plan,
                 Payload.model_validate(row.payload),
                 user.name,
                 on_event=lambda event: self._event(active, event),
                 role=row.role,
                 after_session=lambda _recorded: self._recorded(active),
                 sign_of_life=self._could_stop_now,
+                ahead=ahead,
             )
             active = ActiveSession(rig, experiment, identifier, payload_session, user.name)
             active.claim = self._claims.claim(rig, settings.bus, active)
             self._active[rig] = active
         return self._take(active, payload_session.check)
+
+    def _driven(self, row: SessionRow) -> "tuple[Path, ExcitationPlan, SentAhead | None]":
+        """Where a session is recorded, what is driven, and what is sent beside the setpoints."""
+        if drive_of_proof(row) is not None:
+            return self._proofs.driven(row)
+        return self._experiments.folder(row.experiment), self._plans.plan(row.plan or ""), None
 
     def weigh(self, experiment: str, identifier: str, user: User, mass: Callable[[], float]) -> SessionRow:
         """Note the payload's mass in kg as `mass()` says, typed or from the scale.
@@ -328,7 +342,7 @@ class PayloadSessions:
 
         Raises the problem 409 if the recording is closed or still grows.
         """
-        row = self._experiments.session(experiment, identifier)
+        row = self._of_no_proof(experiment, identifier)
         if self._is_active(row) and not self._active[row.rig or ""].state.ended:
             raise Problem(409, "The session is under way.")
         if row.file is None or row.state != RECORDING:
@@ -347,7 +361,7 @@ class PayloadSessions:
 
         Raises the problem 409 if it is listed already, or lacks too much to serve.
         """
-        row = self._experiments.session(experiment, identifier)
+        row = self._of_no_proof(experiment, identifier)
         kept = row.file is not None and row.file.startswith(INCOMPLETE)
         if row.file is None or not kept or row.state not in ENDED_EARLY:
             raise Problem(409, f"The session {identifier} is {row.state}: there is nothing to decide.")
@@ -358,6 +372,14 @@ class PayloadSessions:
         if not state.admitted:
             raise Problem(409, f"The session {identifier} cannot be used: {state.lacks}.")
         return self._listed_or_kept(experiment, identifier, user, state)
+
+    def _of_no_proof(self, experiment: str, identifier: str) -> SessionRow:
+        row = self._experiments.session(experiment, identifier)
+        if drive_of_proof(row) is not None:
+            raise Problem(
+                409, f"{identifier} is a drive of a proof, which no model uses: prepare it again there."
+            )
+        return row
 
     def _listed_or_kept(self, experiment: str, identifier: str, user: User, state: Any) -> SessionRow:
         """What became of a recording that was looked at anew; once it is listed, all sessions are identified anew."""
@@ -488,9 +510,14 @@ class PayloadSessions:
         self._store(active)
         if event.state.ended:
             self._experiments.refresh(active.experiment)
+            row = self._row(active)
+            if drive_of_proof(row) is not None:
+                self._proofs.conclude(row)
 
     def _recorded(self, active: ActiveSession) -> None:
-        """The recording stands in the experiment: identify over all sessions so far."""
+        """The recording stands in the experiment: identify over all sessions so far, unless it is the drive of a proof."""
+        if drive_of_proof(self._row(active)) is not None:
+            return
         self._experiments.refresh(active.experiment)
         self._models.refit(active.experiment, active.user)
         self._announce(active)

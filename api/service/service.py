@@ -20,6 +20,7 @@ from api.service.model_workflow import ModelWorkflow
 from api.service.payload_sessions import PayloadSessions
 from api.service.plan_store import PlanStore
 from api.service.planner import Planner
+from api.service.proofs import Proofs
 from api.service.pulse import LoopPulse, StopReadiness
 from api.service.rig_operators import RigOperators
 from api.service.rig_stop import RigStop
@@ -57,6 +58,7 @@ class Service:
     plans: PlanStore
     planner: Planner
     separating: SeparatingPlanner
+    proofs: Proofs
     sessions: PayloadSessions
     homings: Homings
     drive_resets: DriveResets
@@ -93,8 +95,9 @@ def create_service(settings: ServiceSettings) -> Service:
     operators = RigOperators(claims, clock)
     plans = PlanStore(settings.data_folder / "plans")
     readiness = StopReadiness()
+    proofs = Proofs(experiments, rigs, operators, plans, jobs, clock)
     sessions = PayloadSessions(
-        experiments, rigs, operators, claims, plans, models, audit, clock, readiness.could_stop_now
+        experiments, rigs, operators, claims, plans, models, proofs, audit, clock, readiness.could_stop_now
     )
     homings = Homings(rigs, operators, claims, audit, readiness.could_stop_now)
     return Service(
@@ -116,6 +119,7 @@ def create_service(settings: ServiceSettings) -> Service:
         plans=plans,
         planner=Planner(rigs, plans, jobs),
         separating=SeparatingPlanner(experiments, models, rigs, plans),
+        proofs=proofs,
         sessions=sessions,
         homings=homings,
         drive_resets=DriveResets(rigs, operators, claims, audit),

@@ -13,6 +13,7 @@ from api.service.folder_description import INCOMPLETE
 from api.service.jobs import Job
 from api.service.model_workflow import ModelWorkflow
 from api.service.problems import Problem
+from api.service.proof_drives import drive_of_proof
 from api.service.session_facts import FileFacts, SessionFacts
 from api.service.session_notes import read_notes, write_notes
 from daq.experiment_folder import changing
@@ -44,7 +45,8 @@ class CatalogueEntry:
     @property
     def measured(self) -> bool:
         """Whether the experiment's file lists it: whole, or admitted although it ended early."""
-        return self.row.file is not None and not self.row.file.startswith(INCOMPLETE)
+        recorded = self.row.file is not None and not self.row.file.startswith(INCOMPLETE)
+        return recorded and drive_of_proof(self.row) is None
 
 
 class SessionCatalogue:

@@ -1,10 +1,14 @@
-"""What jobs compute of a model that is to be used: how it predicts motion, and the files that other programs take."""
+"""What jobs compute of a model that is to be used: how it predicts motion, the files that other programs take, and the torque
+that is sent ahead of a plan."""
 
 from pathlib import Path
 
 import identify
+from api.proof import Part, TorqueAhead
 from api.service.job_process import Progress
-from identify.recording import load_experiment
+from daq.excitation.excitation_plan import ExcitationPlan
+from daq.rig import Rig
+from identify.recording import Payload, load_experiment
 from identify.results.certificate import Certificate
 from identify.results.simulation import SimulationDocument
 
@@ -41,3 +45,27 @@ def export(progress: Progress, experiment: str, model: str, add: list[str], targ
     progress(0.5, "writing, and loading back what was written")
     Path(target).parent.mkdir(exist_ok=True)
     return write_export(result, Path(target))
+
+
+def torque_along(
+    progress: Progress,
+    experiment: str,
+    model: str,
+    add: list[str],
+    rig: Rig,
+    plan: ExcitationPlan,
+    payload: Payload,
+    part: Part,
+    share: float,
+) -> TorqueAhead:
+    """A model's torque along a plan, ready to be sent ahead; InputError where that might do harm."""
+    from api.compensation import torque_ahead
+
+    result = identify.identify(
+        load_experiment(Path(experiment)),
+        model=model,
+        add=add,
+        progress=lambda done, words: progress(0.7 * done, words),
+    )
+    progress(0.7, "the torque along the plan")
+    return torque_ahead(result, rig, plan, payload, part, share)

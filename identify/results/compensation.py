@@ -43,6 +43,7 @@ class CompensationDocument(Document):
     rig: str = Field(description="name of the rig", examples=["rx130l-joint3-simulated"])
     payload: str = Field(description="what was carried", examples=["disk-3.5"])
     model: str = Field(description="as it was asked for", examples=["load-velocity"])
+    add: tuple[str, ...] = Field(default=(), description="effects added to it", examples=[["stribeck@j3"]])
     part: Literal["whole", "friction"] = Field(description="what of the model was sent ahead")
     share: float = Field(description="of the current limit, the bound of what is sent", examples=[0.5])
     recording_without: str = Field(
@@ -60,5 +61,12 @@ class CompensationDocument(Document):
     joints: tuple[JointFollowing, ...] = Field(
         description="of each joint; none where nothing can be compared"
     )
-    folder: str = Field(description="where recordings, this document and the picture are")
+    folder: str = Field(
+        description="inside the experiment's, where recordings and this document are",
+        examples=["compensation/00"],
+    )
+    operator: str | None = Field(
+        default=None, description="who asked for it; null in documents before it was kept"
+    )
+    created: str | None = Field(default=None, description="ISO 8601, UTC, when it was asked for")
     remarks: tuple[str, ...] = Field(description="what the reader must know")

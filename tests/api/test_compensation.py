@@ -12,8 +12,17 @@ import numpy as np
 import pytest
 
 import api.compensation
-from api.compensation import following_limits, torque_ahead
-from api.compensation_run import DOCUMENT, PICTURE, CompensationRun
+from api.compensation import torque_ahead
+from api.compensation_run import PICTURE, CompensationRun
+from api.proof import (
+    DOCUMENT,
+    Proof,
+    ProofSettings,
+    following_limits,
+    next_folder,
+    read_conclusion,
+    read_errors,
+)
 from daq.excitation.standard_plan import standard_plan
 from daq.following_error import FollowingError
 from daq.rig import Rig
@@ -67,10 +76,21 @@ def result(experiment):
 
 def proof(rig, experiment, plan, ahead):
     """Both drives of the plan, and what is stored of them."""
-    run = CompensationRun(rig, experiment, plan, rig.payload(PAYLOAD), "operator", ahead, seed=3)
+    settings = ProofSettings(
+        experiment="rx130l",
+        rig=RIG,
+        plan="standard plan",
+        payload=rig.payload(PAYLOAD),
+        model="load-velocity",
+        part="whole",
+        share=0.6,
+        operator="operator",
+        created="2026-11-28T09:00:00+00:00",
+    )
+    run = CompensationRun(Proof(next_folder(experiment), settings, rig, plan, ahead), seed=3)
     assert drive(run.without()) is SessionState.DONE
     state = drive(run.with_torque())
-    return state, run, run.document("rx130l", "load-velocity", "whole", 0.6)
+    return state, run, run.document()
 
 
 def test_the_model_halves_the_following_error_and_the_usual_one_does_less(rig, experiment, plan, result):
@@ -83,11 +103,22 @@ def test_the_model_halves_the_following_error_and_the_usual_one_does_less(rig, e
     assert joint.bounded == 0.0
     assert {own.where for own in joint.quadrants} == {"driving its load", "driven by its load"}
     assert all(own.rms_with < own.rms_without for own in (*joint.speeds, *joint.quadrants))
-    assert CompensationDocument.model_validate_json((run.folder / DOCUMENT).read_text()) == found
-    assert b"<svg" in (run.folder / PICTURE).read_bytes()
+    folder = run.proof.folder
+    assert CompensationDocument.model_validate_json((folder / DOCUMENT).read_text()) == found
+    assert b"<svg" in (folder / PICTURE).read_bytes()
     # the pair stands with the experiment, and is no session that the model is fitted to
-    assert run.folder.parent.parent == experiment
-    assert [entry.role for entry in load_experiment(run.folder).sessions] == ["validation"] * 2
+    assert folder == experiment / found.folder
+    assert [entry.role for entry in load_experiment(folder).sessions] == ["validation"] * 2
+    # whoever comes later finds what was sent, and what came of it, cycle by cycle
+    again = Proof.load(folder, rig)
+    assert np.array_equal(again.ahead.offset.counts, run.proof.ahead.offset.counts)
+    assert again.settings == run.proof.settings
+    assert read_conclusion(folder) == found
+    errors = read_errors(folder)
+    assert np.sqrt(np.nanmean(errors.after**2)) == pytest.approx(joint.rms_with, rel=0.02)
+    (folder / "ahead.npz").write_bytes(b"half of it")
+    with pytest.raises(InputError, match="prepare another proof"):
+        Proof.load(folder, rig)
     assert len(load_experiment(experiment).sessions) == 2
     usual = identify(load_experiment(experiment), "usual")
     _, _, less = proof(rig, experiment, plan, torque_ahead(usual, rig, plan, payload, "whole", 0.6))
@@ -97,7 +128,7 @@ def test_the_model_halves_the_following_error_and_the_usual_one_does_less(rig, e
 def test_a_wrong_model_is_stopped_before_it_does_harm(rig, experiment, plan, result):
     """Friction and gravity with the wrong sign: the error may double, and no more, before the axis is brought to rest."""
     ahead = torque_ahead(result, rig, plan, rig.payload(PAYLOAD), "whole", 0.6)
-    wrong = replace(ahead, offset=torque_offset(rig, -2.0 * ahead.torque.whole, 0.6))
+    wrong = replace(ahead, offset=torque_offset(rig, -2.0 * ahead.torque, 0.6))
     state, run, found = proof(rig, experiment, plan, wrong)
     assert state is SessionState.FAULTED
     assert not found.completed
@@ -150,6 +181,7 @@ def test_a_model_over_position_or_temperature_is_not_sent_where_it_is_not_known(
     model = exported_model(result)
     spring = Torque("joint-spring", 0, 0, ("q",), (3.0,))
     warm = Torque("friction-temperature", 0, 0, ("(temp - 20.0) * direction",), (0.1,))
+    cold = Torque("friction-warmup", 0, 0, ("exp(-t / 900.0) * direction",), (2.0,))
     times = np.arange(0.0, plan.duration, 0.01)
     planned = plan.setpoints(times)
     motion = Motion(
@@ -163,6 +195,8 @@ def test_a_model_over_position_or_temperature_is_not_sent_where_it_is_not_known(
         within(replace(model, torques=(spring,)), motion, [narrow])
     with pytest.raises(InputError, match="the temperature along the plan is not known"):
         within(replace(model, torques=(warm,)), motion, [motion])
+    with pytest.raises(InputError, match="friction-warmup, and how long the machine will have run"):
+        within(replace(model, torques=(cold,)), motion, [motion])
 
 
 def test_friction_that_drives_is_refused(rig, plan, experiment):
@@ -189,6 +223,7 @@ def test_the_command_drives_twice_and_says_what_came_of_it(experiment):
     )
     found = CompensationDocument.model_validate(json.loads(done.stdout))
     assert found.part == "friction"
+    assert found.folder.startswith("compensation/")
     assert found.joints[0].rms_with < found.joints[0].rms_without
     unknown = subprocess.run(
         [*command, "--payload", "nothing", "--yes"], capture_output=True, text=True, check=False

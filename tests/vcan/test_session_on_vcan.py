@@ -21,6 +21,7 @@ import yaml
 from api.compensation import torque_ahead
 from api.compensation_run import CompensationRun
 from api.compensation_text import compensation_text
+from api.proof import Proof, ProofSettings, next_folder
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.excitation.standard_plan import standard_plan
 from daq.excitation.trapezoid import Move
@@ -178,7 +179,18 @@ def test_the_model_sent_ahead_over_the_kernels_can_lowers_the_following_error(ri
     experiment = load_experiment(recorded[0].parent)
     payload, plan = rig.payload("disk-3.5"), standard_plan(rig, SECONDS + 2.0)
     ahead = torque_ahead(identify(experiment, "load-velocity"), rig, plan, payload, "whole", 0.6)
-    run = CompensationRun(rig, experiment.folder, plan, payload, "operator", ahead)
+    settings = ProofSettings(
+        experiment=experiment.name,
+        rig=rig.name,
+        plan="standard plan",
+        payload=payload,
+        model="load-velocity",
+        part="whole",
+        share=0.6,
+        operator="operator",
+        created="2026-11-28T09:00:00+00:00",
+    )
+    run = CompensationRun(Proof(next_folder(experiment.folder), settings, rig, plan, ahead))
     mount("disk-3.5")
     for make in (run.without, run.with_torque):
         with make() as session:
@@ -186,7 +198,7 @@ def test_the_model_sent_ahead_over_the_kernels_can_lowers_the_following_error(ri
             session.confirm_payload(payload.mass)
             session.arm()
             drive(session)
-    proof = run.document(experiment.name, "load-velocity", "whole", 0.6)
+    proof = run.document()
     print(compensation_text(proof))
     assert proof.completed
     (joint,) = proof.joints

@@ -1,0 +1,91 @@
+"""What the pages say of proofs on the drive: in one line for lists, in tables by joint, speed and quadrant."""
+
+from urllib.parse import urlencode
+
+from api.pages.layout import experiment_link
+from api.pages.number_format import number
+from api.pages.rendering import Context
+from api.service.proofs import ProofState
+from api.service.service import Service
+from identify.results.compensation import CompensationDocument, JointFollowing
+
+PARTS = {"whole": "the whole model", "friction": "friction alone"}
+
+
+def proof_panel(service: Service, experiment: str, version: str) -> Context:
+    """Context of the panel that leads to the proofs of an experiment, and to a new one of a version."""
+    proofs = service.proofs.all(experiment)
+    return {
+        "proofs": [proof_row(experiment, each) for each in proofs[:3]],
+        "proofs_link": experiment_link(experiment, "proofs"),
+        "new_proof_link": f"{experiment_link(experiment, 'proofs')}?{urlencode({'version': version})}",
+    }
+
+
+def proof_row(experiment: str, state: ProofState) -> Context:
+    """One proof in a list."""
+    settings = state.settings
+    tone, words = _standing(state)
+    return {
+        "number": state.number,
+        "link": experiment_link(experiment, f"proofs/{state.number}"),
+        "model": " + ".join([settings.model, *settings.add]),
+        "version": settings.version,
+        "part": PARTS[settings.part],
+        "share": settings.share,
+        "payload": settings.payload.name,
+        "plan": settings.plan,
+        "rig": settings.rig,
+        "operator": settings.operator,
+        "created": settings.created,
+        "tone": tone,
+        "words": words,
+        "changes": changes(state.result) if state.result is not None else "",
+    }
+
+
+def _standing(state: ProofState) -> tuple[str, str]:
+    """Colour and words of how far a proof is."""
+    if state.result is None:
+        return "idle", "to be driven without it" if state.next == "without" else "to be driven with it"
+    if not state.result.completed:
+        return "warn", "stopped with torque sent ahead"
+    worse = [each.joint for each in state.result.joints if not improved(each)]
+    if worse:
+        return "warn", f"no better: {', '.join(worse)}"
+    return "good", "follows better"
+
+
+def improved(joint: JointFollowing) -> bool:
+    """Whether a joint follows better with torque sent ahead."""
+    return joint.rms_with is not None and joint.rms_without is not None and joint.rms_with < joint.rms_without
+
+
+def changes(result: CompensationDocument) -> str:
+    """What it did to the root mean square of each joint."""
+    return ", ".join(f"{each.joint} {change(each.rms_without, each.rms_with)}" for each in result.joints)
+
+
+def change(without: float | None, with_: float | None) -> str:
+    """With a sign, in percent."""
+    if not without or with_ is None:
+        return "–"
+    percent = 100.0 * (with_ / without - 1.0)
+    return f"{'+' if percent > 0 else ''}{number(percent, 0)} %"
+
+
+def joint_rows(joint: JointFollowing) -> list[Context]:
+    """The table of one joint: all of the plan, by speed, by quadrant, and the peak; in mrad or mm."""
+    rows = [("root mean square, all of the plan", joint.rms_without, joint.rms_with)]
+    rows += [(part.where, part.rms_without, part.rms_with) for part in (*joint.speeds, *joint.quadrants)]
+    rows.append(("peak", joint.peak_without, joint.peak_with))
+    return [
+        {
+            "words": words,
+            "without": None if without is None else 1e3 * without,
+            "with": None if with_ is None else 1e3 * with_,
+            "change": change(without, with_),
+            "worse": without is not None and with_ is not None and with_ >= without,
+        }
+        for words, without, with_ in rows
+    ]

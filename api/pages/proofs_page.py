@@ -1,0 +1,244 @@
+"""The proof on the drive: does the model make this machine follow better? Proofs so far, a new one, and one with what it did."""
+
+from typing import Annotated, Literal
+
+import numpy as np
+from fastapi import APIRouter, Form, Query, Request
+from fastapi.responses import HTMLResponse, Response
+
+from api.pages.choices import JointChoice, RigChoice, VersionChoice, chosen_model
+from api.pages.error_figures import JointUnits
+from api.pages.experiment_frame import experiment_context, no_model_page
+from api.pages.figures.following_error import Following, draw_following_error
+from api.pages.form_input import input_errors_as_problems
+from api.pages.job_views import JOB_TITLES, job_progress
+from api.pages.layout import experiment_link, frame, session_link
+from api.pages.proof_words import joint_rows, proof_row
+from api.pages.rendering import PREFIX, Context, page
+from api.pages.session_words import outcome
+from api.pages.stored_models import StoredExperiment
+from api.service import access
+from api.service.database import SessionRow
+from api.service.problems import Problem
+from api.service.proof_drives import Drive
+from api.service.proofs import ProofState
+from api.service.service import Service
+from daq.rig import Rig
+from daq.session_events import SessionState
+from identify.recording.errors import InputError
+
+router = APIRouter(prefix=f"{PREFIX}/experiments/{{experiment}}/proofs", include_in_schema=False)
+
+DRIVES: tuple[tuple[Drive, str], ...] = (("without", "Without torque sent ahead"), ("with", "With it"))
+Word = Annotated[str, Form(max_length=64)]
+Share = Annotated[float, Form(gt=0, le=100, allow_inf_nan=False)]
+
+
+@router.get("")
+def proofs_page(
+    request: Request,
+    user: access.Viewer,
+    experiment: str,
+    version: VersionChoice = None,
+    rig: RigChoice = None,
+) -> HTMLResponse:
+    """Proofs so far, and the form for a new one."""
+    service = access.service_of(request)
+    stored = StoredExperiment(service.experiments, experiment)
+    context = frame(request, user, "results", experiment)
+    shown = chosen_model(stored, version) or stored.current()
+    context |= experiment_context(stored, stored.joint_names[0], shown, "results")
+    if shown is None:
+        return no_model_page(request, stored, stored.joint_names[0], context)
+    rigs = _rigs(service, stored)
+    measured_on = service.catalogue.rigs(experiment)
+    rig_id = rig if rig in rigs else next((each for each in reversed(measured_on) if each in rigs), None)
+    rig_id = rig_id or next(iter(rigs), None)
+    context |= {
+        "rows": [proof_row(experiment, each) for each in service.proofs.all(experiment)],
+        "shown": shown,
+        "versions": [stored.model(each.id) for each in stored.story.versions],
+        "rigs": list(rigs),
+        "rig_id": rig_id,
+        "other_rig": service.catalogue.other_rig(experiment, rig_id) if rig_id else None,
+        "plans": _plans(service, stored),
+        "payloads": _payloads(stored, rigs[rig_id]) if rig_id else [],
+        "here_link": experiment_link(experiment, "proofs"),
+    }
+    return page(request, "proofs.html", **context)
+
+
+@router.post("")
+def prepare(
+    request: Request,
+    user: access.Operator,
+    experiment: str,
+    rig: Word,
+    plan: Word,
+    payload: Word,
+    version: Annotated[str, Form(max_length=12)],
+    part: Annotated[Literal["whole", "friction"], Form()] = "whole",
+    percent: Share = 60.0,
+) -> HTMLResponse:
+    """Compute what is sent along the plan; progress until it is there."""
+    service = access.service_of(request)
+    with input_errors_as_problems():
+        service.disk.require_room()
+        model = chosen_model(StoredExperiment(service.experiments, experiment), version)
+        job = service.proofs.prepare(
+            experiment,
+            user,
+            rig=rig,
+            plan=plan,
+            payload=payload,
+            model=model.version.id if model else None,
+            part=part,
+            share=percent / 100.0,
+        )
+    return _progress(request, experiment, job.id)
+
+
+@router.get("/progress")
+def progress(
+    request: Request, _user: access.Viewer, experiment: str, job: Annotated[str, Query(max_length=32)]
+) -> HTMLResponse:
+    """How far it is; then the proof itself."""
+    return _progress(request, experiment, job)
+
+
+def _progress(request: Request, experiment: str, identifier: str) -> HTMLResponse:
+    job = access.service_of(request).jobs.get(identifier)
+    if job is None:
+        raise Problem(404, "That computation is not known any more; ask again.")
+    if job.state.final and job.state != "done":
+        return page(request, "problem_message.html", detail=f"No proof was prepared: {job.words}.")
+    poll = f"{experiment_link(experiment, 'proofs/progress')}?job={job.id}"
+    shown: Context = job_progress(job)
+    shown |= {"title": JOB_TITLES["compensate"], "poll_link": poll}
+    response = page(request, "plan_progress.html", **shown)
+    if job.state.final:
+        response.headers["HX-Redirect"] = experiment_link(experiment, f"proofs/{job.result['proof']}")
+    return response
+
+
+@router.get("/{proof}")
+def proof_page(
+    request: Request, user: access.Viewer, experiment: str, proof: str, joint: JointChoice = None
+) -> HTMLResponse:
+    """One proof: its two drives, and what torque sent ahead did to the following error of a joint."""
+    service = access.service_of(request)
+    stored = StoredExperiment(service.experiments, experiment)
+    name = stored.joint_or_first(joint)
+    state = service.proofs.get(experiment, proof)
+    context = frame(request, user, "results", experiment)
+    context |= experiment_context(stored, name, stored.current(), f"proofs/{proof}")
+    with input_errors_as_problems():
+        context |= {
+            "proof": proof_row(experiment, state),
+            "drives": [_drive(service, state, drive, words) for drive, words in DRIVES],
+            "next": state.next,
+            "remarks": state.result.remarks if state.result else service.proofs.remarks(experiment, proof),
+            "result": _result(service, stored, state, name),
+            "here_link": experiment_link(experiment, f"proofs/{proof}"),
+            "all_link": experiment_link(experiment, "proofs"),
+        }
+    return page(request, "proof.html", **context)
+
+
+@router.post("/{proof}/drives/{drive}")
+def prepare_drive(
+    request: Request, user: access.Operator, experiment: str, proof: str, drive: Drive
+) -> Response:
+    """Prepare one of the drives, and go on to its steps."""
+    service = access.service_of(request)
+    with input_errors_as_problems():
+        service.disk.require_room()
+        row = service.proofs.prepare_drive(experiment, proof, drive, user)
+    service.live.tell(row.rig or "")
+    return Response(status_code=204, headers={"HX-Redirect": session_link(experiment, row.id)})
+
+
+def _rigs(service: Service, stored: StoredExperiment) -> dict[str, Rig]:
+    """Rigs with the experiment's joints."""
+    found: dict[str, Rig] = {}
+    for each in service.rigs.files():
+        try:
+            rig = service.rigs.rig(each)
+        except InputError:
+            continue  # said on the rig's own page
+        if [axis.joint for axis in rig.axes] == stored.joint_names:
+            found[each] = rig
+    return found
+
+
+def _plans(service: Service, stored: StoredExperiment) -> list[Context]:
+    """Plans of these joints; those that no session was measured with come first: they prove more."""
+    driven = {entry.plan for entry in service.catalogue.entries(stored.id) if entry.measured}
+    plans = [(each, service.plans.plan(each)) for each in service.plans.ids()]
+    listed: list[Context] = [
+        {"id": each, "name": plan.name or each, "seconds": plan.duration, "driven": each in driven}
+        for each, plan in plans
+        if list(plan.joints) == stored.joint_names
+    ]
+    return sorted(listed, key=lambda plan: plan["driven"])
+
+
+def _payloads(stored: StoredExperiment, rig: Rig) -> list[tuple[str, float]]:
+    known = {each.name: each.mass for each in rig.payloads} | {
+        each.name: each.mass for each in stored.declared.payloads
+    }
+    return list(known.items())
+
+
+def _drive(service: Service, state: ProofState, drive: Drive, words: str) -> Context:
+    """One of the two drives: what became of it, and where it goes on."""
+    row = state.drive(drive)
+    done = row is not None and row.state == SessionState.DONE.value
+    under_way = row is not None and not _over(service, row)
+    said = outcome(service, row) if row is not None and not done else None
+    return {
+        "words": words,
+        "done": done or (state.result is not None and (drive == "without" or state.result.completed)),
+        "under_way": under_way,
+        "link": session_link(row.experiment, row.id) if row is not None else None,
+        "said": f"{said.title} {said.words}" if said is not None and not under_way else "",
+        "prepare_link": experiment_link(state.settings.experiment, f"proofs/{state.number}/drives/{drive}"),
+    }
+
+
+def _over(service: Service, row: SessionRow) -> bool:
+    return SessionState(row.state).ended or service.proofs.cut_off(row)
+
+
+def _result(service: Service, stored: StoredExperiment, state: ProofState, joint: str) -> Context | None:
+    result = state.result
+    own = next((each for each in result.joints if each.joint == joint), None) if result else None
+    if result is None:
+        return None
+    if own is None:
+        return {"reason": result.reason, "completed": result.completed, "rows": None}
+    place = stored.joint_names.index(joint)
+    units = JointUnits.of(stored.declared.robot.joints[place].type)
+    small = "mrad" if units.position == "rad" else "mm"
+    errors = service.proofs.errors(stored.id, state.number)
+    figure = None
+    if errors is not None:
+        drawn = Following(
+            errors.time,
+            1e3 * errors.before[:, place],
+            1e3 * errors.after[:, place],
+            errors.position[:, place],
+            1e3 * float(np.asarray(result.following_limits)[place]),
+            small,
+            units.position,
+        )
+        figure = draw_following_error(joint, drawn)
+    return {
+        "completed": result.completed,
+        "reason": result.reason,
+        "rows": joint_rows(own),
+        "own": own,
+        "small": small,
+        "figure": figure,
+        "limit": 1e3 * result.following_limits[place],
+    }

@@ -1,0 +1,285 @@
+"""One proof on the drive as it is kept: what is sent along which plan, both recordings, and what came of them.
+
+compensation/00/proof.json            what is proved, and who asked
+compensation/00/plan.json, ahead.npz  the plan, and what is sent along it
+compensation/00/session-00.h5 …       its drives, listed in an experiment.yaml of their own as validation sessions
+compensation/00/compensation.json     the following errors, once both drives have ended
+compensation/00/errors.npz            the same cycle by cycle, which pictures are drawn from
+"""
+
+import io
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, Self
+from zipfile import BadZipFile
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from api.following_parts import compared
+from daq.excitation.excitation_plan import ExcitationPlan
+from daq.following_error import FollowingError, following_error
+from daq.plan_setpoints import plan_counts
+from daq.rig import Rig
+from daq.torque_offset import SentAhead, TorqueOffset
+from identify.recording.atomic_file import write_atomically
+from identify.recording.errors import InputError
+from identify.recording.experiment_file import Payload
+from identify.results.compensation import CompensationDocument
+from identify.results.reading import read_document
+
+Array = NDArray[np.float64]
+Part = Literal["whole", "friction"]
+
+FOLDER = "compensation"
+"""inside the experiment's folder; a folder for each proof, which is an experiment of its own with two validation sessions"""
+SETTINGS, PLAN, AHEAD = "proof.json", "plan.json", "ahead.npz"
+DOCUMENT, ERRORS = "compensation.json", "errors.npz"
+
+
+@dataclass(frozen=True)
+class TorqueAhead:
+    """What is sent along a plan, and the motion that it belongs to; a row for each cycle.
+
+    offset                : as the drives take it
+    torque                : (L, n) N m or N, what the model asks for, before it is bounded and faded
+    position, speed, load : (L, n) rad, rad/s, N m (m, m/s, N) as planned, at the middle of the interval in which the torque
+                            acts; the load is the rigid robot's torque, tau_out of eq. (6)
+    remarks               : what the reader must know
+    """
+
+    offset: TorqueOffset
+    torque: Array
+    position: Array
+    speed: Array
+    load: Array
+    remarks: tuple[str, ...]
+
+    def to_bytes(self) -> bytes:
+        """As a NumPy archive."""
+        written = io.BytesIO()
+        np.savez_compressed(
+            written,
+            counts=self.offset.counts,
+            largest=self.offset.largest,
+            bounded=self.offset.bounded,
+            torque=self.torque,
+            position=self.position,
+            speed=self.speed,
+            load=self.load,
+            remarks=np.array(json.dumps(self.remarks)),
+        )
+        return written.getvalue()
+
+    @classmethod
+    def load_file(cls, file: Path) -> Self:
+        """What `to_bytes` gave."""
+        with np.load(file, allow_pickle=False) as held:
+            offset = TorqueOffset(held["counts"], held["largest"], held["bounded"])
+            remarks = tuple(json.loads(str(held["remarks"])))
+            return cls(offset, held["torque"], held["position"], held["speed"], held["load"], remarks)
+
+
+class ProofSettings(BaseModel):
+    """What is proved and who asked.
+
+    rig, plan : as the service or the command line names them
+    version   : of the experiment's model story; None for a model that was named on the command line
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    format: Literal[1] = 1
+    experiment: str
+    rig: str
+    plan: str
+    payload: Payload
+    model: str
+    add: tuple[str, ...] = ()
+    version: str | None = None
+    part: Part
+    share: float
+    operator: str
+    created: str
+
+
+@dataclass(frozen=True)
+class FollowingErrors:
+    """Both drives' following errors, which the picture is drawn from.
+
+    time, position     : (M,) s, (M, n) rad or m of the plan
+    before, after      : (M, n) rad or m, without and with torque sent ahead; NaN where there is none
+    """
+
+    time: Array
+    position: Array
+    before: Array
+    after: Array
+
+
+@dataclass(frozen=True)
+class Proof:
+    """One proof in its folder."""
+
+    folder: Path
+    settings: ProofSettings
+    rig: Rig
+    plan: ExcitationPlan
+    ahead: TorqueAhead
+
+    @property
+    def name(self) -> str:
+        """Its number as its folder is called."""
+        return self.folder.name
+
+    def store(self) -> None:
+        """Write what is to be done, so that both drives send the same whenever they are driven."""
+        self.folder.mkdir(parents=True, exist_ok=True)
+        write_atomically(self.folder / PLAN, self.plan.to_json().encode())
+        write_atomically(self.folder / AHEAD, self.ahead.to_bytes())
+        write_atomically(self.folder / SETTINGS, self.settings.model_dump_json(indent=1).encode())
+
+    @classmethod
+    def load(cls, folder: Path, rig: Rig) -> Self:
+        """A stored one. Raises InputError where a file of it was damaged."""
+        settings = read_settings(folder)
+        try:
+            ahead = TorqueAhead.load_file(folder / AHEAD)
+        except (OSError, KeyError, ValueError, BadZipFile) as error:
+            raise InputError(f"{folder / AHEAD}: cannot be read ({error}); prepare another proof") from error
+        return cls(folder, settings, rig, ExcitationPlan.load(folder / PLAN), ahead)
+
+    def error(self, recording: Path | None) -> FollowingError:
+        """Of one of the drives; without rows where nothing was recorded."""
+        if recording is None or not recording.exists():
+            n = len(self.rig.axes)
+            return FollowingError(np.zeros(0, np.int64), np.zeros((0, n)))
+        return following_error(recording, plan_counts(self.rig, self.plan))
+
+    def limits(self, without: FollowingError) -> Array:
+        """(n,) rad or m: following error at which the drive with torque sent ahead is stopped: twice the peak without it."""
+        return following_limits(self.rig, without)
+
+    def sent(self, without: Path) -> SentAhead:
+        """What the second drive sends, its following error bounded by that of the first, which was driven to its end."""
+        return SentAhead(self.ahead.offset.counts, self.limits(self.error(without)))
+
+    def words(self, without: Path) -> list[str]:
+        """What the second drive sends, joint by joint, for the operator."""
+        limits = self.limits(self.error(without))
+        return [
+            f"{axis.joint} up to {largest:.3g} A ahead, stopped at a following error of {1e3 * limit:.3g}"
+            f" {'mm' if joint.type == 'prismatic' else 'mrad'}"
+            for axis, joint, largest, limit in zip(
+                self.rig.axes, self.rig.robot.joints, self.ahead.offset.largest, limits, strict=True
+            )
+        ]
+
+    def conclude(
+        self, without: Path, with_: Path | None, completed: bool, reason: str
+    ) -> CompensationDocument:
+        """What came of both drives, stored with their recordings.
+
+        with_     : None where the second recorded nothing
+        completed : whether it was driven to its end
+        reason    : why it ended
+        """
+        before, after = self.error(without), self.error(with_)
+        settings = self.settings
+        document = CompensationDocument(
+            experiment=settings.experiment,
+            rig=self.rig.name,
+            payload=settings.payload.name,
+            model=settings.model,
+            add=settings.add,
+            part=settings.part,
+            share=settings.share,
+            recording_without=without.name,
+            recording_with=None if with_ is None else with_.name,
+            completed=completed,
+            reason=reason,
+            following_limits=tuple(float(limit) for limit in self.limits(before)),
+            joints=compared(self.rig, self.ahead.offset, self.ahead.speed, self.ahead.load, before, after),
+            folder=f"{FOLDER}/{self.name}",
+            operator=settings.operator,
+            created=settings.created,
+            remarks=self.ahead.remarks,
+        )
+        write_atomically(self.folder / ERRORS, self._errors(before, after))
+        write_atomically(self.folder / DOCUMENT, (document.json_text(indent=1) + "\n").encode())
+        return document
+
+    def _errors(self, before: FollowingError, after: FollowingError) -> bytes:
+        cycles = len(self.ahead.position)
+        drives = np.full((2, cycles, len(self.rig.axes)), np.nan)
+        for row, each in zip(drives, (before, after), strict=True):
+            row[each.cycle] = each.error
+        written = io.BytesIO()
+        np.savez_compressed(
+            written,
+            time=np.arange(cycles) * self.rig.cycle,
+            position=self.ahead.position.astype(np.float32),
+            before=drives[0].astype(np.float32),
+            after=drives[1].astype(np.float32),
+        )
+        return written.getvalue()
+
+
+def following_limits(rig: Rig, without: FollowingError) -> Array:
+    """(n,) rad or m: following error at which a drive with torque sent ahead is stopped: twice the peak without it.
+
+    Raises InputError: nothing of the plan was driven without it.
+    """
+    if not len(without.cycle):
+        raise InputError(
+            "the drive of the plan without torque sent ahead recorded nothing of it; drive it again"
+        )
+    stated = np.array([axis.limits.following_error for axis in rig.axes])
+    resolution = np.abs(rig.position_matrix).sum(axis=1)
+    return np.minimum(stated, 2.0 * without.peak() + 2.0 * resolution)
+
+
+def next_folder(experiment: Path) -> Path:
+    """The folder of an experiment's next proof; not made yet."""
+    taken = [int(path.name) for path in proof_folders(experiment)]
+    return experiment / FOLDER / f"{max(taken, default=-1) + 1:02d}"
+
+
+def proof_folders(experiment: Path) -> list[Path]:
+    """Folders of an experiment's proofs, in their order."""
+    folders = [path for path in (experiment / FOLDER).glob("[0-9]*") if path.name.isdigit()]
+    return sorted(folders, key=lambda path: int(path.name))
+
+
+def read_settings(folder: Path) -> ProofSettings:
+    """What a proof is of. Raises InputError where its file was damaged, FileNotFoundError where there is none."""
+    file = folder / SETTINGS
+    try:
+        return ProofSettings.model_validate_json(file.read_bytes())
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(str(part) for part in first["loc"])
+        raise InputError(f"{file}: {place}: {first['msg']}") from error
+
+
+def read_conclusion(folder: Path) -> CompensationDocument | None:
+    """What came of a proof; None while its drives are not both over. Raises InputError where its file was damaged."""
+    try:
+        return read_document(CompensationDocument, folder / DOCUMENT)
+    except FileNotFoundError:
+        return None
+
+
+def read_errors(folder: Path) -> FollowingErrors | None:
+    """The following errors of a proof cycle by cycle; None where they were not kept. Raises InputError where damaged."""
+    file = folder / ERRORS
+    try:
+        with np.load(file, allow_pickle=False) as held:
+            named = (held[name] for name in ("time", "position", "before", "after"))
+            return FollowingErrors(*(np.asarray(values, np.float64) for values in named))
+    except FileNotFoundError:
+        return None
+    except (OSError, KeyError, ValueError, BadZipFile) as error:
+        raise InputError(f"{file}: cannot be read ({error})") from error

@@ -1,0 +1,292 @@
+"""Proofs on the drive: prepared by a job, driven as two sessions with the steps of every other, compared, and kept.
+
+A model makes its machine better, or it does not: the same plan is driven without and with the model's torque sent ahead.
+"""
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+from api.proof import (
+    FollowingErrors,
+    Part,
+    Proof,
+    ProofSettings,
+    TorqueAhead,
+    next_folder,
+    proof_folders,
+    read_conclusion,
+    read_errors,
+    read_settings,
+)
+from api.service.accounts import User
+from api.service.database import SessionRow
+from api.service.experiment_store import ExperimentStore
+from api.service.jobs import Arguments, Job, JobRunner
+from api.service.model_story import ModelStory
+from api.service.plan_store import PlanStore
+from api.service.problems import Problem, not_found
+from api.service.proof_drives import Drive, drive_id, drive_of_proof
+from api.service.rig_operators import RigOperators
+from api.service.rig_store import RigStore
+from daq.excitation.excitation_plan import ExcitationPlan
+from daq.excitation.plan_limits import require_within_limits
+from daq.rig import Rig
+from daq.session_events import SessionState
+from daq.torque_offset import SentAhead
+from identify.recording.errors import InputError
+from identify.results.compensation import CompensationDocument
+from identify.results.document import Json
+
+COMPUTATION = "api.service.use_computations:torque_along"
+
+
+@dataclass(frozen=True)
+class ProofState:
+    """One proof, and how far it is.
+
+    without, with_ : its drives as they were prepared last; None where they were not
+    result         : what came of it; None until torque was sent ahead
+    """
+
+    number: str
+    settings: ProofSettings
+    without: SessionRow | None
+    with_: SessionRow | None
+    result: CompensationDocument | None
+
+    @property
+    def next(self) -> Drive | None:
+        """The drive that is to be prepared or gone on with; None where both were driven to their end."""
+        if self.result is not None and self.result.completed:
+            return None
+        return "with" if _done(self.without) else "without"
+
+    def drive(self, drive: Drive) -> SessionRow | None:
+        """One of the two."""
+        return self.without if drive == "without" else self.with_
+
+
+class Proofs:
+    """The proofs of all experiments."""
+
+    def __init__(
+        self,
+        experiments: ExperimentStore,
+        rigs: RigStore,
+        operators: RigOperators,
+        plans: PlanStore,
+        jobs: JobRunner,
+        clock: Callable[[], float],
+    ) -> None:
+        self._experiments = experiments
+        self._rigs = rigs
+        self._operators = operators
+        self._plans = plans
+        self._jobs = jobs
+        self._clock = clock
+        self._lock = threading.Lock()
+
+    def prepare(
+        self,
+        experiment: str,
+        user: User,
+        *,
+        rig: str,
+        plan: str,
+        payload: str,
+        model: str | None,
+        part: Part,
+        share: float,
+    ) -> Job:
+        """Compute what is sent along a plan (a job, whose result is {"proof": number}); nothing moves.
+
+        model : a version's id, None for the current one
+
+        Raises the problem 404 (experiment, rig, plan, model), 409 (no model yet), and InputError where rig, plan and payload do
+        not go together. What may do harm is refused by the job, in its words.
+        """
+        settings, driven = self._rigs.rig(rig), self._plans.plan(plan)
+        self._require_same_joints(experiment, settings)
+        require_within_limits(driven, settings)
+        declared = {each.name: each for each in self._experiments.declared(experiment).payloads}
+        carried = declared.get(payload) or settings.payload(payload)
+        folder = self._experiments.folder(experiment)
+        story = ModelStory(folder).read()
+        version = story.version(model) if model else story.current
+        if version is None:
+            raise Problem(409, "There is no model yet: measure or import a session, or fit a model first.")
+        asked = ProofSettings(
+            experiment=experiment,
+            rig=rig,
+            plan=plan,
+            payload=carried,
+            model=version.model,
+            add=tuple(version.add),
+            version=version.id,
+            part=part,
+            share=share,
+            operator=user.name,
+            created=datetime.fromtimestamp(self._clock(), UTC).isoformat(timespec="seconds"),
+        )
+
+        def arguments() -> Arguments:
+            return {
+                "experiment": str(folder),
+                "model": version.model,
+                "add": version.add,
+                "rig": settings,
+                "plan": driven,
+                "payload": carried,
+                "part": part,
+                "share": share,
+            }
+
+        def store(ahead: TorqueAhead) -> Json:
+            with self._lock:
+                proof = Proof(next_folder(folder), asked, settings, driven, ahead)
+                proof.store()
+            return {"model": version.id, "proof": proof.name}
+
+        return self._jobs.submit(
+            "compensate", COMPUTATION, arguments, store, user=user.name, experiment=experiment
+        )
+
+    def all(self, experiment: str) -> list[ProofState]:
+        """All proofs, the newest first. Raises the problem 404."""
+        folders = proof_folders(self._experiments.folder(experiment))
+        return [self._state(experiment, folder) for folder in reversed(folders) if _readable(folder)]
+
+    def get(self, experiment: str, number: str) -> ProofState:
+        """One of them. Raises the problem 404."""
+        return self._state(experiment, self._folder(experiment, number))
+
+    def errors(self, experiment: str, number: str) -> FollowingErrors | None:
+        """Its following errors cycle by cycle; None until torque was sent ahead. Raises the problem 404."""
+        return read_errors(self._folder(experiment, number))
+
+    def words(self, experiment: str, number: str) -> tuple[str, ...]:
+        """What the second drive sends and when it is stopped, joint by joint; none before the first was driven."""
+        state = self.get(experiment, number)
+        if state.without is None or state.without.file is None or not _done(state.without):
+            return ()
+        return tuple(self._proof(experiment, number).words(self._recording(state.without)))
+
+    def remarks(self, experiment: str, number: str) -> tuple[str, ...]:
+        """What is to be known of what is sent, before it is."""
+        return self._proof(experiment, number).ahead.remarks
+
+    def prepare_drive(self, experiment: str, number: str, drive: Drive, user: User) -> SessionRow:
+        """A session for one of a proof's drives: check, weigh, confirm, arm and start it as any other. One that is being
+        prepared is given again.
+
+        Raises the problem 404, and 409 where that drive is not the next.
+        """
+        state = self.get(experiment, number)
+        there = state.drive(drive)
+        if there is not None and not SessionState(there.state).ended and not self.cut_off(there):
+            self._operators.take(there.rig or state.settings.rig, user)
+            return there
+        if state.next is None:
+            raise Problem(409, "Both drives of this proof came to their end; prepare another proof.")
+        if drive != state.next:
+            raise Problem(
+                409,
+                "Drive the plan without torque sent ahead first: its following error bounds that of the second."
+                if drive == "with"
+                else "The plan was driven without torque sent ahead already; go on with the second drive.",
+            )
+        settings = self._rigs.rig(state.settings.rig)
+        self._require_same_joints(experiment, settings)
+        self._operators.take(state.settings.rig, user)
+        row = SessionRow(
+            experiment=experiment,
+            id=drive_id(number, drive),
+            file=None,
+            payload=state.settings.payload.model_dump(mode="json"),
+            weighed=None,
+            role="validation",
+            rig=state.settings.rig,
+            plan=state.settings.plan,
+            state=SessionState.NEW.value,
+            reason=None,
+            created=self._clock(),
+        )
+        self._experiments.change_session(row)
+        return row
+
+    def cut_off(self, row: SessionRow) -> bool:
+        """Whether the service ended while a drive was recorded."""
+        if row.file is None or SessionState(row.state).ended:
+            return False
+        from daq.recovery import being_written
+
+        return not being_written(self._recording(row))
+
+    # --- for the sessions
+
+    def driven(self, row: SessionRow) -> tuple[Path, ExcitationPlan, SentAhead | None]:
+        """Where a drive is recorded, its plan, and what is sent ahead of it."""
+        number, drive = _drive(row)
+        proof = self._proof(row.experiment, number)
+        if drive == "without":
+            return proof.folder, proof.plan, None
+        without = self._experiments.drive(row.experiment, number, "without")
+        if without is None or not _done(without):
+            raise Problem(409, "Drive the plan without torque sent ahead first.")
+        return proof.folder, proof.plan, proof.sent(self._recording(without))
+
+    def conclude(self, row: SessionRow) -> None:
+        """A drive has ended: once torque was sent ahead, compare."""
+        number, drive = _drive(row)
+        without = self._experiments.drive(row.experiment, number, "without")
+        if drive == "without" or row.file is None or without is None or not _done(without):
+            return
+        reason = self._experiments.shown(row.reason or "")
+        proof = self._proof(row.experiment, number)
+        proof.conclude(self._recording(without), self._recording(row), _done(row), reason)
+
+    # --- inside
+
+    def _state(self, experiment: str, folder: Path) -> ProofState:
+        number = folder.name
+        without, with_ = (self._experiments.drive(experiment, number, each) for each in ("without", "with"))
+        return ProofState(number, read_settings(folder), without, with_, read_conclusion(folder))
+
+    def _folder(self, experiment: str, number: str) -> Path:
+        for folder in proof_folders(self._experiments.folder(experiment)):
+            if folder.name == number and _readable(folder):
+                return folder
+        raise not_found(f"proof of {experiment}", number)
+
+    def _proof(self, experiment: str, number: str) -> Proof:
+        folder = self._folder(experiment, number)
+        try:
+            return Proof.load(folder, self._rigs.rig(read_settings(folder).rig))
+        except InputError as error:
+            raise InputError(self._experiments.shown(str(error))) from error
+
+    def _recording(self, row: SessionRow) -> Path:
+        return self._experiments.folder(row.experiment) / (row.file or "")
+
+    def _require_same_joints(self, experiment: str, rig: Rig) -> None:
+        joints = [joint.name for joint in self._experiments.declared(experiment).robot.joints]
+        if [axis.joint for axis in rig.axes] != joints:
+            raise InputError(f"rig: {rig.name} does not have the experiment's joints ({', '.join(joints)})")
+
+
+def _readable(folder: Path) -> bool:
+    """Whether it says what it is a proof of; proofs of the first version did not."""
+    return (folder / "proof.json").is_file()
+
+
+def _done(row: SessionRow | None) -> bool:
+    return row is not None and row.state == SessionState.DONE.value and row.file is not None
+
+
+def _drive(row: SessionRow) -> tuple[str, Drive]:
+    found = drive_of_proof(row)
+    assert found is not None
+    return found

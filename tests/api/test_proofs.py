@@ -1,0 +1,102 @@
+"""Proofs on the drive by REST: prepared by a job, driven as sessions, in their order; what may do harm is refused in words."""
+
+import re
+
+import pytest
+
+from api.client import Client, ServiceError
+from api.proof import read_errors
+from api.service.accounts import Role
+from daq.session_events import SessionState
+from tests.api.driven_arm import short_plan, write_driven_arm
+
+RIG = "rx130l-joint3-simulated"
+
+
+@pytest.fixture
+def arm(service, finished):
+    """An operator, and the id of an identified experiment of the rig, with a plan `short`."""
+    held = service.service
+    rig = held.rigs.rig(RIG)
+    with held.experiments.incoming() as folder:
+        write_driven_arm(folder, rig)
+        experiment = held.experiments.adopt(folder, "arm").id
+    held.plans.add(short_plan("short"))
+    client = service.client(Role.OPERATOR)
+    job = client.post(f"/experiments/{experiment}/models", json={"model": "load-velocity", "add": []}).json()
+    assert finished(client, job)["state"] == "done"
+    return client, experiment
+
+
+def drive(service, client, session):
+    """A drive through the steps of every session, to its end."""
+    for step in ("check", "weigh", "confirm", "arm", "start"):
+        fields = {"mass": 0.0} if step == "weigh" else {}
+        client.step("arm", session["id"], step, **fields)
+    active = service.service.sessions.active(RIG)
+    assert active.payload_session.wait(200.0) is SessionState.DONE, active.payload_session.reason
+    active.close()
+
+
+def refuses_what_may_do_harm_or_does_not_go_together(client, http, finished, experiment):
+    heavier = finished(http, client.prepare_proof(experiment, RIG, "short", "block"))
+    assert heavier["state"] == "failed"
+    assert "beyond what the model was identified at" in heavier["words"]
+    with pytest.raises(ServiceError, match="does not have the experiment's joints"):
+        client.prepare_proof(experiment, "tx40-simulated", "short", "none")
+    with pytest.raises(ServiceError, match="m9"):
+        client.prepare_proof(experiment, RIG, "short", "none", model="m9")
+    assert http.post(f"/experiments/{experiment}/proofs", json={"share": 2.0}).status_code == 422
+    assert client.proofs(experiment) == []
+
+
+def test_a_proof_is_prepared_driven_twice_and_listed_with_what_it_did(arm, service, finished):
+    http, experiment = arm
+    client = Client("", http=http)
+    refuses_what_may_do_harm_or_does_not_go_together(client, http, finished, experiment)
+    job = client.prepare_proof(experiment, RIG, "short", "none")
+    assert finished(http, job)["result"] == {"model": "m1", "proof": "00"}
+    with pytest.raises(ServiceError, match="no torque was sent ahead yet"):
+        client.proof_result(experiment, "00")
+    with pytest.raises(ServiceError, match="Drive the plan without torque sent ahead first"):
+        client.prepare_drive(experiment, "00", "with")
+    assert client.proof(experiment, "00")["next"] == "without"
+
+    first = client.prepare_drive(experiment, "00", "without")
+    assert first["id"] == "proof-00-without"
+    assert client.prepare_drive(experiment, "00", "without")["id"] == first["id"]  # it is gone on with
+    drive(service, client, first)
+    second = client.prepare_drive(experiment, "00", "with")
+    page = http.get(f"/pages/experiments/{experiment}/sessions/{second['id']}").text
+    assert re.search(r"j3 up to [0-9.]+ A ahead, stopped at a following error of", page)
+    drive(service, client, second)
+
+    (listed,) = client.proofs(experiment)
+    assert (listed["next"], listed["model"], listed["operator"]) == (None, "m1", "the-operator")
+    assert listed["without"]["state"] == listed["with_torque"]["state"] == "done"
+    found = client.proof_result(experiment, "00")
+    assert found.folder == "compensation/00"
+    assert found.joints[0].rms_with < found.joints[0].rms_without
+    assert "/" not in found.recording_with
+    assert str(service.service.experiments.root) not in http.get(f"/experiments/{experiment}/proofs").text
+    with pytest.raises(ServiceError, match="prepare another proof"):
+        client.prepare_drive(experiment, "00", "with")
+
+    # no model is fitted to it, and it is no session of the experiment, also once the folders were looked at anew
+    store = service.service.experiments
+    store.reindex()
+    assert [row.id for row in store.sessions(experiment)] == ["session-00", "session-01"]
+    assert client.session(experiment, "proof-00-with")["file"] == "compensation/00/session-01.h5"
+    for step in ("recover", "admit"):
+        with pytest.raises(ServiceError, match="no model uses"):
+            getattr(client, step)(experiment, "proof-00-with")
+    errors = read_errors(store.folder(experiment) / "compensation" / "00")
+    assert errors.before.shape == errors.after.shape == errors.position.shape
+
+    viewer = service.client(Role.VIEWER)
+    assert "driven by its load" in viewer.get(f"/pages/experiments/{experiment}/proofs/00").text
+    for address in ("results", "model", "proofs"):
+        page = viewer.get(f"/pages/experiments/{experiment}/{address}").text
+        assert "follows better" in page
+        assert "Prepare the proof" not in page
+    assert viewer.post(f"/experiments/{experiment}/proofs/00/drives/without").status_code == 403
