@@ -1,6 +1,7 @@
 """The proof on the drive: does the model make this machine follow better? Proofs so far, a new one, and one with what it did."""
 
 from typing import Annotated, Literal
+from urllib.parse import urlencode
 
 import numpy as np
 from fastapi import APIRouter, Form, Query, Request
@@ -138,11 +139,32 @@ def proof_page(
             "drives": [_drive(service, state, drive, words) for drive, words in DRIVES],
             "next": state.next,
             "remarks": state.result.remarks if state.result else service.proofs.remarks(experiment, proof),
+            "all_joints": [
+                joint_rows(each)[0] | {"joint": each.joint}
+                for each in (state.result.joints if state.result else ())
+            ],
             "result": _result(service, stored, state, name),
-            "here_link": experiment_link(experiment, f"proofs/{proof}"),
+            "proof_news_link": _news_link(experiment, proof, service.proofs.progress(experiment, proof)),
             "all_link": experiment_link(experiment, "proofs"),
         }
     return page(request, "proof.html", **context)
+
+
+@router.get("/{proof}/news")
+def proof_news(
+    request: Request,
+    _user: access.Viewer,
+    experiment: str,
+    proof: str,
+    seen: Annotated[str, Query(max_length=400)] = "",
+) -> Response:
+    """A fresh page once a drive has gone further than was seen."""
+    now = access.service_of(request).proofs.progress(experiment, proof)
+    return Response(status_code=204, headers={} if now == seen else {"HX-Refresh": "true"})
+
+
+def _news_link(experiment: str, proof: str, seen: str) -> str:
+    return f"{experiment_link(experiment, f'proofs/{proof}/news')}?{urlencode({'seen': seen})}"
 
 
 @router.post("/{proof}/drives/{drive}")
@@ -221,7 +243,7 @@ def _result(service: Service, stored: StoredExperiment, state: ProofState, joint
     units = JointUnits.of(stored.declared.robot.joints[place].type)
     small = "mrad" if units.position == "rad" else "mm"
     errors = service.proofs.errors(stored.id, state.number)
-    figure = None
+    figure = narrow = None
     if errors is not None:
         drawn = Following(
             errors.time,
@@ -233,6 +255,7 @@ def _result(service: Service, stored: StoredExperiment, state: ProofState, joint
             units.position,
         )
         figure = draw_following_error(joint, drawn)
+        narrow = draw_following_error(joint, drawn, width=350, height=300)
     return {
         "completed": result.completed,
         "reason": result.reason,
@@ -240,5 +263,6 @@ def _result(service: Service, stored: StoredExperiment, state: ProofState, joint
         "own": own,
         "small": small,
         "figure": figure,
+        "narrow": narrow,
         "limit": 1e3 * result.following_limits[place],
     }

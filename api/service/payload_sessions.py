@@ -508,11 +508,13 @@ class PayloadSessions:
 
     def _follow(self, active: ActiveSession, event: SessionEvent) -> None:
         self._store(active)
-        if event.state.ended:
+        if not event.state.ended:
+            return
+        row = self._row(active)
+        if drive_of_proof(row) is not None:
+            self._proofs.conclude(row)
+        else:
             self._experiments.refresh(active.experiment)
-            row = self._row(active)
-            if drive_of_proof(row) is not None:
-                self._proofs.conclude(row)
 
     def _recorded(self, active: ActiveSession) -> None:
         """The recording stands in the experiment: identify over all sessions so far, unless it is the drive of a proof."""

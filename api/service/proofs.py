@@ -167,6 +167,13 @@ class Proofs:
         """Its following errors cycle by cycle; None until torque was sent ahead. Raises the problem 404."""
         return read_errors(self._folder(experiment, number))
 
+    def progress(self, experiment: str, number: str) -> str:
+        """A text that changes whenever a drive goes a step further or something came of it."""
+        state = self.get(experiment, number)
+        drives = [row.state if row is not None else "" for row in (state.without, state.with_)]
+        compared = "" if state.result is None else state.result.recording_with
+        return "|".join([*drives, compared or ""])
+
     def words(self, experiment: str, number: str) -> tuple[str, ...]:
         """What the second drive sends and when it is stopped, joint by joint; none before the first was driven."""
         state = self.get(experiment, number)
@@ -253,7 +260,13 @@ class Proofs:
     def _state(self, experiment: str, folder: Path) -> ProofState:
         number = folder.name
         without, with_ = (self._experiments.drive(experiment, number, each) for each in ("without", "with"))
-        return ProofState(number, read_settings(folder), without, with_, read_conclusion(folder))
+        result = read_conclusion(folder)
+        if with_ is not None and with_.file is not None and SessionState(with_.state).ended:
+            recorded = Path(with_.file).name
+            if result is None or result.recording_with != recorded:  # the service ended before it compared
+                self.conclude(with_)
+                result = read_conclusion(folder)
+        return ProofState(number, read_settings(folder), without, with_, result)
 
     def _folder(self, experiment: str, number: str) -> Path:
         for folder in proof_folders(self._experiments.folder(experiment)):

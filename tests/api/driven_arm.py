@@ -32,14 +32,14 @@ def write_driven_arm(
     driving: float = 0.15,
     backdriving: float = 0.08,
 ) -> None:
-    """One session of 20 s at 200 Hz for each payload; friction (dry + driving |load|) sign q', of either quadrant.
+    """Experiment `arm`: 20 s at 200 Hz for each payload; friction (dry + driving |load|) sign q', of either quadrant.
 
     A payload `block`, heavier than any that was driven, is declared too.
     """
     known = {each.name: each for each in rig.payloads}
     declared = (*rig.payloads, Payload(name="block", mass=25.0, com=(LEVER, 0.0, 0.0)))
     write_experiment(
-        folder, ExperimentFile(format=1, name=folder.name, robot=experiment_robot(rig), payloads=declared)
+        folder, ExperimentFile(format=1, name="arm", robot=experiment_robot(rig), payloads=declared)
     )
     random = np.random.default_rng(4)
     plan = standard_plan(rig, 20.0)
