@@ -25,7 +25,7 @@ def proof_panel(service: Service, experiment: str, version: str) -> Context:
 def proof_row(experiment: str, state: ProofState) -> Context:
     """One proof in a list."""
     settings = state.settings
-    tone, words = _standing(state)
+    tone, standing = _standing(state)
     return {
         "number": state.number,
         "link": experiment_link(experiment, f"proofs/{state.number}"),
@@ -39,7 +39,7 @@ def proof_row(experiment: str, state: ProofState) -> Context:
         "operator": settings.operator,
         "created": settings.created,
         "tone": tone,
-        "words": words,
+        "words": standing,
         "changes": changes(state.result) if state.result is not None else "",
     }
 
@@ -81,11 +81,11 @@ def joint_rows(joint: JointFollowing) -> list[Context]:
     rows.append(("peak", joint.peak_without, joint.peak_with))
     return [
         {
-            "words": words,
+            "words": where,
             "without": None if without is None else 1e3 * without,
             "with": None if with_ is None else 1e3 * with_,
             "change": change(without, with_),
             "worse": without is not None and with_ is not None and with_ >= without,
         }
-        for words, without, with_ in rows
+        for where, without, with_ in rows
     ]

@@ -136,7 +136,7 @@ def proof_page(
     with input_errors_as_problems():
         context |= {
             "proof": proof_row(experiment, state),
-            "drives": [_drive(service, state, drive, words) for drive, words in DRIVES],
+            "drives": [_drive(service, state, drive, title) for drive, title in DRIVES],
             "next": state.next,
             "remarks": state.result.remarks if state.result else service.proofs.remarks(experiment, proof),
             "all_joints": [
@@ -182,15 +182,15 @@ def prepare_drive(
 
 def _rigs(service: Service, stored: StoredExperiment) -> dict[str, Rig]:
     """Rigs with the experiment's joints."""
-    found: dict[str, Rig] = {}
+    rigs: dict[str, Rig] = {}
     for each in service.rigs.files():
         try:
             rig = service.rigs.rig(each)
         except InputError:
             continue  # said on the rig's own page
         if [axis.joint for axis in rig.axes] == stored.joint_names:
-            found[each] = rig
-    return found
+            rigs[each] = rig
+    return rigs
 
 
 def _plans(service: Service, stored: StoredExperiment) -> list[Context]:
@@ -212,14 +212,14 @@ def _payloads(stored: StoredExperiment, rig: Rig) -> list[tuple[str, float]]:
     return list(known.items())
 
 
-def _drive(service: Service, state: ProofState, drive: Drive, words: str) -> Context:
+def _drive(service: Service, state: ProofState, drive: Drive, title: str) -> Context:
     """One of the two drives: what became of it, and where it goes on."""
     row = state.drive(drive)
     done = row is not None and row.state == SessionState.DONE.value
     under_way = row is not None and not _over(service, row)
     said = outcome(service, row) if row is not None and not done else None
     return {
-        "words": words,
+        "words": title,
         "done": done or (state.result is not None and (drive == "without" or state.result.completed)),
         "under_way": under_way,
         "link": session_link(row.experiment, row.id) if row is not None else None,
@@ -234,10 +234,10 @@ def _over(service: Service, row: SessionRow) -> bool:
 
 def _result(service: Service, stored: StoredExperiment, state: ProofState, joint: str) -> Context | None:
     result = state.result
-    own = next((each for each in result.joints if each.joint == joint), None) if result else None
+    errors_of_joint = next((each for each in result.joints if each.joint == joint), None) if result else None
     if result is None:
         return None
-    if own is None:
+    if errors_of_joint is None:
         return {"reason": result.reason, "completed": result.completed, "rows": None}
     place = stored.joint_names.index(joint)
     units = JointUnits.of(stored.declared.robot.joints[place].type)
@@ -259,8 +259,8 @@ def _result(service: Service, stored: StoredExperiment, state: ProofState, joint
     return {
         "completed": result.completed,
         "reason": result.reason,
-        "rows": joint_rows(own),
-        "own": own,
+        "rows": joint_rows(errors_of_joint),
+        "own": errors_of_joint,
         "small": small,
         "figure": figure,
         "narrow": narrow,

@@ -115,8 +115,8 @@ def _of_drive(service: Service, row: SessionRow, active: ActiveSession | None) -
         title = "The drive was stopped." if state is SessionState.ABORTED else "A fault ended the drive."
         return Outcome(kind, title, reason, "", back)
     if active is None and service.proofs.cut_off(row):
-        words = "The service ended while it was recorded; prepare this drive again."
-        return Outcome("warn", "The drive was cut off.", words, "", back)
+        todo = "The service ended while it was recorded; prepare this drive again."
+        return Outcome("warn", "The drive was cut off.", todo, "", back)
     if active is not None and active.moves:
         return None
     go_on = NextStep("Continue with it", session_link(row.experiment, row.id))

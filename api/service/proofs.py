@@ -300,6 +300,6 @@ def _done(row: SessionRow | None) -> bool:
 
 
 def _drive(row: SessionRow) -> tuple[str, Drive]:
-    found = drive_of_proof(row)
-    assert found is not None
-    return found
+    drive = drive_of_proof(row)
+    assert drive is not None
+    return drive

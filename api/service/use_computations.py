@@ -65,7 +65,7 @@ def torque_along(
         load_experiment(Path(experiment)),
         model=model,
         add=add,
-        progress=lambda done, words: progress(0.7 * done, words),
+        progress=lambda done, step: progress(0.7 * done, step),
     )
     progress(0.7, "the torque along the plan")
     return torque_ahead(result, rig, plan, payload, part, share)

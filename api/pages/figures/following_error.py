@@ -70,9 +70,9 @@ def draw_following_error(joint: str, drawn: Following, width: float = 860, heigh
     content += [text(x(tick), bottom + 15, tick_text(tick, ticks), "middle") for tick in ticks]
     content.append(line(left, bottom, right, bottom, "axis"))
     content.append(text((left + right) / 2, height - 4, "time of the plan, s", "middle"))
-    for scale, words in ((above, f"error, {drawn.small}"), (beneath, f"plan, {drawn.unit}")):
+    for scale, label in ((above, f"error, {drawn.small}"), (beneath, f"plan, {drawn.unit}")):
         middle = (scale.start + scale.end) / 2
-        content.append(text(12, middle, words, "middle title", transform=f"rotate(-90 12 {middle:g})"))
+        content.append(text(12, middle, label, "middle title", transform=f"rotate(-90 12 {middle:g})"))
     title = f"Following error of {joint} without and with torque sent ahead, above the planned position"
     return picture(width, height, title, *content)
 

@@ -1,0 +1,26 @@
+"""The figure of a proof: both errors to one scale, the bound where it is within reach, the plan beneath."""
+
+import re
+
+import numpy as np
+import pytest
+
+from api.pages.figures.following_error import Following, draw_following_error
+
+
+@pytest.mark.parametrize("limit", [1.5, 30.0])
+def test_both_errors_are_drawn_to_one_scale_and_the_bound_only_where_it_can_be_seen(limit: float) -> None:
+    time = np.arange(0.0, 4.0, 0.002)
+    swing = np.sin(6.0 * time)
+    after = 0.5 * swing
+    after[:10] = np.nan
+    drawing = draw_following_error(
+        "j2", Following(time, 2.0 * swing, after, 0.3 * swing, limit, "mrad", "rad")
+    )
+    bands = re.findall(r'<path d="([^"]+)" class="band following ?(before|)"', drawing)
+    assert [kind for _, kind in bands] == ["before", ""]
+    heights = [np.ptp([float(y) for y in re.findall(r"[ML][\d.-]+ ([\d.-]+)", data)]) for data, _ in bands]
+    np.testing.assert_allclose(heights[0] / heights[1], 4.0, rtol=0.03)
+    assert ("stopped beyond" in drawing) == (limit < 2.0)
+    assert "error, mrad" in drawing
+    assert "plan, rad" in drawing

@@ -1,0 +1,52 @@
+"""What the pages say of a proof, above all where it is no better."""
+
+from api.pages.proof_words import change, changes, improved, joint_rows
+from identify.results.compensation import CompensationDocument, FollowingPart, JointFollowing
+
+
+def joint(name: str, without: float, with_: float) -> JointFollowing:
+    part = FollowingPart(where="driven by its load", samples=5, rms_without=without, rms_with=with_)
+    return JointFollowing(
+        joint=name,
+        unit="rad",
+        rms_without=without,
+        rms_with=with_,
+        peak_without=2 * without,
+        peak_with=None,
+        largest_offset=3.0,
+        bounded=0.0,
+        speeds=(),
+        quadrants=(part,),
+    )
+
+
+def test_a_joint_that_follows_worse_is_said_to() -> None:
+    better, worse = joint("j1", 1e-3, 2e-4), joint("j2", 1e-3, 1.1e-3)
+    assert [improved(each) for each in (better, worse)] == [True, False]
+    document = CompensationDocument(
+        experiment="arm",
+        rig="bench",
+        payload="none",
+        model="usual",
+        part="whole",
+        share=0.6,
+        recording_without="session-00.h5",
+        recording_with="session-01.h5",
+        completed=True,
+        reason="",
+        following_limits=(1e-3, 1e-3),
+        joints=(better, worse),
+        folder="compensation/00",
+        remarks=(),
+    )
+    assert changes(document) == "j1 −80 %, j2 +10 %"
+    rows = joint_rows(worse)
+    assert [row["words"] for row in rows] == [
+        "root mean square, all of the plan",
+        "driven by its load",
+        "peak",
+    ]
+    assert [row["worse"] for row in rows] == [True, True, False]
+    assert rows[0]["without"] == 1.0
+    assert rows[-1]["change"] == "–"
+    assert change(None, 1.0) == "–"
