@@ -20,6 +20,8 @@ EXAMPLES_OF_PATH = {
     "recording": "session-00",
     "model": "m2",
     "ending": "urdf",
+    "proof": "00",
+    "drive": "without",
     "job": "5f1c7a90b2d34e68",
     "rig": "rx130l-joint3-simulated",
     "plan": "joint3-sinusoids",
