@@ -82,14 +82,14 @@ def _within_what_is_known(
     motion: Motion,
     known: list[tuple[Motion, PlannedTorque]],
 ) -> None:
-    speeds = np.max([np.abs(own.dq).max(axis=0) for own, _ in known], axis=0)
-    loads = np.max([np.abs(own.rigid).max(axis=0) for _, own in known], axis=0)
+    speeds = np.max([np.abs(recorded.dq).max(axis=0) for recorded, _ in known], axis=0)
+    loads = np.max([np.abs(at_record.rigid).max(axis=0) for _, at_record in known], axis=0)
     asked = (
         ("speed", np.abs(motion.dq).max(axis=0), speeds),
         ("load", np.abs(torque.rigid).max(axis=0), loads),
     )
-    for what, planned, recorded in asked:
-        for name, here, there in zip(names, planned, recorded, strict=True):
+    for what, planned, reached in asked:
+        for name, here, there in zip(names, planned, reached, strict=True):
             if here > BEYOND * there:
                 raise InputError(
                     f"{name}: the plan's largest {what}, {here:.3g}, is beyond what the model was identified at, {there:.3g};"
@@ -137,9 +137,9 @@ def _possible(result: Identification, motion: Motion, torque: PlannedTorque) -> 
     standard, kept = feasible_standard(result, model)
     if not kept:
         bare = motion_without_payload(motion)
-        (own,) = InverseDynamics(model.geometry, [model.standard]).torques(bare.q, bare.dq, bare.ddq)
+        (identified,) = InverseDynamics(model.geometry, [model.standard]).torques(bare.q, bare.dq, bare.ddq)
         (near,) = InverseDynamics(model.geometry, [standard]).torques(bare.q, bare.dq, bare.ddq)
-        off = np.sqrt(np.mean((own - near) ** 2, axis=0))
+        off = np.sqrt(np.mean((identified - near) ** 2, axis=0))
         size = np.sqrt(np.mean(torque.whole**2, axis=0))
         norm = np.where(result.fitted.fit.norm > 0, result.fitted.fit.norm, 1.0)
         believed = result.fitted.fit.residual / norm

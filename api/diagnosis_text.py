@@ -86,8 +86,8 @@ def learned_lines(joint: str, learned: Learned) -> Iterator[str]:
     )
     width = len(heads)
     for place, knot in enumerate(learned.knots[0]):
-        own = range(place * width, (place + 1) * width)
-        cells = [_with_deviation(learned.values[each], learned.deviations[each]) for each in own]
+        at_knot = range(place * width, (place + 1) * width)
+        cells = [_with_deviation(learned.values[each], learned.deviations[each]) for each in at_knot]
         yield f"    {knot:>10.4g}  " + "  ".join(f"{cell:>22s}" for cell in cells)
     yield f"    to try it: --keep-learned, then --add {learned.effect}@{joint}"
 

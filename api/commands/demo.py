@@ -81,7 +81,7 @@ def demo(
         say(f"Session with payload {payload}: {session.words}.")
         result = identify_so_far(Recorded(folder, folder / session.file, payload), "demo")
         identifications.append(result)
-        print_errors(console, result, lambda words: say(f"  {words}"))
+        print_errors(console, result, lambda line: say(f"  {line}"))
     say()
     experiment = load_experiment(folder)
     story = improve(experiment, "usual")

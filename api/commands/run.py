@@ -239,7 +239,7 @@ def print_errors(
     console: Any, result: "IdentificationDocument", say: Callable[[str], None] | None = None
 ) -> None:
     """What the model makes of all sessions so far."""
-    say = say or (lambda words: console.print(words, highlight=False))
+    say = say or (lambda line: console.print(line, highlight=False))
     sessions = ", ".join(f"{each.payload} {percent(each.relative_error)}" for each in result.sessions)
     say(
         f"model {result.model} over {len(result.sessions)} sessions: relative error "

@@ -100,8 +100,8 @@ def _session_choices(
         for index, file in enumerate(stored.fitted_files(shown), 1)
     ]
     return [
-        {"words": words, "here": value == here, "link": f"{base}?{urlencode(kept | {'session': value})}"}
-        for value, words in choices
+        {"words": label, "here": value == here, "link": f"{base}?{urlencode(kept | {'session': value})}"}
+        for value, label in choices
     ]
 
 

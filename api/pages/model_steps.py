@@ -54,8 +54,8 @@ def _motion(folder: Path, joint: str) -> tuple[str | None, bool]:
         return None, False
     if unseen is None:
         return None, False
-    own = next(each for each in unseen.joints if each.joint == joint)
-    return figure(own.position_rms, own.unit), own.worse
+    of_joint = next(each for each in unseen.joints if each.joint == joint)
+    return figure(of_joint.position_rms, of_joint.unit), of_joint.worse
 
 
 def step_link(stored: StoredExperiment, step: str, joint: str, **further: str) -> str:

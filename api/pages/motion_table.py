@@ -24,13 +24,13 @@ def motion_table(document: SimulationDocument, joint: str) -> list[Context]:
     """Rows of one joint: what is predicted how far ahead, the model's error and the usual one's, in mrad or mm."""
     rows: list[Context] = []
     for errors in document.horizons:
-        own = next(each for each in errors.joints if each.joint == joint)
+        of_joint = next(each for each in errors.joints if each.joint == joint)
         sessions = "validation sessions" if errors.role == "validation" else "sessions of the fit"
         rows.append(
             {
                 "words": f"{errors.horizon:g} s ahead, {sessions}",
-                "error": figure(own.position_rms, own.unit),
-                "usual": figure(own.position_rms_usual, own.unit),
+                "error": figure(of_joint.position_rms, of_joint.unit),
+                "usual": figure(of_joint.position_rms_usual, of_joint.unit),
                 "worse": False,
             }
         )
@@ -63,14 +63,14 @@ def motion_panel(use: ModelUse, experiment: str, version: str, joint: str) -> Co
 
 def export_rows(use: ModelUse, experiment: str, version: str) -> list[Context]:
     """Every format: its name, where to ask for it, and the file with its certificate in words where it is there."""
-    found = use.certificates(experiment, version)
+    certificates = use.certificates(experiment, version)
     query = urlencode({"version": version})
     return [
         {
             "name": NAMES[ending],
             "ending": ending,
             "link": f"{experiment_link(experiment, 'use/exports')}/{ending}?{query}",
-            "words": certificate_words(found[ending]) if ending in found else None,
+            "words": certificate_words(certificates[ending]) if ending in certificates else None,
         }
         for ending in ENDINGS
     ]
@@ -87,8 +87,8 @@ def certificate_words(certificate: Certificate) -> list[str]:
             else f" error {100 * model:.2f} %, of the file {100 * file:.2f} %;"
         )
         parts = [
-            f"{words} {', '.join(effects)}"
-            for words, effects in (("approximated:", joint.approximated), ("lost:", joint.lost))
+            f"{what} {', '.join(effects)}"
+            for what, effects in (("approximated:", joint.approximated), ("lost:", joint.lost))
             if effects
         ]
         said.append(f"{joint.joint}:{errors} {'; '.join(parts) or 'everything kept'}.")

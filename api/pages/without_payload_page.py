@@ -51,7 +51,7 @@ def ask(
                 "identify",
                 "api.service.without_payload:identify_without_payload",
                 lambda arguments=arguments: arguments,
-                lambda found: found.model_dump(),
+                lambda document: document.model_dump(),
                 user=user.name,
                 experiment=experiment,
             )

@@ -153,4 +153,4 @@ def _places(experiment: str) -> dict[str, int]:
 
 def _part(progress: Progress, begin: float, end: float) -> Progress:
     """The progress of a part of the work, as a share of the whole."""
-    return lambda fraction, words: progress(begin + (end - begin) * fraction, words)
+    return lambda fraction, step: progress(begin + (end - begin) * fraction, step)

@@ -38,7 +38,7 @@ def write_identified_urdf(
 
     loaded = load_experiment(Path(experiment))
     result = identify.identify(
-        loaded, model=model, add=add, progress=lambda done, words: progress(0.6 * done, words)
+        loaded, model=model, add=add, progress=lambda done, step: progress(0.6 * done, step)
     )
     progress(0.6, "standard parameters of real bodies")
     standard = [parameter.value for parameter in feasible_parameters(result).standard]

@@ -19,7 +19,7 @@ def simulate(progress: Progress, experiment: str, model: str, add: list[str]) ->
 
     loaded = load_experiment(Path(experiment))
     result = identify.identify(
-        loaded, model=model, add=add, progress=lambda done, words: progress(0.2 * done, words)
+        loaded, model=model, add=add, progress=lambda done, step: progress(0.2 * done, step)
     )
     usual = None if model == "usual" and not add else identify.identify(loaded, model="usual")
     return simulated(
@@ -27,7 +27,7 @@ def simulate(progress: Progress, experiment: str, model: str, add: list[str]) ->
         usual,
         HORIZONS,
         free_run=False,
-        progress=lambda done, words: progress(0.3 + 0.6 * done, words),
+        progress=lambda done, step: progress(0.3 + 0.6 * done, step),
     )
 
 
@@ -40,7 +40,7 @@ def export(progress: Progress, experiment: str, model: str, add: list[str], targ
 
     loaded = load_experiment(Path(experiment))
     result = identify.identify(
-        loaded, model=model, add=add, progress=lambda done, words: progress(0.5 * done, words)
+        loaded, model=model, add=add, progress=lambda done, step: progress(0.5 * done, step)
     )
     progress(0.5, "writing, and loading back what was written")
     Path(target).parent.mkdir(exist_ok=True)

@@ -126,7 +126,7 @@ def diagnose_record(
     others any more, exchange what only imitated another, and look again until nothing changes: the load that candidates
     depend on, and what others hide, are then seen better.
     """
-    report = progress or (lambda fraction, words: None)
+    report = progress or (lambda fraction, step: None)
     report(0.0, "fitting the model")
     fitted = present = fit_model(record, model)
     added: list[tuple[Term, int]] = []

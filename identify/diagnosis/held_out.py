@@ -94,27 +94,28 @@ class FoldedProducts:
         trained, judged = self._beside(joint, base, columns)
         place = np.full(self.observation.width, -1, np.intp)
         place[columns] = np.arange(len(columns))
-        options = [own[own >= 0] for own in (place[variant] for variant in listed)]
+        options = [places[places >= 0] for places in (place[variant] for variant in listed)]
         bounds = [b for trial in trials for b in trial.bounds or (None,) * len(trial.variants)]
         fits = fit_options(trained, judged, options, bounds)
         left = float(self.weights[joint] ** 2 * judged.target()[-1])
         widths = np.array([len(option) for option in options])
-        found, first = [], 0
+        errors: list[HeldOut] = []
+        first = 0
         for trial in trials:
-            own = slice(first, first + len(trial.variants))
-            first = own.stop
-            price = column_price(left, fits.gain[-1, own], len(self.observation.blocks))
-            best = np.argmax(fits.gain[:, own] - price * widths[own], axis=1)
-            chosen = (np.arange(self.count), own.start + best[:-1])
-            found.append(
+            of_trial = slice(first, first + len(trial.variants))
+            first = of_trial.stop
+            price = column_price(left, fits.gain[-1, of_trial], len(self.observation.blocks))
+            best = np.argmax(fits.gain[:, of_trial] - price * widths[of_trial], axis=1)
+            chosen = (np.arange(self.count), of_trial.start + best[:-1])
+            errors.append(
                 HeldOut(
-                    float(fits.error[-1, own.start + best[-1]]),
+                    float(fits.error[-1, of_trial.start + best[-1]]),
                     fits.error[chosen],
                     fits.power[chosen],
                     int(best[-1]),
                 )
             )
-        return found
+        return errors
 
     def _base(self, base: Index) -> "_Base":
         """The base's own products; kept, since most candidates are judged beside the same few bases."""
@@ -122,10 +123,12 @@ class FoldedProducts:
         if key not in self._bases:
             count = len(base)
             products = np.zeros((self.count, count, count + 1))
-            for joint, own in enumerate(self.products):
+            for joint, of_joint in enumerate(self.products):
                 there, here = self._on_rows(joint, base)
-                products[:, there[:, None], there] += self.weights[joint] ** 2 * own[:, here[:, None], here]
-                products[:, there, -1] += self.weights[joint] ** 2 * own[:, here, -2]
+                products[:, there[:, None], there] += (
+                    self.weights[joint] ** 2 * of_joint[:, here[:, None], here]
+                )
+                products[:, there, -1] += self.weights[joint] ** 2 * of_joint[:, here, -2]
             training = _training(products)
             scale = np.sqrt(np.maximum(np.einsum("fii->fi", training[:, :, :-1]), 1e-300))
             inner = training[:, :, :-1] / (scale[:, :, None] * scale[:, None, :])
@@ -140,12 +143,12 @@ class FoldedProducts:
         wanted = np.append(columns, self.observation.width)
         cross = np.zeros((self.count, len(base), len(wanted)))
         carrying: list[tuple[float, int]] = []
-        for row, own in enumerate(self.products):
+        for row, of_row in enumerate(self.products):
             if len(self._on_rows(row, columns)[0]):
                 weight = float(self.weights[row]) ** 2
                 carrying.append((weight, row))
                 on, at = self._on_rows(row, base)
-                cross[:, on] += weight * own[:, at[:, None], self._local[row, wanted]]
+                cross[:, on] += weight * of_row[:, at[:, None], self._local[row, wanted]]
         cross = _training(cross)
         cross[:, :, -1] = known.target
         scale = known.scale[:, :, None]
@@ -155,14 +158,14 @@ class FoldedProducts:
             return _training(self._products(carrying, wanted[one], wanted[other]))
 
         def left_out(one: Index, other: Index) -> Array:
-            found = self._products([(1.0, joint)], wanted[one], wanted[other])
-            return np.concatenate([found, found.sum(0, keepdims=True)])
+            products = self._products([(1.0, joint)], wanted[one], wanted[other])
+            return np.concatenate([products, products.sum(0, keepdims=True)])
 
-        own = self.products[joint]
+        of_joint = self.products[joint]
         on, at = self._on_rows(joint, base)
         taken = combination[:, on]
-        within = own[:, at[:, None], at]
-        beside = own[:, at[:, None], self._local[joint, wanted]]
+        within = of_joint[:, at[:, None], at]
+        beside = of_joint[:, at[:, None], self._local[joint, wanted]]
         within, beside = (np.concatenate([part, part.sum(0, keepdims=True)]) for part in (within, beside))
         trained = Remainder(training, cross, combination)
         trained = trained.aided(self.known) if self.known else trained
@@ -175,10 +178,10 @@ class FoldedProducts:
 
     def _products(self, joints: Sequence[tuple[float, int]], one: Index, other: Index) -> Array:
         """(folds, …) weighted products of pairs of columns over the rows of some joints."""
-        found = np.zeros((self.count, *np.broadcast_shapes(one.shape, other.shape)))
+        products = np.zeros((self.count, *np.broadcast_shapes(one.shape, other.shape)))
         for weight, joint in joints:
-            found += weight * self.products[joint][:, self._local[joint, one], self._local[joint, other]]
-        return found
+            products += weight * self.products[joint][:, self._local[joint, one], self._local[joint, other]]
+        return products
 
     def _on_rows(self, joint: int, wanted: Index) -> tuple[Index, Index]:
         """Which of some columns stand on a joint's rows: their places among the wanted, and among the joint's."""

@@ -98,7 +98,7 @@ def improve(
     """
     record = open_record(experiment)
     present = requested_model(record, model, add)
-    report = progress or (lambda fraction, words: None)
+    report = progress or (lambda fraction, step: None)
     steps = [step_of(None, fit_model(record, present))]
     refused: set[tuple[str, int]] = set()
     while True:

@@ -215,7 +215,7 @@ def check_settings(model: type[_Model], document: Any, lines: Lines, path: Path 
 
 def _first_mistake(error: ValidationError, model: type[BaseModel], lines: Lines, path: Path | str) -> str:
     # An unknown key is reported before a missing one: it is most often the missing one, misspelt.
-    mistake = min(error.errors(include_url=False), key=lambda found: found["type"] != "extra_forbidden")
+    mistake = min(error.errors(include_url=False), key=lambda mistake: mistake["type"] != "extra_forbidden")
     place, text = tuple(mistake["loc"]), mistake["msg"]
     if mistake["type"] == "value_error":
         text = text.removeprefix("Value error, ")

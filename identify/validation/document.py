@@ -83,7 +83,7 @@ def identification_document(result: Identified) -> IdentificationDocument:
         samples=int(fitted.fit.rows.sum()),
         form=result.form,
         estimator=fitted.estimator,
-        eliminated=tuple(own.document(*described[own.column][:2]) for own in fitted.eliminated),
+        eliminated=tuple(each.document(*described[each.column][:2]) for each in fitted.eliminated),
         constants=tuple(
             EffectConstants.of(slot.term.effect.name, record.joint_names[slot.term.joint], slot.values)
             for slot in fitted.slots

@@ -281,14 +281,14 @@ def _scatter(
     stretch = np.arange(len(phases)) * STRETCHES // max(1, len(phases))
     whole = int(duration / period)
     rest = phases[phases + whole * period <= duration]
-    for own, repeats in ((slice(0, len(rest)), whole + 1), (slice(len(rest), None), whole)):
-        part = phases[own]
+    for covered, repeats in ((slice(0, len(rest)), whole + 1), (slice(len(rest), None), whole)):
+        part = phases[covered]
         if repeats >= FEWEST_REPEATS and len(part):
             times = [part + index * period for index in range(repeats)]
             stack = np.array([course(each) for each in times])
             valid = np.ones(stack.shape[1:], bool)
             if counted is not None:
                 valid = np.logical_and.reduce([counted(each) for each in times])
-            np.add.at(squares, stretch[own], np.sum((stack - stack.mean(0)) ** 2 * valid, axis=0))
-            np.add.at(freedom, stretch[own], (repeats - 1) * valid)
+            np.add.at(squares, stretch[covered], np.sum((stack - stack.mean(0)) ** 2 * valid, axis=0))
+            np.add.at(freedom, stretch[covered], (repeats - 1) * valid)
     return squares, freedom

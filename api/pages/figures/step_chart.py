@@ -112,16 +112,16 @@ def _staircase(steps: Sequence[ModelStep], left: float, slot: float, y: Scale) -
             checked = step.relative_error_validation
             content.append(text(centre + 0.5 * slot + 5, y(checked) + 3.8, number(100 * checked, 2), "faint"))
         content += [
-            text(centre, y.start + 14 + 12 * row, words, "middle title" if step.current else "middle")
-            for row, words in enumerate(_two_lines(step.label, slot))
+            text(centre, y.start + 14 + 12 * row, line, "middle title" if step.current else "middle")
+            for row, line in enumerate(_two_lines(step.label, slot))
         ]
         if step.other_data:
             content.append(text(centre, y(step.relative_error) + 17.0, step.other_data, "middle faint"))
         if step.motion is not None:
-            words = f"{step.motion} ↑" if step.motion_worse else step.motion
+            error = f"{step.motion} ↑" if step.motion_worse else step.motion
             content.append(
                 text(
-                    centre, y.start + 40, words, "middle limit-text" if step.motion_worse else "middle faint"
+                    centre, y.start + 40, error, "middle limit-text" if step.motion_worse else "middle faint"
                 )
             )
     return content
