@@ -169,11 +169,6 @@ class CanopenNetwork:
         self._network.subscribe(0x80 + node, watch.on_emcy)
         return watch
 
-    def unwatch(self, watch: NodeWatch) -> None:
-        """Stop to listen."""
-        self._unsubscribe(0x700 + watch.node, watch.on_heartbeat)
-        self._unsubscribe(0x80 + watch.node, watch.on_emcy)
-
     def subscribe(self, can_id: int, callback: FrameCallback) -> None:
         """Call back for frames with this id, on the network's thread; callbacks must not raise or wait."""
         self._network.subscribe(can_id, callback)

@@ -59,13 +59,11 @@ def mean_error(predictions: Sequence[Prediction]) -> float:
     return relative_error(residual, np.concatenate([part.measured[part.moving] for part in predictions]))
 
 
-def predict(fitted: FittedModel, entry: SessionEntry) -> list[Prediction]:
-    """Every joint of a session: the columns of the fit times its parameters, through the same filter."""
-    return predict_sessions(fitted, [entry])[0]
-
-
 def predict_sessions(fitted: FittedModel, entries: Sequence[SessionEntry]) -> list[list[Prediction]]:
-    """`predict` for several sessions, computed where the executor says."""
+    """Every joint of some sessions: the columns of the fit times its parameters, through the same filter.
+
+    Computed where the executor says.
+    """
     record, fit = fitted.record, fitted.fit
     base = fitted.observation.base
     factors = [

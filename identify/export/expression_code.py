@@ -123,11 +123,6 @@ def torque_text(model: ExportedModel, torque: Torque, dialect: Dialect) -> str:
     return render(torque.formula, names, dialect)
 
 
-def signals_of(formula: str) -> set[str]:
-    """The signals and functions that a formula names."""
-    return {node.id for node in ast.walk(ast.parse(formula, mode="eval")) if isinstance(node, ast.Name)}
-
-
 def _render(node: ast.expr, names: Mapping[str, str], dialect: Dialect) -> str:
     if isinstance(node, ast.Constant) and isinstance(node.value, int | float):
         return literal(float(node.value))
