@@ -26,11 +26,6 @@ STAMP = "lock.sha256"  # which lock file the folder was filled from
 WANTED = {
     "htmx.org/dist/htmx.min.js": "htmx.min.js",
     "htmx.org/LICENSE": "htmx.LICENSE",
-    "swagger-ui-dist/swagger-ui-bundle.js": "swagger-ui-bundle.js",
-    "swagger-ui-dist/swagger-ui.css": "swagger-ui.css",
-    "swagger-ui-dist/LICENSE": "swagger-ui.LICENSE",
-    "swagger-ui-dist/NOTICE": "swagger-ui.NOTICE",
-    "swagger-ui-dist/swagger-ui-bundle.js.LICENSE.txt": "swagger-ui-bundle.LICENSE",
     "uplot/dist/uPlot.iife.min.js": "uPlot.iife.min.js",
     "uplot/dist/uPlot.min.css": "uPlot.min.css",
     "uplot/LICENSE": "uPlot.LICENSE",
@@ -75,6 +70,9 @@ def fetch(root: Path) -> Path:
         stamp.unlink(missing_ok=True)
         for source, name in WANTED.items():
             shutil.copyfile(Path(scratch, "node_modules", source), vendor / name)
+        for file in vendor.iterdir():
+            if file.name not in WANTED.values():  # of an earlier lock file
+                file.unlink()
         stamp.write_text(lock + "\n")
     return vendor
 

@@ -173,7 +173,7 @@ def _excitation(document: IdentificationDocument) -> RenderableType | None:
     excitation = document.excitation
     if excitation is None or excitation.verdict == "sufficient":
         return None
-    title = "This motion does not tell all of the model"
+    title = "This motion does not determine all of the model"
     if excitation.verdict == "insufficient":
         title = "Do not rely on the parameters"
     return _list(title, excitation.cannot_tell)

@@ -14,6 +14,6 @@ def require_mass(payload: Payload, mass: float) -> None:
     tolerance = max(LEAST_TOLERANCE, TOLERANCE * payload.mass)
     if not abs(mass - payload.mass) <= tolerance:
         raise InputError(
-            f"payload {payload.name}: weighs {payload.mass:g} kg in the rig file, {mass:g} kg on the scale; they may differ "
-            f"by {tolerance:.3g} kg"
+            f"payload {payload.name}: weighs {payload.mass:g} kg in the rig file, {mass:g} kg on the scale, and they may differ "
+            f"by {tolerance:.3g} kg; mount that payload and weigh it again, or choose the payload that is mounted"
         )

@@ -158,7 +158,7 @@ def audit_page(
             "action": row.action,
             "target": row.target,
             "outcome": row.outcome,
-            "refused": not row.outcome.startswith(("2", "3")),
+            "refused": not row.outcome.startswith(("2", "3", "asked")),
         }
         for row in rows
     ]

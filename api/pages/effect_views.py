@@ -4,7 +4,7 @@ Which picture an effect has it says itself (`identify.effects.picture`); one wit
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from markupsafe import Markup
@@ -26,6 +26,8 @@ FOLDS = 36
 SPECTRUM_LINES = 300
 AROUND = 0.3
 """of the mean time between reversals, shown before and after one"""
+WIDE, NARROW = 590.0, 350.0
+"""units of a figure's width, on a desk and on a phone"""
 PRESLIDING = 8.0
 """times the presliding distance that a loop shows"""
 
@@ -37,6 +39,8 @@ class EffectView:
     words: str
     drawing: Markup
     torque: bool = False
+    narrow: Markup | None = None
+    """the same for a phone, where the wide one could not be read"""
 
 
 def effect_views(
@@ -50,23 +54,40 @@ def effect_views(
     """Pictures of the samples without the effect and, where they are at hand, with it; the most telling first."""
     if not len(before.time):
         return []
+    wide, narrow = (
+        _views(effect, before, after, units, variable, constants, width) for width in (WIDE, NARROW)
+    )
+    return [replace(view, narrow=other.drawing) for view, other in zip(wide, narrow, strict=True)]
+
+
+def _views(
+    effect: str,
+    before: JointSamples,
+    after: JointSamples | None,
+    units: JointUnits,
+    variable: str | None,
+    constants: Mapping[str, float],
+    width: float,
+) -> list[EffectView]:
     waves = constants.get("wave_number")
     shape = picture_of(effect, variable).shape
     if waves:
-        views = [_folded(before, after, units, waves), _spectrum(before, after, units, waves)]
+        views = [_folded(before, after, units, waves, width), _spectrum(before, after, units, waves, width)]
     elif shape == "quadrants":
-        views = _by_quadrant(before, after, units)
+        views = _by_quadrant(before, after, units, width)
     elif shape == "loop":
-        views = [_loop(before, after, units, constants.get("presliding_distance"))]
+        views = [_loop(before, after, units, constants.get("presliding_distance"), width)]
     elif shape == "reversals":
-        views = [_reversals(before, after, units)]
+        views = [_reversals(before, after, units, width)]
     else:
-        drawing, over = effect_picture(effect, before, after, units, variable)
+        drawing, over = effect_picture(effect, before, after, units, variable, width)
         views = [EffectView(f"Residual over {over.label}", drawing)]
-    return [*views, _worst(before, after, units)]
+    return [*views, _worst(before, after, units, width)]
 
 
-def _folded(before: JointSamples, after: JointSamples | None, units: JointUnits, waves: float) -> EffectView:
+def _folded(
+    before: JointSamples, after: JointSamples | None, units: JointUnits, waves: float, width: float
+) -> EffectView:
     """The residual over the phase of one wave."""
     edges = np.linspace(0.0, 360.0, FOLDS + 1)
     bands = [
@@ -77,13 +98,13 @@ def _folded(before: JointSamples, after: JointSamples | None, units: JointUnits,
     period = 2 * np.pi / waves
     way = f"{significant(period * 1e3)} {'mm' if units.position == 'm' else 'mrad'}"
     drawing = draw_effect_picture(
-        bands[0], bands[1], f"position within one period of {way}", "°", units.load, False
+        bands[0], bands[1], f"position within one period of {way}", "°", units.load, False, width
     )
     return EffectView("Residual folded on one period", drawing)
 
 
 def _spectrum(
-    before: JointSamples, after: JointSamples | None, units: JointUnits, waves: float
+    before: JointSamples, after: JointSamples | None, units: JointUnits, waves: float, width: float
 ) -> EffectView:
     """Amplitude over wave numbers up to twice the effect's own, in waves per turn of the joint, or per metre."""
     unit = 2 * np.pi if units.position == "m" else 1.0
@@ -98,12 +119,20 @@ def _spectrum(
     label = "waves per metre" if units.position == "m" else "waves per turn of the joint"
     marks = Marks(at=[(waves / unit, significant(waves / unit, 3))])
     drawing = draw_curves(
-        "Spectrum of the residual over position", curves, label, f"amplitude, {units.load}", marks, height=190
+        "Spectrum of the residual over position",
+        curves,
+        label,
+        f"amplitude, {units.load}",
+        marks,
+        width=width,
+        height=190,
     )
     return EffectView("Spectrum of the residual over position", drawing)
 
 
-def _by_quadrant(before: JointSamples, after: JointSamples | None, units: JointUnits) -> list[EffectView]:
+def _by_quadrant(
+    before: JointSamples, after: JointSamples | None, units: JointUnits, width: float
+) -> list[EffectView]:
     """Loss over the size of the load, apart for the quadrants in which the motor drives, and the load does."""
     edges = even_edges(np.abs(before.load), 24)
     edges[0] = 0.0
@@ -117,14 +146,14 @@ def _by_quadrant(before: JointSamples, after: JointSamples | None, units: JointU
             part = each.where(np.sign(each.load * each.velocity) == sign)
             bands.append(error_band(np.abs(part.load), part.turned_error, edges))
         drawing = draw_effect_picture(
-            bands[0], bands[1], "size of the load", units.load, units.load, True, height=200
+            bands[0], bands[1], "size of the load", units.load, units.load, True, width, 200
         )
         views.append(EffectView(f"Loss over load where {quadrants}", drawing))
     return views
 
 
 def _loop(
-    before: JointSamples, after: JointSamples | None, units: JointUnits, distance: float | None
+    before: JointSamples, after: JointSamples | None, units: JointUnits, distance: float | None, width: float
 ) -> EffectView:
     """The residual after a reversal, forward from the left and backward from the right: hysteresis shows as a loop."""
     travel = before.travel
@@ -141,12 +170,16 @@ def _loop(
         )
         curves.append(Curve(1e3 * forward.centre, forward.median, kind))
         curves.append(Curve(1e3 * (edges[-1] - backward.centre), backward.median, kind))
-    label = f"travel since the reversal, {small}: forward from the left, backward from the right"
-    drawing = draw_curves("Residual as a loop after reversals", curves, label, f"error, {units.load}")
+    label = f"travel since the reversal, {small}: forward →, ← backward"
+    drawing = draw_curves(
+        "Residual as a loop after reversals", curves, label, f"error, {units.load}", width=width
+    )
     return EffectView("Residual as a loop after reversals", drawing)
 
 
-def _reversals(before: JointSamples, after: JointSamples | None, units: JointUnits) -> EffectView:
+def _reversals(
+    before: JointSamples, after: JointSamples | None, units: JointUnits, width: float
+) -> EffectView:
     """Measured and predicted around the mean reversal."""
     turns = max(int(np.sum(np.diff(np.sign(before.velocity)) != 0)), 1)
     half = float(np.clip(AROUND * len(before.time) * np.median(np.diff(before.time)) / turns, 0.05, 2.0))
@@ -166,11 +199,12 @@ def _reversals(before: JointSamples, after: JointSamples | None, units: JointUni
         "time after the reversal, s",
         f"{quantity} · direction after it, {units.load}",
         Marks(at=[(0.0, "reversal")]),
+        width=width,
     )
     return EffectView("Measured and predicted around reversals", drawing, torque=True)
 
 
-def _worst(before: JointSamples, after: JointSamples | None, units: JointUnits) -> EffectView:
+def _worst(before: JointSamples, after: JointSamples | None, units: JointUnits, width: float) -> EffectView:
     """Torque over time where the error without the effect is largest."""
     rows = worst_stretch(before.session, before.time, before.error, WORST_SECONDS)
     part = before.where(np.arange(rows.start, rows.stop))
@@ -185,7 +219,7 @@ def _worst(before: JointSamples, after: JointSamples | None, units: JointUnits) 
         part.predicted if behind is None else behind,
         quantity,
         units.load,
-        width=590,
+        width=width,
         height=250,
         without=None if behind is None else part.predicted,
     )

@@ -163,6 +163,7 @@ def effect_picture(
     after: JointSamples | None,
     units: JointUnits,
     variable: str | None = None,
+    width: float = 590,
 ) -> tuple[Markup, PictureVariable]:
     """The residual over the variable of the effect's picture, without it and (where a fit with it is at hand) with it.
 
@@ -177,7 +178,7 @@ def effect_picture(
     band = _band(before, over, edges)
     band_after = _band(after, over, edges) if after is not None else None
     drawn = draw_effect_picture(
-        band, band_after, over.label, units.of_dimension(over.dimension), units.load, over.error_turned
+        band, band_after, over.label, units.of_dimension(over.dimension), units.load, over.error_turned, width
     )
     return drawn, over
 

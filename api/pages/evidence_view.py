@@ -120,7 +120,8 @@ def selected_evidence(
         before = here.thinned(FIGURE_SAMPLES).in_fit
         with_it = _predicted(stored, shown, joint, files, here, candidate)
         label = "predicted with it" if with_it is not None else None
-        errors = Errors.of(candidate)
+        # The model's own error is said as everywhere else; a diagnosis that estimates with instruments has another.
+        errors = replace(Errors.of(candidate), relative_error_before=shown.joint(joint).relative_error)
     views = effect_views(
         effect,
         before,

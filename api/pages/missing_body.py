@@ -7,7 +7,6 @@ from urllib.parse import urlencode
 from api.pages.catalogue_words import effect_titles
 from api.pages.error_figures import JointUnits
 from api.pages.evidence_view import joint_diagnosis, selected_evidence
-from api.pages.figures.group_bars import draw_shares
 from api.pages.layout import experiment_link
 from api.pages.model_steps import step_chart, step_link
 from api.pages.rendering import Context
@@ -45,6 +44,15 @@ class MissingStep:
 
     candidate: Candidate
     title: str
+
+
+@dataclass(frozen=True)
+class SharePlace:
+    """A range of a variable, with its share of the squared error and, where known, of the samples; 0 to 1."""
+
+    words: str
+    share: float
+    samples: float | None
 
 
 @dataclass(frozen=True)
@@ -92,16 +100,12 @@ def body_context(
         "structure": structure_words(diagnosis),
         "no_candidates": "No effect of the catalogue would help."
         if diagnosis
-        else "Nobody has asked yet what this model misses.",
+        else "This model has not been diagnosed yet.",
         "selected": selected_evidence(stored, shown, diagnosis, joint, effect),
-        "where_figure": draw_shares(
-            [
-                (where_words(place, units), place.share_of_error, place.share_of_samples)
-                for place in where[:SHOWN_PLACES]
-            ]
-        )
-        if where
-        else None,
+        "where": [
+            SharePlace(where_words(place, units), min(place.share_of_error, 1.0), place.share_of_samples)
+            for place in where[:SHOWN_PLACES]
+        ],
         "apart": rival_effects_context(stored, shown, diagnosis, joint),
         "not_tried": _not_tried(stored, shown, joint),
         "can_undo": len(stored.story.line) > 1,

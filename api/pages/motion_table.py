@@ -14,9 +14,9 @@ NAMES: dict[Ending, str] = {
     "xml": "MJCF",
     "py": "Python",
     "c": "C",
-    "st": "Structured text",
+    "st": "structured text",
     "fmu": "FMU",
-    "json": "Data",
+    "json": "data (JSON)",
 }
 
 
@@ -84,7 +84,7 @@ def certificate_words(certificate: Certificate) -> list[str]:
         errors = (
             ""
             if model is None or file is None
-            else f" error {100 * model:.2f} %, of the file {100 * file:.2f} %;"
+            else f" relative error of the model {100 * model:.2f} %, of the file {100 * file:.2f} %;"
         )
         parts = [
             f"{what} {', '.join(effects)}"

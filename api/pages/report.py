@@ -28,6 +28,7 @@ from api.service.model_story import ModelVersion
 from api.service.problems import Problem
 from api.service.session_catalogue import CatalogueEntry
 from identify.results.certificate import Certificate
+from identify.results.diagnosis import JointDiagnosis
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
 
@@ -132,6 +133,12 @@ def _added(stored: StoredExperiment, shown: ShownModel, joint: str) -> list[Sele
     return evidence[::-1]
 
 
+def _unseen_error(diagnosis: JointDiagnosis | None) -> float | None:
+    """The model's error on motion that the fit did not see: every candidate was judged against it. None: not diagnosed."""
+    candidates = diagnosis.candidates if diagnosis else ()
+    return candidates[0].heldout_error_before if candidates else None
+
+
 def _joint_section(stored: StoredExperiment, shown: ShownModel, joint: str) -> Context:
     """Verdict, staircase, torque of every session, map, bands and tables of one joint."""
     units = JointUnits.of(stored.declared.robot.joints[stored.joint_names.index(joint)].type)
@@ -141,6 +148,7 @@ def _joint_section(stored: StoredExperiment, shown: ShownModel, joint: str) -> C
     if first.version.id != shown.version.id and stored.fitted_files(first) == files:
         models, labels = [shown, first], ["this model", "first model"]
     floor = shown.joint(joint).noise_floor
+    diagnosis = joint_diagnosis(stored, shown, joint)
     sessions = []
     for file, columns in stored.stored_samples(shown, joint, files).items():
         time, measured, predicted = (np.asarray(columns[each]) for each in ("time", "measured", "predicted"))
@@ -157,11 +165,12 @@ def _joint_section(stored: StoredExperiment, shown: ShownModel, joint: str) -> C
     return {
         "name": joint,
         "part": shown.joint(joint),
-        "verdict": verdict_of(joint_diagnosis(stored, shown, joint), floor, effect_titles()),
+        "unseen": _unseen_error(diagnosis),
+        "verdict": verdict_of(diagnosis, floor, effect_titles()),
         "added": _added(stored, shown, joint),
         "staircase": step_chart(stored, joint, floor),
         "sessions": sessions,
-        "figures": figures_of(stored, [shown], first, joint, files, units),
+        "figures": figures_of(stored, models, first, joint, files, units),
         "tables": counted_errors(stored, models, joint, files).tables,
         "models": labels,
         "units": units,

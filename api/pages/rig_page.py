@@ -134,7 +134,7 @@ def _calibration(service: Service, rig_id: str, settings: Rig) -> list[tuple[str
     gains = [
         f"{axis.joint} {significant(settings.drive_gain[i, i], 5)}" for i, axis in enumerate(settings.axes)
     ]
-    return [("file of the rig", moment(changed)), ("drive gains, eq. (4)", ", ".join(gains))]
+    return [("rig file changed", moment(changed)), ("drive gains, eq. (4)", ", ".join(gains))]
 
 
 def _state(active: ActiveSession | None) -> dict[str, str]:
@@ -149,10 +149,10 @@ def _state(active: ActiveSession | None) -> dict[str, str]:
         }
     state, reason = active.state.value, active.payload_session.reason
     todo = {
-        "new": "Check the rig: go on with the session that is being prepared.",
+        "new": "A session is being prepared: continue it and check the rig.",
         "checked": "Weigh and mount the payload, then confirm it.",
         "payload confirmed": "Clear the robot's space, then arm.",
-        "armed": "Start moves the robot. Stop is always at hand.",
+        "armed": "Start moves the robot. STOP is at the bottom of every page and on the Esc key.",
         "running": "Watch it on the live page.",
         "done": "Look at the model, or measure the next payload.",
         "aborted": "Somebody stopped it. Find out why before the next session; what was measured is kept.",

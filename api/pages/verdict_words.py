@@ -67,7 +67,7 @@ def verdict_of(joint: JointDiagnosis | None, floor: float | None, titles: Mappin
 
 def _listed(names: Sequence[str]) -> str:
     """Up to three names; more make no sentence, and stand one by one below it."""
-    return listing(names) if len(names) <= 3 else f"{', '.join(names[:2])} and {len(names) - 2} effects more"
+    return listing(names) if len(names) <= 3 else f"{', '.join(names[:2])} and {len(names) - 2} more effects"
 
 
 def _gain_words(joint: JointDiagnosis) -> str:
@@ -97,8 +97,8 @@ def structure_words(joint: JointDiagnosis | None) -> str | None:
     beyond = " with the missing effects added" if joint.missing else ""
     if strongest.variables == ("moments",):
         return (
-            f"{percent(strongest.share, 2)} of the power that is left{beyond} sits in a few moments that stand out of "
-            "the rest, away from reversals: something happened then."
+            f"{percent(strongest.share, 2)} of the power that is left{beyond} lies in a few moments that stand out from "
+            "the rest, away from reversals: look at what happened then."
         )
     return (
         f"{percent(strongest.share, 2)} of the power that is left{beyond} can be predicted from {listing(names)}, "

@@ -128,7 +128,7 @@ class ActiveSession:
     @property
     def refusal(self) -> str:
         """For somebody else who wants the bus."""
-        return f"The session {self.id} of {self.experiment} has this rig; finish or discard it."
+        return f"The session {self.id} of {self.experiment} is using this rig; finish or discard it."
 
     def close(self) -> None:
         """Stop it if need be, let its processes end, and give the bus back."""
@@ -288,7 +288,10 @@ class PayloadSessions:
         """
         row = self._prepared(experiment, identifier, user)
         if row.state in (SessionState.CONFIRMED, SessionState.ARMED, SessionState.RUNNING) or row.file:
-            raise Problem(409, f"The session is {row.state}; the payload is weighed before.")
+            raise Problem(
+                409,
+                f"The session is {row.state}, its payload weighed; for another, prepare a new session.",
+            )
         row.weighed = mass()
         self._experiments.change_session(row)
         return row
@@ -344,7 +347,7 @@ class PayloadSessions:
         """
         row = self._of_no_proof(experiment, identifier)
         if self._is_active(row) and not self._active[row.rig or ""].state.ended:
-            raise Problem(409, "The session is under way.")
+            raise Problem(409, "The session is under way; stop it first, or wait for its end.")
         if row.file is None or row.state != RECORDING:
             raise Problem(409, f"The session {identifier} is {row.state}: there is nothing to recover.")
         from daq.recovery import admit_if_it_may_serve, being_written, recover_recording
@@ -364,7 +367,7 @@ class PayloadSessions:
         row = self._of_no_proof(experiment, identifier)
         kept = row.file is not None and row.file.startswith(INCOMPLETE)
         if row.file is None or not kept or row.state not in ENDED_EARLY:
-            raise Problem(409, f"The session {identifier} is {row.state}: there is nothing to decide.")
+            raise Problem(409, f"The session {identifier} is {row.state}: nothing is to be decided about it.")
         from daq.recovery import admit_if_it_may_serve, recording_state
 
         folder = self._experiments.folder(experiment)

@@ -21,7 +21,7 @@ class UploadSlots:
         if self._of_user[user] >= MOST_OF_A_USER or self._of_user.total() >= MOST:
             raise Problem(
                 429,
-                "Other uploads are on their way; send this one when they are done.",
+                "Other uploads are in progress; send this one when they are done.",
                 {"Retry-After": "10"},
             )
         self._of_user[user] += 1

@@ -29,7 +29,9 @@ def excitation(result: Identified) -> Excitation:
         if parameter.std_robust is not None and parameter.std_robust > UNTOLD * abs(parameter.value)
     ]
     if untold:
-        slight.append(f"{', '.join(untold)}: 0, or not told by this motion (within two deviations of 0)")
+        slight.append(
+            f"{', '.join(untold)}: zero, or not determined by this motion (within two deviations of zero)"
+        )
     slight += _obstacles(result)
     verdict = "insufficient" if grave else "partial" if slight else "sufficient"
     return Excitation(verdict=verdict, cannot_tell=(*grave, *slight))

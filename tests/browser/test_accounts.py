@@ -5,6 +5,8 @@ import re
 import pytest
 from playwright.sync_api import expect
 
+from tests.browser.test_accessibility import violations
+
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
 
 
@@ -44,7 +46,15 @@ def test_the_rest_calls_are_listed_without_asking_another_host(laboratory_with, 
     for way in ("Try it on the simulated arm", "Upload a record", "Connect a rig"):
         expect(ada.page.get_by_role("heading", name=way)).to_be_visible()
     ada.page.goto(f"{ada.laboratory.address}/docs")
-    expect(ada.page.locator(".opblock-summary-path", has_text="/experiments/import").first).to_be_visible()
+    page = ada.page
+    page.get_by_label("Find a call").fill("get /rigs")
+    expect(page.locator('[data-path="/users"]').first).to_be_hidden()
+    call = page.locator('[data-method="GET"][data-path="/rigs/{rig}"]')
+    call.locator("summary").press("Enter")
+    call.get_by_label("rig (path").fill("bench")
+    call.get_by_role("button", name="Send").press("Enter")
+    expect(call.locator("[data-answer]")).to_contain_text("Joint 3 with something hidden")
+    assert violations(page) == []
 
 
 def test_an_admin_adds_a_user_whose_name_is_then_in_the_audit_log(laboratory_with, visitor) -> None:

@@ -34,25 +34,3 @@ def draw_group_bars(
             )
             content.append(text(x(error) + 6, y + 9.8, percent(error), "strong" if index == 0 else ""))
     return picture(width, height, f"Relative error by {label}", *content)
-
-
-def draw_shares(rows: Sequence[tuple[str, float, float | None]], width: float = 580) -> Markup:
-    """Draw for each (words, share of the squared error 0..1, share of the samples) a bar on a ground that is the whole.
-
-    A tick marks the share of the samples: a bar that ends beyond it holds more error than its size explains.
-    """
-    slot = 24.0
-    left, right = 190.0, width - 44.0
-    x = Scale(0.0, 1.0, left, right)
-    content = []
-    for row, (label, share, samples) in enumerate(rows):
-        y = row * slot + 4
-        content.append(text(left - 9, y + 12, label, "end title"))
-        content.append(element("rect", x=left, y=y + 3, width=right - left, height=10.0, class_="bar-ground"))
-        content.append(
-            element("rect", x=left, y=y + 3, width=x(min(share, 1.0)) - left, height=10.0, class_="bar-error")
-        )
-        if samples is not None:
-            content.append(element("rect", x=x(samples) - 1, y=y, width=2.0, height=16.0, class_="tick-mark"))
-        content.append(text(right + 7, y + 12, percent(share, 2), "strong"))
-    return picture(width, slot * max(len(rows), 1) + 4, "Share of the error by range", *content)

@@ -82,7 +82,7 @@ document.addEventListener("htmx:beforeOnLoad", (event) => {
   again.type = "button";
   again.textContent = "Show it";
   again.addEventListener("click", () => location.reload());
-  message.append("A new fit is there. ", again);
+  message.append("A new fit is ready. ", again);
   elt.removeAttribute("hx-get");
   elt.replaceChildren(message);
 });
@@ -141,6 +141,24 @@ function announce() {
   if (place) place.textContent = words;
 }
 document.addEventListener("htmx:afterSettle", announce);
+
+// What scrolls sideways can be scrolled from the keyboard too: it takes the focus as long as it does, under its heading's name.
+const SCROLLING = "main .scroll, main .equation";
+const sized = new ResizeObserver((entries) => entries.forEach(({ target }) => takeFocus(target)));
+function takeFocus(place) {
+  if (place.scrollWidth <= place.clientWidth) {
+    for (const name of ["tabindex", "role", "aria-label"]) place.removeAttribute(name);
+    return;
+  }
+  place.tabIndex = 0;
+  place.setAttribute("role", "group");
+  place.setAttribute("aria-label", place.closest("section")?.querySelector("h1, h2, h3")?.textContent ?? "Table");
+}
+function watchScrolling() {
+  for (const place of document.querySelectorAll(SCROLLING)) sized.observe(place);
+}
+document.addEventListener("htmx:afterSettle", watchScrolling);
+watchScrolling();
 
 // Keys without Ctrl or Alt can be switched off, for whoever dictates or uses a switch; Esc always stops.
 const keys = document.querySelector("[data-single-keys]");

@@ -43,10 +43,11 @@ def test_the_report_stands_alone(browser_client: httpx.Client) -> None:
     assert response.status_code == 200
     for loaded in ("<script", "<link", "<img", "url(", "@font-face", "@import"):
         assert loaded not in text
-    # measured against predicted for three sessions, a map, a staircase, four bands, views of the effect that was added
+    # measured against predicted for three sessions, maps of the first model and of this one, a staircase, four bands,
+    # and views of the effect that was added
     views = text.count("<h3>load-friction-asymmetric: ")
     assert views >= 1
-    assert text.count("<svg") == 3 + 1 + 1 + 4 + views
+    assert text.count("<svg") == 3 + 2 + 1 + 4 + views
     assert "sha256-" in response.headers["content-security-policy"]
 
 
