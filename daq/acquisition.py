@@ -280,7 +280,7 @@ class Acquisition:
         kept = "; what it had written is kept" if self._recording else " before the session was armed"
         return StopReason(
             StopCause.RECORDER,
-            f"the recorder process died{kept}; look at memory and disk of this computer, then begin anew",
+            f"the recorder process died{kept}; look at memory and disk of this computer, then start a new session",
         )
 
     def _listen(self, timeout: float) -> None:

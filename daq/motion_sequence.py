@@ -150,7 +150,7 @@ class MotionSequence:
             case Step.SETTLING:
                 if self._age * self.rig.cycle >= _SETTLE:
                     if self.reason is None:
-                        self.reason = StopReason(StopCause.PLAN_DONE, "the plan was driven to its end")
+                        self.reason = StopReason(StopCause.PLAN_DONE, "the plan ran to its end")
                     self._power_off()
             case Step.STOPPING:
                 self._watch_stopping(rows)

@@ -131,7 +131,7 @@ class Recorder:
             if free < self._storage.disk_reserve:
                 sentence = (
                     f"the disk has {free:.0f} MB left, less than the {self._storage.disk_reserve:g} MB in reserve "
-                    "(storage.disk_reserve); make room, then begin anew"
+                    "(storage.disk_reserve); make room, then start a new session"
                 )
                 self._refuse(StopReason(StopCause.FULL_DISK, sentence))
         self._flushed = now
@@ -150,7 +150,7 @@ class Recorder:
                 if full
                 else f"does not take the data ({error.strerror or 'it refuses without a reason'})"
             )
-            sentence = f"the disk {what}; what it took is kept; make room or check the disk, then begin anew"
+            sentence = f"the disk {what}; what it took is kept; make room or check the disk, then start a new session"
             self._refuse(StopReason(StopCause.FULL_DISK, sentence))
 
     def _refuse(self, reason: StopReason) -> None:
@@ -203,7 +203,7 @@ def record(order: RecorderOrder, acquisition: Connection) -> None:
         recorder = Recorder(order, tell)
     except OSError as error:
         reason = error.strerror or str(error)
-        sentence = f"the recording {order.path} cannot be created ({reason}); see who may write there, then begin anew"
+        sentence = f"the recording {order.path} cannot be created ({reason}); see who may write there, then start a new session"
         tell(StopReason(StopCause.RECORDER, sentence))
         return
     tell("ready")

@@ -31,7 +31,7 @@ from drivers.standard_stream import standard_stream
 from drivers.sync_producer import SYNC_ID
 
 RESTARTED = (
-    "it restarted (its boot-up was heard): look at its supply, its earth and its watchdog, then begin anew"
+    "it restarted (its boot-up was heard): look at its supply, its earth and its watchdog, then start again"
 )
 MASTER_NODE = 127
 """Our own node id: the heartbeat under it is what the drives watch."""

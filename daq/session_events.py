@@ -21,7 +21,7 @@ class SessionState(StrEnum):
     RUNNING = "running"
     """the robot moves"""
     DONE = "done"
-    """the plan was driven to its end; the data are complete"""
+    """the plan ran to its end; the data are complete"""
     ABORTED = "aborted"
     """somebody stopped it; what was measured until then is kept"""
     FAULTED = "faulted"

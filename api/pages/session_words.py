@@ -67,6 +67,10 @@ def outcome(service: Service, row: SessionRow) -> Outcome | None:
     state = active.state.value if active is not None else row.state
     reason = _for_a_page((service.sessions.reason(active) if active is not None else row.reason) or "")
     name = f"{row.id} of {row.experiment}"
+    if (
+        active is None and reason
+    ):  # a page that stood before the service was started again showed which session it was
+        reason = f"{name}: {reason}"
     again = NextStep("Prepare it again", _prepare(row, row.payload["name"]))
     kept = "What was measured is kept." if row.file and "are kept" not in reason else ""
     measured = (
@@ -75,7 +79,7 @@ def outcome(service: Service, row: SessionRow) -> Outcome | None:
     if state in (SessionState.ARMED, SessionState.RUNNING) and active is not None:
         return None
     if state == SessionState.DONE:
-        sentence = reason or f"The plan was driven to its end with the payload {row.payload['name']}"
+        sentence = reason or f"The plan ran to its end with the payload {row.payload['name']}"
         return _measured(service, row, _sentence(sentence))
     if state == SessionState.ABORTED:
         return Outcome("warn", "The session was stopped.", _sentence(reason), kept, again, measured)

@@ -99,7 +99,7 @@ def test_a_session_in_doubt_is_kept_said_and_listed_only_by_a_person(rig, armed_
     session = armed_session(with_faults(rig, planned=[planned]))
     session.start()
     assert session.wait(120) is SessionState.FAULTED, session.reason
-    assert "the plan was driven to its end, but: joint j3" in session.reason or words in session.reason
+    assert "the plan ran to its end, but: joint j3" in session.reason or words in session.reason
     assert words in session.reason
     with h5py.File(session.file) as file:
         assert file.attrs["stop_cause"] == "data in doubt"

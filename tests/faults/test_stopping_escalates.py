@@ -17,7 +17,7 @@ def fast(*faults: tuple[str, int], phase: str = "fast") -> dict:
 def test_without_a_fault_the_plan_is_driven_and_power_is_read_back_as_off():
     outcome = run(bench_rig())
     assert outcome.reason.cause is StopCause.PLAN_DONE
-    assert outcome.reason.words == "the plan was driven to its end"
+    assert outcome.reason.words == "the plan ran to its end"
     assert is_safe(outcome)
     assert outcome.alarms == []
 

@@ -36,10 +36,8 @@ def active(state: SessionState, reason: str = ""):
 
 
 def test_after_a_session_the_next_payload_is_the_next_step():
-    done = outcome(
-        service(), row("done", reason="the plan was driven to its end; 24000 samples in session-00.h5")
-    )
-    assert done.words == "The plan was driven to its end; 24000 samples in session-00.h5."
+    done = outcome(service(), row("done", reason="the plan ran to its end; 24000 samples in session-00.h5"))
+    assert done.words == "Session-00 of arm: the plan ran to its end; 24000 samples in session-00.h5."
     assert done.step.words == "Next payload: disk-7"
     assert "rig=bench&experiment=arm&payload=disk-7&plan=bench-20-s" in done.step.link
 
@@ -65,7 +63,11 @@ def test_what_is_advised_for_the_command_line_is_not_said_on_a_page():
         (row("recording"), "The service ended while session-00 of arm was recorded.", "Recover it"),
         (row("payload confirmed", file=None), "Check the rig once more.", "Continue with it"),
         (row("new", file=None), "session-00 of arm is being prepared.", "Continue with it"),
-        (row("faulted", reason="drive 3: too hot"), "Drive 3: too hot.", "Prepare it again"),
+        (
+            row("faulted", reason="drive 3: too hot"),
+            "Session-00 of arm: drive 3: too hot.",
+            "Prepare it again",
+        ),
     ],
 )
 def test_after_the_service_was_started_again_each_session_has_an_end_and_a_next_step(stored, said, step):
