@@ -83,11 +83,11 @@ class Tour:
         if first:
             page.get_by_label("Seconds of a new plan").fill(str(SECONDS))
             page.get_by_role("button", name="Make a plan").click()
-            page.wait_for_url(re.compile(r"plan="), timeout=PATIENCE)
+            expect(page).to_have_url(re.compile(r"plan="), timeout=PATIENCE)
             page.get_by_label("Name of the new experiment").fill("Joint 3")
             self.picture("plan")
         page.get_by_role("button", name="Prepare the session").click()
-        page.wait_for_url(re.compile(r"/sessions/session-"))
+        expect(page).to_have_url(re.compile(r"/sessions/session-"), timeout=PATIENCE)
         page.get_by_role("button", name="Check the rig").click()
         expect(page.get_by_label("Mass in kg")).to_be_visible(timeout=PATIENCE)
         page.get_by_label("Mass in kg").fill(mass)
@@ -97,7 +97,7 @@ class Tour:
         page.get_by_role("button", name="I confirm it").click()
         page.get_by_role("button", name="Arm", exact=True).click()
         page.get_by_role("button", name="Start: the robot moves").click(timeout=PATIENCE)
-        page.wait_for_url(re.compile(r"/pages/live"))
+        expect(page).to_have_url(re.compile(r"/pages/live"), timeout=PATIENCE)
         if not first and payload == SESSIONS[-1][0]:
             expect(page.locator("[data-run-progress]")).to_have_attribute(
                 "value", re.compile(r"0\.[3-9]"), timeout=PATIENCE

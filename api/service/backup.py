@@ -74,9 +74,7 @@ def restore_backup(archive: Path, data_folder: Path) -> BackupReport:
     Raises InputError where the folder has something in it, or the archive is none of ours, damaged or incomplete.
     """
     if data_folder.exists() and any(data_folder.iterdir()):
-        raise InputError(
-            f"{data_folder}: there is something in it; restore into a folder that is not there yet"
-        )
+        raise InputError(f"{data_folder}: is not empty; restore into a folder that does not exist yet")
     data_folder.parent.mkdir(parents=True, exist_ok=True)
     place = Path(tempfile.mkdtemp(prefix=f".{data_folder.name}-restored-", dir=data_folder.parent))
     try:

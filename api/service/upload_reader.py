@@ -112,7 +112,9 @@ def _unpack(upload: IO[bytes], folder: Path, allowance: Allowance) -> list[str]:
     try:
         archive = zipfile.ZipFile(_WithoutHugeDirectory(upload))
     except (zipfile.BadZipFile, OSError, ValueError) as error:
-        raise InputError("file: not a zip archive") from error
+        raise InputError(
+            "file: not a zip archive; pack the experiment's folder as a .zip and upload that"
+        ) from error
     members = ArchiveMembers(archive)
     _extract(archive, members.experiment, folder / EXPERIMENT_FILE, allowance, LARGEST_SETTINGS)
     declared = read_experiment_file(folder / EXPERIMENT_FILE)

@@ -144,7 +144,7 @@ def judge(request: Request, plan: ExcitationPlan) -> PlanReport:
         first = violations(plan, request.rig, exceeding[2], exceeding[1])[0]
         remarks.append(f"payload {exceeding[0].name}: {first}; but loads are {request.model.source}")
     if not plan.repeated:
-        remarks.append("nothing in this plan repeats: no noise floor can be measured; give it more seconds")
+        remarks.append("nothing in this plan repeats: no noise floor can be measured; make it longer")
     motions = [PlannedMotion.of(plan, payload, COVERAGE_PERIOD) for payload in request.payloads]
     judgement = request.model.judge(motions)
     gain = request.rig.drive_gain

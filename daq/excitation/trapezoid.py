@@ -76,7 +76,7 @@ def move_at(start: Array, to: Array, velocity: Array, acceleration: Array, jerk:
     way = np.abs(np.asarray(to, dtype=float) - np.asarray(start, dtype=float))
     cruise = float((way / velocity).max())
     if cruise == 0.0:
-        raise ValueError("a move needs a way: start and end are the same")
+        raise ValueError("a move needs a distance: start and end are the same")
     ramp = quickest_ramp(way / cruise, acceleration, jerk)
     if ramp > cruise:  # all flank: way = speed · ramp, duration = 2 ramp
         ramp = float(

@@ -100,7 +100,7 @@ def test_a_backup_of_a_service_that_is_being_used_is_whole(stocked, service, tmp
 def test_a_restore_touches_nothing_that_is_there(stocked, tmp_path):
     write_backup(stocked, tmp_path / "all.tar")
     before = files_of(stocked)
-    with pytest.raises(InputError, match="there is something in it"):
+    with pytest.raises(InputError, match="is not empty"):
         restore_backup(tmp_path / "all.tar", stocked)
     assert files_of(stocked) == before
 

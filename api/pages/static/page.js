@@ -40,6 +40,9 @@ function forget() {
   sessionStorage.removeItem(KEPT);
   document.querySelector("#problem")?.replaceChildren();
 }
+function keep(words) {
+  sessionStorage.setItem(KEPT, JSON.stringify({ page: location.pathname, words }));
+}
 function say(words) {
   const place = document.querySelector("#problem");
   if (!place) return;
@@ -51,12 +54,21 @@ function say(words) {
   away.type = "button";
   away.className = "quiet";
   away.textContent = "Dismiss";
-  away.addEventListener("click", forget);
+  away.dataset.dismiss = "";
   message.append(said, away);
   place.replaceChildren(message);
-  sessionStorage.setItem(KEPT, JSON.stringify({ page: location.pathname, words }));
+  keep(words);
   message.scrollIntoView({ block: "nearest" });
 }
+document.addEventListener("click", (event) => {
+  const away = event.target.closest("[data-dismiss]");
+  if (!away) return;
+  away.closest(".message").remove();
+  forget();
+});
+document.addEventListener("htmx:afterSwap", ({ detail }) => {
+  if (detail.target.id === "problem") keep(detail.target.querySelector("p")?.textContent);
+});
 document.addEventListener("htmx:beforeRequest", (event) => {
   const { requestConfig } = event.detail;
   const byItself = requestConfig.verb === "get" || requestConfig.triggeringEvent?.type === "load";
