@@ -146,8 +146,8 @@ def findings(
     for (reason, remedy, names), joints in unseen.items():
         because = reason if len(joints) == len(rig.axes) else f"{listing(joints)}: {reason}"
         effects = listing(titles.get(name, name) for name in names)
-        words = f"{effects[0].upper()}{effects[1:]}: {because}. {remedy[0].upper()}{remedy[1:]}."
-        listed.append(Finding("warn", "Cannot be seen", words))
+        sentence = f"{effects[0].upper()}{effects[1:]}: {because}. {remedy[0].upper()}{remedy[1:]}."
+        listed.append(Finding("warn", "Cannot be seen", sentence))
     if not unseen:
         listed.append(Finding("good", "Effects", "Every effect of the catalogue shows in this motion."))
     return listed

@@ -138,13 +138,13 @@ def _parameter(parameter: Json, schemas: Json) -> Value:
 
 def _answer(status: str, response: Json, schemas: Json) -> Answer:
     media_type, content = next(iter(response.get("content", {}).items()), ("", {}))
-    words = response.get("description", "")
-    plain = words in ("", "Successful Response")
+    meaning = response.get("description", "")
+    plain = meaning in ("", "Successful Response")
     schema = content.get("schema", {})
     json_kind = kind_in_words(schema, schemas) if media_type == "application/json" and schema else media_type
     return Answer(
         status=status,
-        words=HTTPStatus(int(status)).phrase if plain else words,
+        words=HTTPStatus(int(status)).phrase if plain else meaning,
         kind=json_kind,
         example=_indented(content["example"]) if "example" in content else "",
     )

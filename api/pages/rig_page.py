@@ -11,7 +11,7 @@ from api.pages.layout import experiment_link, frame
 from api.pages.number_format import moment, significant, utc_time
 from api.pages.rendering import PREFIX, Context, page
 from api.pages.rig_users import onlooker_words
-from api.pages.session_words import STATES
+from api.pages.session_words import STATES, for_a_page
 from api.service import access
 from api.service.payload_sessions import ActiveSession
 from api.service.problems import Problem
@@ -104,9 +104,10 @@ def rig_context(service: Service, rig_id: str, own_name: str) -> Context:
         "operator": operator,
         "mine": operator == own_name,
         "onlookers": onlooker_words(service, rig_id, own_name),
-        "state": _state(active),
+        "state": _state(service, active),
         "axes": [_axis(settings, index) for index in range(len(settings.axes))],
-        "checks": _checks(active),
+        "passed": [item for item in _checks(active) if item.ok],
+        "failed": [item for item in _checks(active) if not item.ok],
         "calibration": _calibration(service, rig_id, settings),
         "events": [_event(event) for event in reversed(active.events[-12:])] if active else [],
         "active": active,
@@ -137,7 +138,7 @@ def _calibration(service: Service, rig_id: str, settings: Rig) -> list[tuple[str
     return [("rig file changed", moment(changed)), ("drive gains, eq. (4)", ", ".join(gains))]
 
 
-def _state(active: ActiveSession | None) -> dict[str, str]:
+def _state(service: Service, active: ActiveSession | None) -> dict[str, str]:
     """The rig's state in words, and what to do."""
     if active is None:
         return {
@@ -147,7 +148,7 @@ def _state(active: ActiveSession | None) -> dict[str, str]:
             "kept": "",
             "sessions_link": "",
         }
-    state, reason = active.state.value, active.payload_session.reason
+    state, reason = active.state.value, for_a_page(service.sessions.reason(active))
     todo = {
         "new": "A session is being prepared: continue it and check the rig.",
         "checked": "Weigh and mount the payload, then confirm it.",
@@ -195,7 +196,7 @@ def _axis(settings: Rig, index: int) -> Context:
 
 def _event(event: Any) -> Context:
     kind = {"faulted": "fault", "aborted": "warn"}.get(event.state.value, "good")
-    return {"time": event.time, "words": event.words, "kind": kind}
+    return {"time": event.time, "words": for_a_page(event.words), "kind": kind}
 
 
 def _known(service: Service, rig: str) -> str:

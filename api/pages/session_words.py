@@ -65,7 +65,7 @@ def outcome(service: Service, row: SessionRow) -> Outcome | None:
     if drive_of_proof(row) is not None:
         return _of_drive(service, row, active)
     state = active.state.value if active is not None else row.state
-    reason = _for_a_page((service.sessions.reason(active) if active is not None else row.reason) or "")
+    reason = for_a_page((service.sessions.reason(active) if active is not None else row.reason) or "")
     name = f"{row.id} of {row.experiment}"
     if (
         active is None and reason
@@ -161,7 +161,7 @@ def _prepare(row: SessionRow, payload: str) -> str:
     return f"{PREFIX}/new-session?{urlencode({name: value for name, value in chosen.items() if value})}"
 
 
-def _for_a_page(reason: str) -> str:
+def for_a_page(reason: str) -> str:
     """A reason without what it advises for the command line: the page has its own way there."""
     return "; ".join(part for part in reason.split("; ") if "`coulomb " not in part)
 

@@ -73,7 +73,8 @@ function sayEvents(events) {
       time.className = "small faint";
       time.textContent = event.time.slice(11, 19);
       words.className = `state ${STATES[event.state]?.kind ?? "good"}`;
-      words.textContent = event.words;
+      // What is advised for the command line has its own way on the page (api/pages/session_words.py does alike).
+      words.textContent = event.words.split("; ").filter((part) => !part.includes("`coulomb ")).join("; ");
       item.append(time, words);
       return item;
     }),
