@@ -100,6 +100,11 @@ def test_the_stop_key_ends_the_motion_from_any_page(laboratory_with, visitor) ->
     assert "ada" in active.payload_session.reason
     expect(page.locator("[data-run-bar]")).to_be_hidden()
     expect(page.locator(".rig-state")).to_contain_text("Stopped by ada")
+    expect(page.locator("main")).not_to_contain_text("coulomb recover")
+    page.locator("[data-checks] summary").click()
+    page.wait_for_event("response", lambda answer: "/rig/state" in answer.url)
+    page.wait_for_event("response", lambda answer: "/rig/state" in answer.url)
+    expect(page.locator("[data-checks] details")).to_have_attribute("open", "")
     ada.step("Live")
     expect(page.locator("[data-fault]")).to_contain_text("The session was stopped. Stopped by ada")
     expect(page.locator("[data-live-state]")).to_have_text("Stopped")

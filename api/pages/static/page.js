@@ -154,6 +154,15 @@ function announce() {
 }
 document.addEventListener("htmx:afterSettle", announce);
 
+// What somebody has unfolded stays so when a page exchanges the part that it stands in.
+let unfolded = [];
+document.addEventListener("htmx:beforeSwap", ({ detail }) => {
+  unfolded = [...(detail.target?.querySelectorAll("details[open][id]") ?? [])].map((each) => each.id);
+});
+document.addEventListener("htmx:afterSwap", () => {
+  for (const id of unfolded) document.getElementById(id)?.setAttribute("open", "");
+});
+
 // What scrolls sideways can be scrolled from the keyboard too: it takes the focus as long as it does, under its heading's name.
 const SCROLLING = "main .scroll, main .equation";
 const sized = new ResizeObserver((entries) => entries.forEach(({ target }) => takeFocus(target)));
