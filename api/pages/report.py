@@ -48,7 +48,7 @@ def report(
     stored = StoredExperiment(service.experiments, experiment)
     shown = chosen_model(stored, version) or stored.current()
     if shown is None:
-        raise Problem(404, "There is no model yet.")
+        raise Problem(404, "There is no model yet: measure or import a session first.")
     certificates = service.model_use.certificates(stored.id, shown.version.id)
     text, style = write_report(
         stored, shown, user.name, service.catalogue.entries(stored.id), list(certificates.values())

@@ -68,7 +68,7 @@ def download(
     stored = StoredExperiment(access.service_of(request).experiments, experiment)
     shown = chosen_model(stored, version) or stored.current()
     if shown is None:
-        raise Problem(404, "There is no model yet.")
+        raise Problem(404, "There is no model yet: measure or import a session first.")
     if ending == "urdf":
         content, kind = urdf_of(shown.folder), "application/xml"
         if content is None:
