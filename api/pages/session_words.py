@@ -69,7 +69,7 @@ def outcome(service: Service, row: SessionRow) -> Outcome | None:
     name = f"{row.id} of {row.experiment}"
     if (
         active is None and reason
-    ):  # a page that stood before the service was started again showed which session it was
+    ):  # after the service was started again nothing else says which session it was
         reason = f"{name}: {reason}"
     again = NextStep("Prepare it again", _prepare(row, row.payload["name"]))
     kept = "What was measured is kept." if row.file and "are kept" not in reason else ""
@@ -106,7 +106,7 @@ def _of_drive(service: Service, row: SessionRow, active: ActiveSession | None) -
     number, which = drive
     state = active.state if active is not None else SessionState(row.state)
     reason = _sentence(
-        _for_a_page((service.sessions.reason(active) if active is not None else row.reason) or "")
+        for_a_page((service.sessions.reason(active) if active is not None else row.reason) or "")
     )
     back = NextStep("Go on with the proof", experiment_link(row.experiment, f"proofs/{number}"))
     if state is SessionState.DONE:

@@ -45,7 +45,7 @@ def verdict_of(joint: JointDiagnosis | None, floor: float | None, titles: Mappin
     if joint is None:
         return Verdict(
             "unknown",
-            "Not looked at yet.",
+            "Not diagnosed yet.",
             "Ask what is missing: the model is tried with every effect of the catalogue on motion it did not see.",
         )
     if joint.verdict == "missing":
