@@ -233,9 +233,7 @@ def following_limits(rig: Rig, without: FollowingError) -> Array:
     Raises InputError: nothing of the plan was driven without it.
     """
     if not len(without.cycle):
-        raise InputError(
-            "the drive of the plan without torque sent ahead recorded nothing of it; drive it again"
-        )
+        raise InputError("the run without torque sent ahead recorded nothing of the plan; run it again")
     stated = np.array([axis.limits.following_error for axis in rig.axes])
     resolution = np.abs(rig.position_matrix).sum(axis=1)
     return np.minimum(stated, 2.0 * without.peak() + 2.0 * resolution)

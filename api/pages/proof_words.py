@@ -47,7 +47,7 @@ def proof_row(experiment: str, state: ProofState) -> Context:
 def _standing(state: ProofState) -> tuple[str, str]:
     """Colour and words of how far a proof is."""
     if state.result is None:
-        return "idle", "to be driven without it" if state.next == "without" else "to be driven with it"
+        return "idle", "to be run without it" if state.next == "without" else "to be run with it"
     if not state.result.completed:
         return "warn", "stopped with torque sent ahead"
     worse = [each.joint for each in state.result.joints if not improved(each)]

@@ -108,23 +108,23 @@ def _of_drive(service: Service, row: SessionRow, active: ActiveSession | None) -
     reason = _sentence(
         for_a_page((service.sessions.reason(active) if active is not None else row.reason) or "")
     )
-    back = NextStep("Go on with the proof", experiment_link(row.experiment, f"proofs/{number}"))
+    back = NextStep("Continue the proof", experiment_link(row.experiment, f"proofs/{number}"))
     if state is SessionState.DONE:
         todo = "" if which == "with" else "Next: the same plan with the model's torque sent ahead."
         if which == "with":
-            back = NextStep("See what it did", back.link)
-        return Outcome("good", "Driven to its end.", reason, todo, back)
+            back = NextStep("See the result", back.link)
+        return Outcome("good", "Complete.", reason, todo, back)
     if state.ended:
         kind = "warn" if state is SessionState.ABORTED else "fault"
-        title = "The drive was stopped." if state is SessionState.ABORTED else "A fault ended the drive."
+        title = "The run was stopped." if state is SessionState.ABORTED else "A fault ended the run."
         return Outcome(kind, title, reason, "", back)
     if active is None and service.proofs.cut_off(row):
-        todo = "The service ended while it was recorded; prepare this drive again."
-        return Outcome("warn", "The drive was cut off.", todo, "", back)
+        todo = "The service ended while it was recorded; prepare this run again."
+        return Outcome("warn", "The run was cut off.", todo, "", back)
     if active is not None and active.moves:
         return None
     go_on = NextStep("Continue with it", session_link(row.experiment, row.id))
-    return Outcome("good", "Nothing has moved.", f"A drive of proof {number} is being prepared.", "", go_on)
+    return Outcome("good", "Nothing has moved.", f"A run of proof {number} is being prepared.", "", go_on)
 
 
 def _measured(service: Service, row: SessionRow, sentence: str) -> Outcome:

@@ -197,13 +197,13 @@ class Proofs:
             self._operators.take(there.rig or state.settings.rig, user)
             return there
         if state.next is None:
-            raise Problem(409, "Both drives of this proof came to their end; prepare another proof.")
+            raise Problem(409, "Both runs of this proof are complete; prepare another proof.")
         if drive != state.next:
             raise Problem(
                 409,
-                "Drive the plan without torque sent ahead first: its following error bounds that of the second."
+                "Run the plan without torque sent ahead first: its following error bounds that of the second run."
                 if drive == "with"
-                else "The plan was driven without torque sent ahead already; go on with the second drive.",
+                else "The plan was run without torque sent ahead already; continue with the second run.",
             )
         settings = self._rigs.rig(state.settings.rig)
         self._require_same_joints(experiment, settings)
@@ -242,7 +242,7 @@ class Proofs:
             return proof.folder, proof.plan, None
         without = self._experiments.drive(row.experiment, number, "without")
         if without is None or not _done(without):
-            raise Problem(409, "Drive the plan without torque sent ahead first.")
+            raise Problem(409, "Run the plan without torque sent ahead first.")
         return proof.folder, proof.plan, proof.sent(self._recording(without))
 
     def conclude(self, row: SessionRow) -> None:
