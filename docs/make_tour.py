@@ -2,8 +2,9 @@
 
     python docs/make_tour.py [--out docs/tour]
 
-From an empty data folder to the effects that were missing and the exported model: every picture shows what the service
-answered while this ran. Needs Chromium (`CHROMIUM` names it where it is not on the path) and the packages of the tests.
+From an empty data folder to the effects that were missing, the proof on the drive and the exported model: every picture
+shows what the service answered while this ran. Needs Chromium (`CHROMIUM` names it where it is not on the path) and the
+packages of the tests.
 """
 
 import argparse
@@ -88,16 +89,7 @@ class Tour:
             self.picture("plan")
         page.get_by_role("button", name="Prepare the session").click()
         expect(page).to_have_url(re.compile(r"/sessions/session-"), timeout=PATIENCE)
-        page.get_by_role("button", name="Check the rig").click()
-        expect(page.get_by_label("Mass in kg")).to_be_visible(timeout=PATIENCE)
-        page.get_by_label("Mass in kg").fill(mass)
-        page.get_by_role("button", name="Enter the mass").click()
-        if first:
-            self.picture("check-and-weigh")
-        page.get_by_role("button", name="I confirm it").click()
-        page.get_by_role("button", name="Arm", exact=True).click()
-        page.get_by_role("button", name="Start: the robot moves").click(timeout=PATIENCE)
-        expect(page).to_have_url(re.compile(r"/pages/live"), timeout=PATIENCE)
+        self.run(mass, picture="check-and-weigh" if first else "")
         if not first and payload == SESSIONS[-1][0]:
             expect(page.locator("[data-run-progress]")).to_have_attribute(
                 "value", re.compile(r"0\.[3-9]"), timeout=PATIENCE
@@ -105,8 +97,35 @@ class Tour:
             self.picture("live")
         expect(page.locator("[data-live-state]")).to_contain_text("Done", timeout=PATIENCE)
 
+    def run(self, mass: str, picture: str = "") -> None:
+        """From a prepared session, or a run of a proof, to the robot in motion."""
+        page = self.page
+        page.get_by_role("button", name="Check the rig").click()
+        expect(page.get_by_label("Mass in kg")).to_be_visible(timeout=PATIENCE)
+        page.get_by_label("Mass in kg").fill(mass)
+        page.get_by_role("button", name="Enter the mass").click()
+        if picture:
+            self.picture(picture)
+        page.get_by_role("button", name="I confirm it").click()
+        page.get_by_role("button", name="Arm", exact=True).click()
+        page.get_by_role("button", name="Start: the robot moves").click(timeout=PATIENCE)
+        expect(page).to_have_url(re.compile(r"/pages/live"), timeout=PATIENCE)
+
+    def proof(self) -> None:
+        """The same plan without and with the model's torque sent ahead, and what that does to the following error."""
+        page = self.page
+        page.get_by_role("link", name="Prove it on the drive").click()
+        page.get_by_role("button", name="Prepare the proof").click()
+        for which, following in (("first", "Continue the proof"), ("second", "See the comparison")):
+            page.get_by_role("button", name=f"Prepare the {which} run").click(timeout=PATIENCE)
+            expect(page).to_have_url(re.compile(r"/sessions/proof-"), timeout=PATIENCE)
+            self.run("0")
+            page.get_by_role("link", name=following).click(timeout=PATIENCE)
+        expect(page.locator("[data-following]")).to_be_visible(timeout=PATIENCE)
+        self.picture("proof")
+
     def whole(self) -> None:
-        """From the empty folder to the exported model."""
+        """From the empty folder to the proof and the exported model."""
         page = self.page
         self.open("experiments")
         self.picture("empty-folder")
@@ -135,6 +154,8 @@ class Tour:
             expect(page.get_by_text("more were tried")).to_be_visible(timeout=PATIENCE)
         page.evaluate("scrollTo(0, 0)")
         self.picture("effects-added")
+        self.step("Results")
+        self.proof()
         self.step("Results")
         page.get_by_role("button", name="Make Python").click()
         expect(page.get_by_role("link", name="Python")).to_be_visible(timeout=PATIENCE)

@@ -112,7 +112,7 @@ def _of_drive(service: Service, row: SessionRow, active: ActiveSession | None) -
     if state is SessionState.DONE:
         todo = "" if which == "with" else "Next: the same plan with the model's torque sent ahead."
         if which == "with":
-            back = NextStep("See the result", back.link)
+            back = NextStep("See the comparison", back.link)
         return Outcome("good", "Complete.", reason, todo, back)
     if state.ended:
         kind = "warn" if state is SessionState.ABORTED else "fault"

@@ -54,7 +54,7 @@ def test_a_model_is_proved_on_the_drive_from_the_result_to_the_errors(laboratory
     expect(page.locator("[data-proof]")).to_contain_text("A ahead, stopped at a following error of")
     ada.shot("proof-second-drive", narrow=False)
     run_a_session(page, "0")
-    page.get_by_role("link", name="See what it did").click(timeout=PATIENCE)
+    page.get_by_role("link", name="See the comparison").click(timeout=PATIENCE)
     expect(page.locator("[data-following]")).to_contain_text("driven by its load")
     expect(page.locator(".rail-now")).to_contain_text("follows better")
     shots(ada, "proof")
