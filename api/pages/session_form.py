@@ -59,7 +59,7 @@ def new_session_page(
         raise Problem(422, f"The rig's file is wrong: {error}") from error
     choice = _chosen(request, service, settings, rig_id, experiment, payload, plan)
     context |= choice | {"rigs": list(service.rigs.files()), "rig_id": rig_id, "settings": settings}
-    context["waiting"] = _waiting(service, choice["experiment"])
+    context |= {"waiting": _waiting(service, choice["experiment"]), "proof": None}
     return page(request, "new_session.html", **context)
 
 
