@@ -8,6 +8,7 @@ from markupsafe import Markup
 
 from api.pages import error_tables
 from api.pages.catalogue_words import picture_of
+from api.pages.figures.choosable import Axis, Choosable
 from api.pages.figures.curves import Curve, Marks, draw_curves
 from api.pages.figures.effect_picture import draw_effect_picture
 from api.pages.figures.error_band import ErrorBand, draw_error_band, error_band, even_edges
@@ -21,7 +22,7 @@ from api.pages.figures.quadrant_map import (
 )
 from api.pages.joint_samples import JointSamples
 from identify.effects.picture import OVER_SPEED, PictureVariable
-from identify.validation.residual_views import autocorrelation, distribution
+from identify.validation.residual_views import Distribution, autocorrelation, distribution
 
 LONGEST_LAG = 1.0
 """s over which the error is compared with itself"""
@@ -55,6 +56,7 @@ class ErrorFigures:
 
     before : the map of the model that it is set beside: the one compared with, else the first; None where that is itself
     cells, cells_before : what the maps' cells hold, as JSON
+    histogram_edges : (bins + 1,) of the histogram, in the unit of the load
     """
 
     quadrants: Markup
@@ -63,6 +65,7 @@ class ErrorFigures:
     cells_before: str
     correlation: Markup
     distribution: Markup
+    histogram_edges: np.ndarray
     over: tuple[Markup, ...]
     payloads: Markup
     scale: float
@@ -96,11 +99,12 @@ def error_figures(
             error_band(getattr(samples, name), samples.error, edges) if samples is not None else None
             for samples in (first, shown, other)
         )
-        bands.append((label, unit, of_first, of_shown, of_other))
-    reach = _reach([of_first for _, _, of_first, _, _ in bands])
+        choosable = Choosable(Axis(name, edges), Axis("error"))
+        bands.append((label, unit, choosable, of_first, of_shown, of_other))
+    reach = _reach([of_first for _, _, _, of_first, _, _ in bands])
     over = [
-        draw_error_band(of_shown, label, unit, units.load, reach, of_other)
-        for label, unit, _, of_shown, of_other in bands
+        draw_error_band(of_shown, label, unit, units.load, reach, of_other, choosable=choosable)
+        for label, unit, choosable, _, of_shown, of_other in bands
     ]
     models = [shown] if other is None else [shown, other]
     payloads = draw_group_bars(
@@ -109,13 +113,15 @@ def error_figures(
     compared = other if other is not None else first
     behind = quadrant_map(compared.velocity, compared.load, compared.error, velocity_edges, load_edges)
     same = compared.error is shown.error or np.array_equal(behind.mean, cells.mean, equal_nan=True)
+    spread = distribution(shown.error)
     return ErrorFigures(
         quadrants=draw_quadrant_map(cells, scale, units.speed, units.load),
         cells=map_cells(cells, units.speed, units.load),
         before=None if same else draw_quadrant_map(behind, scale, units.speed, units.load),
         cells_before=map_cells(behind, units.speed, units.load),
         correlation=_correlation(shown, other),
-        distribution=_distribution(shown, units),
+        distribution=_distribution(spread, units),
+        histogram_edges=spread.edges,
         over=tuple(over),
         payloads=payloads,
         scale=scale,
@@ -140,9 +146,8 @@ def _correlation(shown: JointSamples, other: JointSamples | None) -> Markup:
     )
 
 
-def _distribution(shown: JointSamples, units: JointUnits) -> Markup:
+def _distribution(spread: Distribution, units: JointUnits) -> Markup:
     """How the error is spread, beside a normal distribution of the same deviation."""
-    spread = distribution(shown.error)
     middle = (spread.edges[:-1] + spread.edges[1:]) / 2
     low, high = spread.bounds
     return draw_curves(
@@ -154,6 +159,7 @@ def _distribution(shown: JointSamples, units: JointUnits) -> Markup:
         bars=Curve(middle, 100 * spread.share, "bar-error"),
         width=420,
         height=150,
+        choosable=Choosable(Axis("error", spread.edges), Axis(None)),
     )
 
 

@@ -1,7 +1,7 @@
 """The tables of relative errors: by speed as in the paper's Table III, by session, by payload and by quadrant."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,11 +15,15 @@ HIGH_SPEED = 0.35
 
 @dataclass(frozen=True)
 class ErrorRow:
-    """One row: the words for the samples taken, how many, and the relative error of each model (None: no samples)."""
+    """One row: the words for the samples taken, how many, and the relative error of each model (None: no samples).
+
+    session : file of the session whose samples they are, in the table by session
+    """
 
     words: str
     samples: int
     errors: tuple[float | None, ...]
+    session: str | None = None
 
     @property
     def best(self) -> int | None:
@@ -63,7 +67,7 @@ def by_payload(models: Sequence[JointSamples], payload_of: Mapping[str, str]) ->
 def by_session(models: Sequence[JointSamples]) -> list[ErrorRow]:
     """One row for each session file."""
     return [
-        _row(file, models, lambda samples, index=index: samples.session == index)
+        replace(_row(file, models, lambda samples, index=index: samples.session == index), session=file)
         for index, file in enumerate(models[0].files)
     ]
 

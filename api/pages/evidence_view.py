@@ -15,7 +15,7 @@ from api.pages.error_figures import JointUnits
 from api.pages.joint_samples import JointSamples
 from api.pages.model_figures import FIGURE_SAMPLES
 from api.pages.stored_models import ShownModel, StoredExperiment
-from identify.results.diagnosis import Candidate, Estimate, JointDiagnosis
+from identify.results.diagnosis import Candidate, Estimate, JointDiagnosis, Learned
 
 
 @dataclass(frozen=True)
@@ -29,10 +29,13 @@ class Errors:
     p_value: float | None = None
 
     @classmethod
-    def of(cls, candidate: Candidate | None) -> "Errors":
+    def of(cls, candidate: Candidate | Learned | None) -> "Errors":
         """Those that a diagnosis found."""
         if candidate is None:
             return cls()
+        if isinstance(candidate, Learned):  # its errors are of motion that the fit did not see
+            before, after = candidate.relative_error_before, candidate.relative_error_after
+            return cls(heldout_error_before=before, heldout_error_after=after, p_value=candidate.p_value)
         return cls(
             candidate.relative_error_before,
             candidate.relative_error_after,
@@ -100,6 +103,7 @@ def selected_evidence(
     files = stored.fitted_files(shown)
     here = stored.samples(shown, joint, files)
     candidate = candidates.get(effect)
+    learned: Learned | None = None
     if effect == added and candidate is None and shown.version.parent:
         parent = stored.model(shown.version.parent)
         before = stored.samples(parent, joint, stored.fitted_files(parent)).thinned(FIGURE_SAMPLES).in_fit
@@ -108,8 +112,10 @@ def selected_evidence(
         # What was known of it when it was added, with the fit's own errors.
         earlier = joint_diagnosis(stored, parent, joint)
         candidate = None if earlier is None else earlier.candidate(effect)
+        if earlier is not None and earlier.learned is not None and earlier.learned.effect == effect:
+            learned = earlier.learned
         errors = replace(
-            Errors.of(candidate),
+            Errors.of(candidate or learned),
             # Errors of other data say nothing of the effect.
             relative_error_before=parent.joint(joint).relative_error
             if parent.version.fit.data == shown.version.fit.data
@@ -127,7 +133,7 @@ def selected_evidence(
         before,
         with_it,
         units,
-        candidate.variable if candidate else None,
+        candidate.variable if candidate else learned.variables[0] if learned else None,
         candidate.constants if candidate else {},
     )
     entry = entry_of(effect)
@@ -136,9 +142,9 @@ def selected_evidence(
         effect=effect,
         title=effect_titles().get(effect, effect),
         group=entry.group if entry else "",
-        equation=known.equation if known else "",
+        equation=known.equation if known else (learned and learned.form) or "",
         source=entry.source if entry else "",
-        explanation=known.explanation if known else "",
+        explanation=known.explanation if known else learned.explanation if learned else "",
         constants=constant_words(candidate.constants, units, motor_ratio) if candidate else [],
         caution=candidate.caution if candidate else None,
         views=views,

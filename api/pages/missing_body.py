@@ -8,6 +8,7 @@ from api.pages.catalogue_words import effect_titles
 from api.pages.error_figures import JointUnits
 from api.pages.evidence_view import joint_diagnosis, selected_evidence
 from api.pages.layout import experiment_link
+from api.pages.learned_view import learned_view
 from api.pages.model_steps import step_chart, step_link
 from api.pages.rendering import Context
 from api.pages.rival_effects import rival_effects_context
@@ -101,6 +102,7 @@ def body_context(
         "no_candidates": "No effect of the catalogue would help."
         if diagnosis
         else "This model has not been diagnosed yet.",
+        "offered": learned_view(stored, shown, diagnosis, joint, units),
         "selected": selected_evidence(stored, shown, diagnosis, joint, effect),
         "where": [
             SharePlace(where_words(place, units), min(place.share_of_error, 1.0), place.share_of_samples)

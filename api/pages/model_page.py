@@ -21,6 +21,7 @@ from api.pages.model_figures import CountedErrors, counted_errors, figures_of
 from api.pages.motion_table import motion_panel
 from api.pages.proof_words import proof_panel
 from api.pages.rendering import PREFIX, Context, page
+from api.pages.sample_columns import Column, stored_columns
 from api.pages.scope_words import scope_of_fit, scope_of_session
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.service import access
@@ -69,11 +70,14 @@ def model_page(
         if without_payload_table.can_be_asked(stored)
         else None,
         "parameter_tables": [_parameter_table(model, joint) for model in models],
-        "samples_link": f"{experiment_link(experiment, 'samples')}?"
-        + urlencode(
-            {"joint": joint, "session": session, "version": shown.version.id, "beside": beside or ""}
-        ),
+        "others": [] if session == ALL_SESSIONS or other else _other_sessions(stored, shown, session),
+        "plot_columns": _plot_columns(stored, joint),
     }
+    query = urlencode(
+        {"joint": joint, "session": session, "version": shown.version.id, "beside": beside or ""}
+    )
+    for name in ("samples", "chosen", "pairs", "columns"):
+        context[f"{name}_link"] = f"{experiment_link(experiment, name)}?{query}"
     context |= motion_panel(access.service_of(request).model_use, stored.id, shown.version.id, joint)
     context |= proof_panel(access.service_of(request), stored.id, str(shown.number))
     return page(request, "model.html", **context)
@@ -103,6 +107,29 @@ def _session_choices(
         {"words": label, "here": value == here, "link": f"{base}?{urlencode(kept | {'session': value})}"}
         for value, label in choices
     ]
+
+
+def _other_sessions(stored: StoredExperiment, shown: ShownModel, here: str) -> list[Context]:
+    """Sessions that can be laid over the one that is shown."""
+    return [
+        {"file": file, "words": f"{index} · {stored.payload_of[file]}"}
+        for index, file in enumerate(stored.fitted_files(shown), 1)
+        if file != here
+    ]
+
+
+def _plot_columns(stored: StoredExperiment, here: str) -> list[tuple[str, list[Column]]]:
+    """Columns that can be plotted over each other, by joint, the one that is shown first."""
+    groups = []
+    for joint in sorted(stored.joint_names, key=lambda name: name != here):
+        kind = stored.declared.robot.joints[stored.joint_names.index(joint)].type
+        columns = stored_columns(JointUnits.of(kind))
+        if joint != here:
+            columns = [
+                Column(f"{each.name}@{joint}", f"{each.label} of {joint}", each.unit) for each in columns
+            ]
+        groups.append((joint, columns))
+    return groups
 
 
 def _headline(shown: ShownModel, joint: str, numbers: CountedErrors, session: str) -> Context:

@@ -3,13 +3,13 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
 from markupsafe import Markup
 
 from api.pages.catalogue_words import effect_titles
 from api.pages.error_figures import JointUnits
 from api.pages.figures.plan_preview import draw_plan_signal
 from api.pages.number_format import listing, number, percent, significant
+from api.pages.plan_preview_times import preview_times
 from api.plan_model import Identified, RegressorModel, predicting_model, usual_model
 from api.planned_motion import Determination, Repetition, determination, repetition
 from daq.excitation.excitation_plan import ExcitationPlan
@@ -21,8 +21,6 @@ from identify.recording.experiment_file import Payload
 from identify.results.document import Json
 from identify.results.identification import IdentificationDocument
 
-PREVIEW_POINTS = 6000
-"""Points of the motion that are looked at; the preview is drawn from their least and greatest values."""
 NARROW = 420.0
 """Width of a figure that shares its row with others, or has a phone to itself."""
 REPEATED = 0.2
@@ -73,11 +71,10 @@ def plan_view(
     masses_measured : kg, the payloads of the experiment's sessions so far
     identification  : what the current model found, for the predicted torque; None before the first session
     """
-    time = np.linspace(0.0, plan.duration, PREVIEW_POINTS)
-    position, velocity, acceleration = plan.setpoints(time)
+    times = preview_times(plan)
+    position, velocity, acceleration = plan.setpoints(times.new)
     model = usual_model(rig, payload, Identified.of(identification) if identification else None)
-    period = plan.duration / (PREVIEW_POINTS - 1)
-    motion = PlannedMotion(payload, time, position, velocity, acceleration, period)
+    motion = PlannedMotion(payload, times.new, position, velocity, acceleration, times.spacing)
     predicting = predicting_model(rig, payload, identification)
     torque = predicting.torque(motion) if predicting.is_identified else None
     joints = []
@@ -92,13 +89,16 @@ def plan_view(
             most = float(abs(rig.drive_gain[index, index])) * limits.current
             quantity = "force" if units.load == "N" else "torque"
             signals.append((torque[:, index], (-most, most), quantity, units.load, "predicted"))
-        narrow = [draw_plan_signal(time, *signal, width=NARROW) for signal in signals]
+        drawn = [
+            (signal[times.row], bounds, label, unit, kind) for signal, bounds, label, unit, kind in signals
+        ]
+        narrow = [draw_plan_signal(times.whole, *signal, width=NARROW) for signal in drawn]
         if len(rig.axes) > 1:
             joints.append(JointFigures(axis.joint, narrow, []))
         else:
-            wide = [draw_plan_signal(time, *signal) for signal in signals]
+            wide = [draw_plan_signal(times.whole, *signal) for signal in drawn]
             joints.append(JointFigures(axis.joint, wide, narrow))
-    torque_limits = {} if torque is None else {"torque": torque, "times": time}
+    torque_limits = {} if torque is None else {"torque": torque, "times": times.new}
     broken = [str(each) for each in violations(plan, rig, **torque_limits)]
     return PlanView(
         plan.duration,

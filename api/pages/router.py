@@ -7,6 +7,8 @@ from fastapi.responses import FileResponse, RedirectResponse, Response
 
 from api.pages import (
     account_pages,
+    chosen_samples,
+    column_plot,
     experiments_page,
     live_page,
     missing_page,
@@ -45,6 +47,8 @@ PARTS = (
     records_page,
     model_page,
     sample_range,
+    chosen_samples,
+    column_plot,
     missing_page,
     rival_effects_page,
     step_actions,

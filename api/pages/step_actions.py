@@ -63,6 +63,17 @@ def add(
     return body(request, user, experiment, joint)
 
 
+@router.post("/steps/add-learned")
+def add_learned(
+    request: Request, user: access.Operator, experiment: str, joint: JointChoice = None
+) -> HTMLResponse:
+    """Add the description that the diagnosis offers for the joint."""
+    _set_searches_aside(access.service_of(request).jobs, experiment)
+    stored = StoredExperiment(access.service_of(request).experiments, experiment)
+    access.service_of(request).models.add_learned(experiment, user.name, stored.joint_or_first(joint))
+    return body(request, user, experiment, joint)
+
+
 @router.post("/steps/remove")
 def remove(
     request: Request, user: access.Operator, experiment: str, joint: JointChoice, effect: EffectChoice

@@ -10,7 +10,7 @@ from api.pages.joint_samples import JointSamples
 from api.pages.lru_cache import LruCache
 from api.service.experiment_store import ExperimentStore
 from api.service.model_story import ModelStory, ModelVersion, Story
-from api.service.prediction_files import COLUMNS, read_candidate, read_prediction
+from api.service.prediction_files import COLUMNS, read_candidate, read_outline, read_prediction
 from api.service.problems import Problem
 from identify.results.identification import IdentificationDocument, JointError
 
@@ -130,6 +130,15 @@ class StoredExperiment:
         """The mapped files behind `samples`: file -> column -> (samples,); read only as far as they are used."""
         return self._stored(model, files, self.joint_names.index(joint))
 
+    def outlines(self, model: ShownModel, joint: str, files: Sequence[str]) -> dict[str, np.ndarray]:
+        """The outline of each of `stored_samples`: file -> (11, blocks). Raises the problem 404 if a file has none."""
+        places, number = list(self.payload_of), self.joint_names.index(joint)
+        outlines = {file: read_outline(model.folder, places.index(file), number) for file in files}
+        for file, table in outlines.items():
+            if table is None:
+                raise _no_samples(file)
+        return {file: table for file, table in outlines.items() if table is not None}
+
     def _stored(
         self, model: ShownModel, files: Sequence[str], joint: int
     ) -> dict[str, Mapping[str, np.ndarray]]:
@@ -138,9 +147,13 @@ class StoredExperiment:
         for file in files:
             stored = read_prediction(model.folder, places.index(file), joint)
             if stored is None:
-                raise Problem(404, f"The fit has no samples of {file}; fit the model again.")
+                raise _no_samples(file)
             parts[file] = stored
         return parts
+
+
+def _no_samples(file: str) -> Problem:
+    return Problem(404, f"The fit has no samples of {file}; fit the model again.")
 
 
 def _gathered(parts: Mapping[str, Mapping[str, np.ndarray]]) -> JointSamples:

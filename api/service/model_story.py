@@ -234,6 +234,23 @@ class ModelStory:
         return version
 
     @_alone
+    def same_data(self, before: str, after: str) -> None:
+        """Fits of the data with the fingerprint `before` are of those with `after` too: what changed concerns no fit."""
+        story = self.read()
+        versions = [
+            each.model_copy(
+                update={
+                    "fits": [
+                        fit.model_copy(update={"data": after}) if fit.data == before else fit
+                        for fit in each.fits
+                    ]
+                }
+            )
+            for each in story.versions
+        ]
+        self._write(story, versions=versions)
+
+    @_alone
     def undo(self) -> ModelVersion:
         """Go back to the version before. Raises the problem 409 if there is none."""
         story = self.read()

@@ -15,6 +15,8 @@ from api.service.model_story import Cause, ModelStory, ModelVersion, data_finger
 from api.service.problems import Problem
 from api.service.refit import fit_entry, fresh_folder, next_refit, store_refit
 from identify.effects.model import IN_EVERY_MODEL, NAMED_MODELS
+from identify.recording.errors import InputError
+from identify.recording.experiment_file import append_effect
 from identify.results.diagnosis import DiagnosisDocument
 from identify.results.document import Json
 from identify.results.effect import EffectOnJoint
@@ -99,6 +101,31 @@ class ModelWorkflow:
         return self._submit_version(
             experiment, user, version.model, [*version.add, change], "effect added", change
         )
+
+    def add_learned(self, experiment: str, user: str, joint: str) -> Job:
+        """Add what the diagnosis of the current model offers where the catalogue ends: it is kept as an own effect of the
+        experiment, and is from then on one like any other.
+
+        Raises the problem 409: nothing is offered for the joint, or another effect of that name is kept.
+        """
+        self._refuse_overlap(experiment)
+        story = self.story(experiment)
+        diagnosis = story.diagnosis(self._current_version(experiment).id)
+        said = None if diagnosis is None else diagnosis.joint(joint)
+        if said is None or said.learned is None:
+            raise Problem(409, f"The diagnosis of this model offers no description for joint {joint}.")
+        folder, learned = story.folder.parent, said.learned
+        kept = folder / f"{learned.effect}.yaml"
+        declared = self._experiments.declared(experiment).effects
+        if kept.name not in declared or kept.read_text(encoding="utf-8") != learned.file:
+            with story.alone():
+                before = data_fingerprint(folder)
+                try:
+                    append_effect(folder, learned.effect, learned.file)
+                except InputError as error:
+                    raise Problem(409, str(error)) from error
+                story.same_data(before, data_fingerprint(folder))
+        return self.add_effect(experiment, user, learned.effect, joint)
 
     def remove_effect(self, experiment: str, user: str, effect: str, joint: str | None) -> Job:
         """Remove an effect from the current model; from every joint if none is named."""

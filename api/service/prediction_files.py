@@ -5,6 +5,8 @@ from pathlib import Path
 import numpy as np
 from numpy.lib.format import open_memmap
 
+from api.service.torque_outline import outline
+
 COLUMNS = (
     "time",
     "position",
@@ -27,7 +29,7 @@ def prediction_file(folder: Path, session: int, joint: int) -> Path:
 
 
 def write_prediction(folder: Path, session: int, joint: int, prediction) -> None:
-    """Write the arrays of a `Prediction` (time, position, …, each (M,)) as one float64 array (9, M)."""
+    """Write the arrays of a `Prediction` (time, position, …, each (M,)) as one float64 array (9, M), and its outline."""
     nothing = np.full(len(prediction.time), np.nan)
     columns = {name: getattr(prediction, name) for name in COLUMNS}
     arrays = [np.asarray(nothing if each is None else each, dtype=float) for each in columns.values()]
@@ -40,6 +42,22 @@ def write_prediction(folder: Path, session: int, joint: int, prediction) -> None
     for row, values in enumerate(arrays):
         stored[row] = values
     stored.flush()
+    np.save(outline_file(folder, session, joint), outline(dict(zip(COLUMNS, arrays, strict=True))))
+
+
+def outline_file(folder: Path, session: int, joint: int) -> Path:
+    """The file of the outline of one session and joint, beside that of its samples."""
+    return folder / f"outline-{session}-{joint}.npy"
+
+
+def read_outline(folder: Path, session: int, joint: int) -> np.ndarray | None:
+    """(11, blocks) as `torque_outline` describes it; made now for a fit that was stored without one, and None where there
+    are no samples either."""
+    try:
+        return np.load(outline_file(folder, session, joint))
+    except FileNotFoundError:
+        part = read_prediction(folder, session, joint)
+        return None if part is None else outline(part)
 
 
 def read_prediction(folder: Path, session: int, joint: int) -> dict[str, np.ndarray] | None:

@@ -15,6 +15,8 @@ from identify.recording import Session, load_experiment
 from identify.recording.session_cache import SessionCache
 
 READ = "api.service.session_samples:read_session"
+MOST_FURTHER = 200
+"""Further columns that are kept; each is a mapped file of its own."""
 NOTHING = np.zeros(0)
 """Stands in a session sent between processes for samples that are in a file."""
 
@@ -50,11 +52,13 @@ class SessionSamples:
             except LimitExceeded as error:
                 raise Problem(413, f"The recording cannot be shown here: {error}.") from error
             samples = {saved.stem: np.load(saved, mmap_mode="r") for saved in Path(output).glob("*.npy")}
-        return replace(session, **samples)
+        further = {name: samples.pop(_further(place)) for place, name in enumerate(session.extra)}
+        return replace(session, **samples, extra=further)
 
 
 def read_session(progress: Progress, experiment: str, file: str, output: str) -> Session:
-    """Read a session in a process of its own; its samples are left in `output`, one .npy each, and further columns out."""
+    """Read a session in a process of its own; its samples are left in `output`, one .npy each, and so are further columns
+    that hold numbers."""
     loaded = load_experiment(Path(experiment))
     session = loaded.read(next(entry for entry in (*loaded.sessions, *loaded.excluded) if entry.file == file))
     columns = {
@@ -62,6 +66,14 @@ def read_session(progress: Progress, experiment: str, file: str, output: str) ->
         for field in fields(session)
         if isinstance(value := getattr(session, field.name), np.ndarray)
     }
-    for name, values in columns.items():
+    numeric = [(name, values) for name, values in session.extra.items() if values.dtype.kind in "fiu"]
+    further = dict(numeric[:MOST_FURTHER])
+    columns_of_files = columns | {_further(place): values for place, values in enumerate(further.values())}
+    for name, values in columns_of_files.items():
         np.save(Path(output) / f"{name}.npy", values)
-    return replace(session, extra={}, **dict.fromkeys(columns, NOTHING))
+    return replace(session, extra=dict.fromkeys(further, NOTHING), **dict.fromkeys(columns, NOTHING))
+
+
+def _further(place: int) -> str:
+    """Name of the file of a further column: the column's own may be any text."""
+    return f"further-{place}"

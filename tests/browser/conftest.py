@@ -4,10 +4,12 @@ import importlib.util
 import os
 import re
 import shutil
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 
 import httpx
 import pytest
@@ -196,20 +198,34 @@ def visitor(chromium) -> Iterator[Callable[..., Visitor]]:
         assert each.errors == []
 
 
-def of_the_service_tests():
-    """The pendulum that the service's own tests measure."""
-    path = ROOT / "tests" / "api" / "conftest.py"
-    spec = importlib.util.spec_from_file_location("service_conftest", path)
+def of_other_tests(*path: str) -> ModuleType:
+    """What the tests in a folder share: its conftest, which pytest gives to those below it only."""
+    name = "_".join((*path, "conftest"))
+    spec = importlib.util.spec_from_file_location(name, ROOT.joinpath("tests", *path, "conftest.py"))
+    assert spec is not None
+    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # where its dataclasses look themselves up
     spec.loader.exec_module(module)
     return module
+
+
+@pytest.fixture(scope="session")
+def stored(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Laboratory]:
+    """A service with one experiment of three sessions whose fits are stored: nothing is computed, and nothing is changed."""
+    folder = tmp_path_factory.mktemp("stored")
+    of_other_tests("api", "pages").write_stored_experiment(folder / "experiments" / "rx130l-joint3")
+    application = create_application(ServiceSettings(data_folder=folder))
+    application.state.service.accounts.add_user("ada", PASSWORD, PEOPLE["ada"])
+    with served(application) as address:
+        yield Laboratory(address, application, folder)
 
 
 @pytest.fixture
 def measured(laboratory_with, tmp_path):
     """A laboratory with an identified experiment of three sessions, measured elsewhere; and its id."""
     laboratory = laboratory_with()
-    tests = of_the_service_tests()
+    tests = of_other_tests("api")
     folder = tests._write_measured_experiment(tmp_path / "measured", sessions=3)
     token = laboratory.application.state.service.accounts.issue_token("ada", "test", "operator", 86400.0)
     headers = {"Authorization": f"Bearer {token.secret}"}

@@ -32,11 +32,10 @@ def settled(page, wanted: tuple[float, float]) -> tuple[float, float]:
     return shown(page)
 
 
-def test_the_torque_is_zoomed_by_the_wheel_and_panned_by_a_drag(measured, visitor) -> None:
-    laboratory, experiment = measured
-    ada = visitor(laboratory, "ada")
+def test_the_torque_is_zoomed_by_the_wheel_and_panned_by_a_drag(stored, visitor) -> None:
+    ada = visitor(stored, "ada")
     page = ada.page
-    ada.open(f"experiments/{experiment}/model")
+    ada.open("experiments/rx130l-joint3/model")
     plot = page.locator("[data-above] .u-over")
     expect(plot).to_be_visible()
     expect(page.locator("[data-range]")).to_contain_text(" to ")
@@ -63,13 +62,44 @@ def test_the_torque_is_zoomed_by_the_wheel_and_panned_by_a_drag(measured, visito
     chosen = moved(page, whole)
     assert chosen[1] - chosen[0] == pytest.approx(100 / box["width"] * (whole[1] - whole[0]), rel=0.05)
 
-    figure = page.locator("[data-cells]").last
-    figure.hover(position={"x": 200, "y": 140})
+    page.locator("[data-cells]").last.hover(position={"x": 215, "y": 140})
     expect(page.locator("[data-cell-readout]")).to_contain_text("samples)")
-    figure.click(position={"x": 200, "y": 140})
-    page.mouse.move(0, 0)
-    expect(page.locator(".chosen-cell")).to_have_count(page.locator("[data-cells]").count())
     for theme in ("light", "dark"):
         page.emulate_media(color_scheme=theme)
         assert violations(page) == []
     ada.shot("model-plot")
+
+
+def test_two_fingers_zoom_about_their_middle_and_one_pans(stored, visitor) -> None:
+    ada = visitor(stored, "ada", has_touch=True)
+    page = ada.page
+    ada.open("experiments/rx130l-joint3/model")
+    plot = page.locator("[data-above] .u-over")
+    expect(page.locator("[data-range]")).to_contain_text(" to ")
+    plot.scroll_into_view_if_needed()
+    whole = shown(page)
+    box = plot.bounding_box()
+    middle, height = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    devtools = page.context.new_cdp_session(page)
+
+    def touch(kind: str, *places: float) -> None:
+        fingers = [{"x": place, "y": height, "id": number} for number, place in enumerate(places)]
+        devtools.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": fingers})
+
+    touch("touchStart", middle - 60, middle + 60)
+    for apart in (80, 100, 120):
+        touch("touchMove", middle - apart, middle + apart)
+    touch("touchEnd")
+    quarter = (whole[1] - whole[0]) / 4
+    near = settled(page, (whole[0] + quarter, whole[1] - quarter))  # twice as far apart: half the range
+    touch("touchStart", middle)
+    for moved_by in (0.05, 0.15, 0.25):
+        touch("touchMove", middle - moved_by * box["width"])
+    touch("touchEnd")
+    settled(page, (near[0] + 0.5 * quarter, near[1] + 0.5 * quarter))
+
+    # a finger on a map chooses the cell under it
+    figure = page.locator("[data-cells] svg").last
+    figure.scroll_into_view_if_needed()
+    figure.tap(position={"x": 215, "y": 100})
+    expect(page.locator("[data-choice]")).to_contain_text("302 of")

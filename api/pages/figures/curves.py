@@ -7,6 +7,7 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import ArrayLike
 
+from api.pages.figures.choosable import Choosable
 from api.pages.figures.drawing import (
     Scale,
     curve,
@@ -46,8 +47,12 @@ def draw_curves(
     bars: Curve | None = None,
     width: float = 590,
     height: float = 232,
+    choosable: Choosable | None = None,
 ) -> Markup:
-    """Draw curves on common axes; `title` is what a screen reader says, `bars` stand on zero behind the curves."""
+    """Draw curves on common axes; `title` is what a screen reader says, `bars` stand on zero behind the curves.
+
+    choosable : what its axes are of, where samples can be chosen in it
+    """
     left, right, top, bottom = 52.0, width - 10.0, 14.0, height - 38.0
     drawn = [*curves, *([bars] if bars is not None else [])]
     across = np.concatenate([np.asarray(each.x, float) for each in drawn])
@@ -74,7 +79,8 @@ def draw_curves(
     content.append(text((left + right) / 2, height - 4, x_label, "middle title"))
     middle = (top + bottom) / 2
     content.append(text(11, middle, y_label, "middle", transform=f"rotate(-90 11 {middle:g})"))
-    return picture(width, height, title, *content)
+    axes = None if choosable is None else choosable.axes_json(x, y)
+    return picture(width, height, title, *content, axes=axes)
 
 
 def _range(values: np.ndarray, margin: float) -> tuple[float, float]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from markupsafe import Markup
 
+from api.pages.figures.choosable import Choosable
 from api.pages.figures.drawing import Scale, area, curve, line, picture, round_ticks, text, tick_text
 
 
@@ -48,8 +49,12 @@ def draw_error_band(
     other: ErrorBand | None = None,
     width: float = 420,
     height: float = 112,
+    choosable: Choosable | None = None,
 ) -> Markup:
-    """Draw the band with ±`reach` (error_unit) as the vertical range; `other` is the model compared with, dashed."""
+    """Draw the band with ±`reach` (error_unit) as the vertical range; `other` is the model compared with, dashed.
+
+    choosable : what its axes are of, where samples can be chosen in it
+    """
     left, right, top, bottom = 46.0, width - 8.0, 8.0, height - 32.0
     x = Scale(float(band.centre[0]), float(band.centre[-1]), left, right)
     y = Scale(-reach, reach, bottom, top)
@@ -78,7 +83,8 @@ def draw_error_band(
             transform=f"rotate(-90 10 {(top + bottom) / 2:g})",
         )
     )
-    return picture(width, height, f"Error over {variable}: median and 10 to 90 % band", *content)
+    axes = None if choosable is None else choosable.axes_json(x, y)
+    return picture(width, height, f"Error over {variable}: median and 10 to 90 % band", *content, axes=axes)
 
 
 def _clip(scale: Scale, values: np.ndarray) -> np.ndarray:

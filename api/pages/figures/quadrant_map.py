@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from markupsafe import Markup
 
+from api.pages.figures.choosable import Axis, Choosable
 from api.pages.figures.drawing import Scale, element, line, picture, round_ticks, text, tick_text
 from api.pages.number_format import significant
 
@@ -105,7 +106,9 @@ def draw_quadrant_map(
         )
     )
     content += _colour_bar(scale, load_unit, right + 20, top, bottom)
-    return picture(width, height, "Mean error over speed and load, by quadrant", *content)
+    across, up = Axis("velocity", cells.velocity_edges), Axis("load", cells.load_edges)
+    axes = Choosable(across, up).axes_json(x, y)
+    return picture(width, height, "Mean error over speed and load, by quadrant", *content, axes=axes)
 
 
 def map_cells(cells: QuadrantMap, velocity_unit: str, load_unit: str) -> str:

@@ -1,10 +1,9 @@
-// The maps of the error: what is under the pointer, in both maps at once; a press keeps the cell, another lets it go.
+// The maps of the error: what is under the pointer, in both maps at once.
 
 const panel = document.querySelector("[data-error-maps]");
 const maps = [...(panel?.querySelectorAll("[data-cells]") ?? [])].map((figure) => ({ figure, of: figure.dataset.of, ...JSON.parse(figure.dataset.cells) }));
 const readout = panel?.querySelector("[data-cell-readout]");
 const minus = (value) => String(value).replace("-", "−");
-let kept = null;
 
 function cellAt(map, event) {
   const box = map.figure.querySelector("svg").getBoundingClientRect();
@@ -50,10 +49,6 @@ function show(cell) {
 }
 
 for (const map of maps) {
-  map.figure.addEventListener("pointermove", (event) => kept || show(cellAt(map, event)));
-  map.figure.addEventListener("pointerleave", () => kept || show(null));
-  map.figure.addEventListener("click", (event) => {
-    kept = kept ? null : cellAt(map, event);
-    show(kept ?? cellAt(map, event));
-  });
+  map.figure.addEventListener("pointermove", (event) => show(cellAt(map, event)));
+  map.figure.addEventListener("pointerleave", () => show(null));
 }

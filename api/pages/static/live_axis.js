@@ -1,5 +1,6 @@
 // One axis of the live page: its figures, and two strips of the last seconds: the position under which the planned one
 // lies, and the current under which the predicted one lies, each with its limits.
+import { colour } from "./colours.js";
 
 const WINDOW = 12; // s of motion on the strips
 const POINTS = 2500; // rows kept
@@ -10,14 +11,6 @@ export const fixed = (value, digits) => (Number.isFinite(value) ? value.toFixed(
 export const set = (selector, words, within) => {
   const place = within.querySelector(selector);
   if (place && place.textContent !== words) place.textContent = words;
-};
-const colour = (role, within) => {
-  const probe = document.createElement("span");
-  probe.style.color = `var(--${role})`;
-  within.append(probe);
-  const resolved = getComputedStyle(probe).color;
-  probe.remove();
-  return resolved;
 };
 // the newest value that came; one that did not is null
 const newest = (values) => values.findLast((value) => value !== null);

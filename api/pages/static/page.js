@@ -20,7 +20,13 @@ document.addEventListener("click", (event) => {
 });
 
 document.addEventListener("change", (event) => {
-  if (event.target.matches("[data-submit]")) event.target.form.requestSubmit();
+  if (!event.target.matches("[data-submit]")) return;
+  const { form } = event.target;
+  // A form that is only drawn anew may still lack what it will need: a choice is taken back without filling it in.
+  const checked = form.noValidate;
+  form.noValidate = form.method === "get" || checked;
+  form.requestSubmit();
+  form.noValidate = checked;
 });
 
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () =>
@@ -77,6 +83,26 @@ document.addEventListener("htmx:beforeRequest", (event) => {
 const kept = JSON.parse(sessionStorage.getItem(KEPT) ?? "null");
 if (kept?.page === location.pathname && performance.getEntriesByType("navigation")[0]?.type === "reload") say(kept.words);
 else sessionStorage.removeItem(KEPT);
+
+// A form that is drawn anew with every choice keeps what was typed, until it has done its work.
+const typing = document.querySelector("form[data-keeps-typed]");
+if (typing) {
+  const place = `typed ${location.pathname}`;
+  const fields = () => [...typing.querySelectorAll("input[name]:not([type=hidden])")];
+  const typed = JSON.parse(sessionStorage.getItem(place) ?? "{}");
+  for (const field of fields()) {
+    if (field.type === "radio") field.checked = typed[field.name] === undefined ? field.checked : typed[field.name] === field.value;
+    else field.value = typed[field.name] ?? field.value;
+  }
+  typing.addEventListener("input", ({ target }) => {
+    if (!fields().includes(target)) return;
+    typed[target.name] = target.value;
+    sessionStorage.setItem(place, JSON.stringify(typed));
+  });
+  document.addEventListener("htmx:afterRequest", ({ detail }) => {
+    if (detail.successful && detail.elt.matches("[data-ends-typing]")) sessionStorage.removeItem(place);
+  });
+}
 
 // A fresh page must not take away what somebody is typing: it is offered instead.
 document.addEventListener("input", (event) => {

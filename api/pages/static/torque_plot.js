@@ -1,18 +1,12 @@
 // Measured and predicted torque over time with the error beneath. The browser holds only what it draws: every zoom asks the
 // server for the least and greatest value per column of the visible range.
+import { keep, kept } from "./address.js";
+import { colour } from "./colours.js";
 import { gestures } from "./plot_gestures.js";
+import { chosenNow, chosenText, choose } from "./selection.js";
 
-const colour = (role) => {
-  const probe = document.createElement("span");
-  probe.style.color = `var(--${role})`;
-  document.body.append(probe);
-  const resolved = getComputedStyle(probe).color;
-  probe.remove();
-  return resolved;
-};
-
-// start as float64, rows and points as uint32, then rows of float32, little-endian
-function decode(buffer) {
+// start as float64, rows and points as uint32, then rows of float32, little-endian: time, then the named curves
+function decode(buffer, names) {
   const view = new DataView(buffer);
   const start = view.getFloat64(0, true);
   const rows = view.getUint32(8, true);
@@ -21,8 +15,24 @@ function decode(buffer) {
   for (let row = 0; row < rows; row += 1) columns.push(new Float32Array(buffer, 16 + 4 * row * points, points));
   // uPlot breaks a line at null, not at NaN
   const broken = (column) => Array.from(column, (value) => (Number.isNaN(value) ? null : value));
-  return { time: Float64Array.from(columns[0], (offset) => start + offset), signals: columns.slice(1).map(broken) };
+  const signals = Object.fromEntries(names.map((name, index) => [name, broken(columns[index + 1])]));
+  return { time: Float64Array.from(columns[0], (offset) => start + offset), signals };
 }
+
+// What each of the two plots draws, from behind to in front: curve, colour, dash.
+const MODEL = [6, 3];
+const OTHER = [2, 3];
+const CURVES = {
+  alone: { above: [["measured", "measured"], ["predicted", "predicted", MODEL]], beneath: [["error", "error"]] },
+  beside: {
+    above: [["measured", "measured"], ["predicted beside", "predicted-other", MODEL], ["predicted", "predicted", MODEL]],
+    beneath: [["error beside", "before"], ["error", "error"]],
+  },
+  overlay: {
+    above: [["measured overlay", "measured-other", OTHER], ["predicted overlay", "predicted-other", OTHER], ["measured", "measured"], ["predicted", "predicted", MODEL]],
+    beneath: [["error overlay", "before", OTHER], ["error", "error"]],
+  },
+};
 
 const SETTLED = 60; // ms without a further wheel or move, after which the range is asked for
 const GUTTER = 56; // px of the vertical axis; equal in both plots, so that their time axes line up
@@ -33,11 +43,12 @@ class TorquePlot {
     this.panel = panel;
     this.link = panel.dataset.torquePlot;
     this.unit = panel.dataset.unit;
-    this.beside = panel.dataset.beside === "yes";
+    this.overlaid = panel.querySelector("[data-overlay]");
+    this.layOver(kept("overlay"));
     this.whole = null;
     this.range = null;
     this.pending = null;
-    this.sessions = []; // [begin in s, file] where several stand end to end
+    this.sessions = []; // [begin in s, file, own time there in s]; several stand end to end
     panel.querySelector("[data-whole]").addEventListener("click", () => this.show(null));
     panel.tabIndex = -1;
     new ResizeObserver(() => this.resize()).observe(panel);
@@ -45,7 +56,36 @@ class TorquePlot {
     for (const name of ["above", "beneath"])
       panel.querySelector(`[data-${name}]`).addEventListener("dblclick", () => this.show(null));
     document.addEventListener("keydown", (event) => this.key(event));
+    document.addEventListener("samples-chosen", () => this.drawnFor !== chosenText() && this.show(this.range));
+    panel.querySelector("[data-choose-stretch]").addEventListener("click", () => this.chooseStretch());
+    this.overlaid?.addEventListener("change", () => {
+      keep("overlay", this.overlaid.value);
+      this.layOver(this.overlaid.value);
+      for (const plot of [this.above, this.beneath]) plot?.destroy();
+      this.above = null;
+      this.show(null);
+    });
     this.show(null);
+  }
+
+  // Another session from the same beginning; none if it is not among those that can be.
+  layOver(file) {
+    const can = [...(this.overlaid?.options ?? [])].some((option) => option.value === file);
+    this.overlay = can ? file : "";
+    if (this.overlaid) this.overlaid.value = this.overlay;
+    this.kind = this.overlay ? "overlay" : this.panel.dataset.beside ? "beside" : "alone";
+    for (const key of this.panel.querySelectorAll("[data-overlay-key]")) key.hidden = !this.overlay;
+  }
+
+  // The stretch that is seen, of the session that its middle lies in; all of the only session.
+  chooseStretch() {
+    if (!this.range && this.sessions.length === 1) return choose({ session: this.sessions[0][1], ranges: {} });
+    const [start, stop] = this.range ?? this.whole;
+    const [begin, file, own] = this.sessions.findLast(([at]) => at <= (start + stop) / 2) ?? this.sessions[0];
+    const place = this.sessions.findIndex((session) => session[1] === file);
+    const end = this.sessions[place + 1]?.[0] ?? Infinity;
+    const at = (time) => own + Math.min(Math.max(time, begin), end) - begin;
+    choose({ session: file, ranges: { time: [at(start), at(stop)] } });
   }
 
   async show(range) {
@@ -61,9 +101,13 @@ class TorquePlot {
     }
     try {
       const begun = performance.now();
+      if (this.overlay) query.set("overlay", this.overlay);
+      const chosen = chosenText();
+      if (chosen) query.set("chosen", chosen);
       const response = await fetch(`${this.link}&${query}`, { signal: this.pending.signal });
       if (!response.ok) throw new Error(`status ${response.status}`);
-      this.data = decode(await response.arrayBuffer());
+      this.data = decode(await response.arrayBuffer(), response.headers.get("X-Curves").split(","));
+      this.drawnFor = chosen;
       const figure = (name) => Number(response.headers.get(name) ?? NaN);
       this.figures = { error: figure("X-Relative-Error"), rms: figure("X-Error-RMS") };
       this.sessions = JSON.parse(response.headers.get("X-Sessions") ?? "[]");
@@ -78,6 +122,7 @@ class TorquePlot {
 
   // A range that is still moving: what is at hand is drawn at once, what is missing is asked for when it rests.
   move(range) {
+    this.pending?.abort(); // an answer under way would put back the range that it was asked for
     this.range = range;
     for (const plot of [this.above, this.beneath]) plot.setScale("x", { min: range[0], max: range[1] });
     clearTimeout(this.settling);
@@ -86,7 +131,31 @@ class TorquePlot {
     this.settling = setTimeout(() => this.show(all ? null : range), SETTLED);
   }
 
+  // Chosen samples are shaded over the whole height, so that a single one is seen too.
+  drawChosen(plot) {
+    const marks = this.data.signals.chosen;
+    if (!marks) return;
+    const { ctx, bbox } = plot;
+    const { time } = this.data;
+    const at = (index) => plot.valToPos(time[index], "x", true);
+    ctx.save();
+    ctx.beginPath();
+    ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+    ctx.clip();
+    ctx.fillStyle = colour("choice-soft");
+    for (let index = 0; index < marks.length; index += 1) {
+      if (marks[index] === null) continue;
+      let last = index;
+      while (last + 1 < marks.length && marks[last + 1] !== null) last += 1;
+      const left = at(index);
+      ctx.fillRect(left, bbox.top, Math.max(at(Math.min(last + 1, marks.length - 1)) - left, 2), bbox.height);
+      index = last;
+    }
+    ctx.restore();
+  }
+
   drawSessions(plot, named) {
+    if (this.sessions.length < 2 || this.overlay) return;
     const { ctx, bbox } = plot;
     ctx.save();
     ctx.strokeStyle = ctx.fillStyle = colour("ink-faint");
@@ -135,7 +204,7 @@ class TorquePlot {
   dashes() {
     const samples = this.data.time.length < this.points;
     for (const plot of [this.above, this.beneath])
-      for (const series of plot.series.slice(1)) series.dash = series.dashed && samples ? [6, 3] : undefined;
+      for (const series of plot.series.slice(1)) series.dash = samples || this.overlay ? series.pattern : undefined;
   }
 
   fit(plot, start, stop) {
@@ -154,18 +223,11 @@ class TorquePlot {
     plot.setScale("y", { min: low - margin, max: high + margin });
   }
 
-  // signals: measured, predicted, error, then those of the model beside
   series(which) {
-    const [measured, predicted, error, predictedBeside, errorBeside] = this.data.signals;
-    if (which === "above") return this.beside ? [measured, predictedBeside, predicted] : [measured, predicted];
-    return this.beside ? [errorBeside, error] : [error];
+    return CURVES[this.kind][which].map(([name]) => this.data.signals[name] ?? []);
   }
 
   build() {
-    const roles = {
-      above: this.beside ? ["measured", "predicted-other", "predicted"] : ["measured", "predicted"],
-      beneath: this.beside ? ["before", "error"] : ["error"],
-    };
     const sync = uPlot.sync(this.link);
     const make = (which, words) => {
       const place = this.panel.querySelector(`[data-${which}]`);
@@ -180,13 +242,12 @@ class TorquePlot {
           legend: { show: false },
           cursor: { sync: { key: sync.key, setSeries: false }, drag: { x: true, y: false, setScale: false, dist: 6 }, points: { show: false } },
           scales: { x: { time: false, auto: false }, y: { auto: false } },
-          series: [{}, ...roles[which].map((role, index) => ({
+          series: [{}, ...CURVES[this.kind][which].map(([, role, pattern]) => ({
             stroke: colour(role),
             width: role === "measured" ? 1.6 : 1.2,
-            dashed: role.startsWith("predicted"),
+            pattern,
             points: { show: false },
             spanGaps: false,
-            alpha: index === 0 && this.beside && which === "above" ? 0.9 : 1,
           }))],
           axes: [
             { ...axis, size: 22, label: which === "beneath" ? "time, s" : undefined, labelSize: 17, gap: 3, space: 70 },
@@ -202,6 +263,7 @@ class TorquePlot {
               this.show([start, stop]);
             }],
             setCursor: [(plot) => which === "above" && this.readout(plot)],
+            drawAxes: [(plot) => this.drawChosen(plot)],
             draw: [(plot) => this.drawSessions(plot, which === "above")],
           },
         },
@@ -220,11 +282,13 @@ class TorquePlot {
   readout(plot) {
     const index = plot.cursor.idx;
     if (index == null) return;
-    const [measured, predicted, error, , errorBeside] = this.data.signals;
+    const signals = this.data.signals;
     const show = (value) => (Number.isFinite(value) ? value.toFixed(2).replace("-", "−") : "–");
-    const parts = [["time", `${this.data.time[index].toFixed(3)} s`], ["measured", `${show(measured[index])} ${this.unit}`],
-      ["model", `${show(predicted[index])} ${this.unit}`], ["error", `${show(error[index])} ${this.unit}`]];
-    if (this.beside) parts.push(["error of the model beside", `${show(errorBeside[index])} ${this.unit}`]);
+    const named = { measured: "measured", predicted: "model", error: "error", "error beside": "error of the model beside",
+      "measured overlay": "other session, measured", "error overlay": "its error" };
+    const parts = [["time", `${this.data.time[index].toFixed(3)} s`]];
+    for (const [name, words] of Object.entries(named))
+      if (signals[name]) parts.push([words, `${show(signals[name][index])} ${this.unit}`]);
     this.panel.querySelector("[data-cursor]").replaceChildren(
       ...parts.map(([name, value]) => {
         const span = document.createElement("span");

@@ -1,0 +1,148 @@
+"""The least and greatest values of a stored torque in blocks of samples, so that a plot of a long session reads little.
+
+A session of a million samples is 64 MB on disk; its outline is a sixty-fourth of that, and all that a plot needs until its
+blocks are as short as those of the outline. Then the samples themselves are few.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from api.service.envelope import envelope
+
+Array = NDArray[np.float64]
+Columns = Mapping[str, NDArray]
+
+BLOCK = 64
+"""Samples of one block. A plot of 1200 columns reads 77 000 samples at most before the outline takes their place."""
+CURVES = ("measured", "predicted", "error")
+ROWS = (
+    "begin",
+    "middle",
+    *(f"{end} {name}" for name in CURVES for end in ("least", "greatest")),
+    "square measured",
+    "square error",
+    "moving",
+)
+"""Rows of an outline, (11, blocks): s, of the first and the middle sample; N m or N; sums of squares and number of the
+samples in which the joint moves. The error is NaN where a joint rests in all of a block."""
+
+
+def error_of(part: Columns, rows: slice) -> Array:
+    """Measured less predicted in some rows, (samples,); NaN where the joint rests: dry friction then takes any value, and
+    such samples are no part of a fit."""
+    error = np.asarray(part["measured"][rows] - part["predicted"][rows], dtype=np.float64)
+    error[np.asarray(part["moving"][rows]) == 0] = np.nan
+    return error
+
+
+def outline(part: Columns) -> Array:
+    """The outline (11, blocks) of a prediction's columns (samples,); the last block may be shorter."""
+    count = len(part["time"])
+    starts = np.arange(0, count, BLOCK)
+    if not count:
+        return np.zeros((len(ROWS), 0))
+    time = np.asarray(part["time"])
+    everything = slice(0, count)
+    measured, error = np.asarray(part["measured"]), error_of(part, everything)
+    moving = ~np.isnan(error)
+    curves = {"measured": measured, "predicted": np.asarray(part["predicted"]), "error": error}
+    rows = [time[starts], time[np.minimum(starts + BLOCK // 2, count - 1)]]
+    for values in curves.values():
+        rows += [np.fmin.reduceat(values, starts), np.fmax.reduceat(values, starts)]
+    for values in (
+        np.where(moving, measured, 0.0) ** 2,
+        np.where(moving, error, 0.0) ** 2,
+        moving.astype(float),
+    ):
+        rows.append(np.add.reduceat(values, starts))
+    return np.stack(rows)
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """What draws the same line as some rows of a session.
+
+    time   : (points,) s
+    curves : name -> (points,); pairs of least and greatest value where `starts` is given
+    starts : (points / 2,) first row of each block; None where the points are the samples themselves
+    """
+
+    time: Array
+    curves: dict[str, Array]
+    starts: NDArray[np.intp] | None
+
+    def marked(self, chosen: NDArray[np.bool_], rows: slice) -> Array:
+        """(points,) 1 where a sample is chosen, or any of a block, else NaN; `chosen` is of `rows`, as they were reduced."""
+        if self.starts is not None and len(self.starts):
+            chosen = np.repeat(np.logical_or.reduceat(chosen, self.starts - rows.start), 2)
+        return np.where(chosen, 1.0, np.nan)
+
+
+def reduced(part: Columns, of_part: Array, rows: slice, points: int) -> tuple[Reduced, slice]:
+    """Reduce some rows of a session to at most `points` points, and say which rows those are: whole blocks of the outline,
+    where it is used."""
+    count = rows.stop - rows.start
+    length = -(-count // max(1, points // 2 - 3))  # two blocks more may be reached into at the ends
+    if count <= points or length < 2 * BLOCK:
+        seen = {name: np.asarray(part[name][rows]) for name in ("measured", "predicted")}
+        seen["error"] = error_of(part, rows)
+        time = np.asarray(part["time"][rows])
+        origin, values = envelope(time, seen, points)
+        starts = None
+        if count > points:
+            step = -(-count // max(1, points // 2))
+            starts = rows.start + np.arange(0, count, step)
+        # the envelope's time is float32 after its origin: enough to draw
+        drawn = Reduced(origin + values[0].astype(float), dict(zip(CURVES, values[1:], strict=True)), starts)
+        return drawn, rows
+    together = -(-length // BLOCK)
+    first, last = rows.start // BLOCK, -(-rows.stop // BLOCK)
+    begins = np.arange(first, last, together)
+    middles = np.minimum(begins + together // 2, last - 1)
+    time = np.empty(2 * len(begins))
+    time[0::2] = of_part[0, begins]
+    time[1::2] = of_part[1, middles]
+    curves = {}
+    for place, name in enumerate(CURVES):
+        least, greatest = of_part[2 + 2 * place, first:last], of_part[3 + 2 * place, first:last]
+        curve = np.empty(2 * len(begins))
+        curve[0::2] = np.fmin.reduceat(least, begins - first)
+        curve[1::2] = np.fmax.reduceat(greatest, begins - first)
+        curves[name] = curve
+    whole = slice(first * BLOCK, min(last * BLOCK, len(part["time"])))
+    return Reduced(time, curves, begins * BLOCK), whole
+
+
+@dataclass(frozen=True)
+class Sums:
+    """Of samples in which a joint moves: how many, and the sums of squares of torque and error."""
+
+    samples: float = 0.0
+    measured: float = 0.0
+    error: float = 0.0
+
+    def __add__(self, other: "Sums") -> "Sums":
+        return Sums(self.samples + other.samples, self.measured + other.measured, self.error + other.error)
+
+
+def sums(part: Columns, of_part: Array, rows: slice) -> Sums:
+    """Of the samples in some rows, exactly: whole blocks from the outline, what is over at either end from the samples."""
+    first, last = -(-rows.start // BLOCK), rows.stop // BLOCK
+    if last <= first:
+        return _sums_of(part, rows)
+    inside = of_part[-3:, first:last].sum(axis=1)
+    return (
+        Sums(samples=float(inside[2]), measured=float(inside[0]), error=float(inside[1]))
+        + _sums_of(part, slice(rows.start, first * BLOCK))
+        + _sums_of(part, slice(last * BLOCK, rows.stop))
+    )
+
+
+def _sums_of(part: Columns, rows: slice) -> Sums:
+    error = error_of(part, rows)
+    moving = ~np.isnan(error)
+    measured = np.asarray(part["measured"][rows])[moving]
+    return Sums(float(moving.sum()), float(measured @ measured), float(error[moving] @ error[moving]))
