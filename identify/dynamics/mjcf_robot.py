@@ -1,7 +1,7 @@
 """A robot in MuJoCo's MJCF as a URDF's tree: bodies, joints, defaults and angles as its XML reference states them.
 
-<https://mujoco.readthedocs.io/en/stable/XMLreference.html>: compiler (angle, eulerseq, autolimits), default, body, joint,
-inertial, equality/joint.
+<https://mujoco.readthedocs.io/en/stable/XMLreference.html>: compiler (angle, eulerseq, autolimits, inertiafromgeom), default,
+body, joint, inertial, geom, equality/joint.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from identify.dynamics.mjcf_shapes import LONG, SIZES, WATER, WITHOUT_MASS, Solid, body_of
 from identify.dynamics.robot_tree import RobotTree, numbers, placed
 from identify.dynamics.rotations import from_quaternion
 from identify.recording.errors import InputError
@@ -55,7 +56,14 @@ class _World:
             raise InputError(
                 f'{path}: coordinate="global" is no longer MJCF; let MuJoCo 2.3 save the file anew'
             )
-        self.defaults: dict[str, dict[str, str]] = {}
+        self.from_shapes = compiler.get("inertiafromgeom", "auto")
+        groups = numbers(path, "compiler", "inertiagrouprange", compiler.get("inertiagrouprange", "0 5"), 2)
+        self.groups = (int(groups[0]), int(groups[1]))
+        if float(numbers(path, "compiler", "settotalmass", compiler.get("settotalmass", "-1"), 1)[0]) > 0:
+            raise InputError(
+                f"{path}: <compiler settotalmass> is not read; let MuJoCo load the file and save it (mj_saveLastXML)"
+            )
+        self.defaults: dict[str, dict[str, dict[str, str]]] = {}
         for element in root.findall("default"):
             self._read_defaults(element, {}, element.get("class", "main"))
         self.mimics = {
@@ -66,9 +74,13 @@ class _World:
         self.count = 0
         self.built = RobotTree(root.get("model", "robot"))
 
-    def _read_defaults(self, element: ElementTree.Element, above: Mapping[str, str], name: str) -> None:
-        joint = element.find("joint")
-        here = dict(above) | ({} if joint is None else joint.attrib)
+    def _read_defaults(
+        self, element: ElementTree.Element, above: Mapping[str, dict[str, str]], name: str
+    ) -> None:
+        stated = {kind: element.find(kind) for kind in ("joint", "geom")}
+        here = {
+            kind: above.get(kind, {}) | ({} if each is None else each.attrib) for kind, each in stated.items()
+        }
         self.defaults[name] = here
         for below in element.findall("default"):
             self._read_defaults(below, here, below.get("class", ""))
@@ -107,7 +119,7 @@ class _World:
         if not joints:
             self.built.joint(f"{name} fixed", "fixed", parent, name, frame)
         body_frame = placed(-anchor, np.eye(3))
-        self._link(body, name, body_frame)
+        self._link(body, name, body_frame, cls)
         for below in body.findall("body"):
             self._body(below, name, body_frame, cls)
 
@@ -115,7 +127,7 @@ class _World:
         wanted = joint.get("class", cls)
         if wanted not in self.defaults and wanted != "main":
             raise InputError(f"{self.path}: body '{body}': there is no default class '{wanted}'")
-        return self.defaults.get(wanted, {}) | joint.attrib
+        return self.defaults.get(wanted, {}).get(joint.tag, {}) | joint.attrib
 
     def _joint(self, joint: Mapping[str, str], body: str, parent: str, child: str, placement: Array) -> None:
         name = joint.get("name") or f"{child} joint"
@@ -143,14 +155,14 @@ class _World:
             mimics=self.mimics.get(name),
         )
 
-    def _link(self, body: ElementTree.Element, name: str, link_frame: Array) -> None:
+    def _link(self, body: ElementTree.Element, name: str, link_frame: Array, cls: str) -> None:
         inertial = body.find("inertial")
+        if self.from_shapes == "true" or (inertial is None and self.from_shapes == "auto"):
+            mass, centre, tensor = body_of(self._solids(body, name, cls))
+            self.built.link(name, mass=mass, placement=link_frame @ placed(centre, np.eye(3)), tensor=tensor)
+            return
         if inertial is None:
             self.built.link(name)
-            if body.find("geom") is not None:
-                self.built.remarks.append(
-                    f"body '{name}' has no <inertial>: what MuJoCo makes of its shapes is not known here, taken as no mass"
-                )
             return
         if "fullinertia" in inertial.attrib:
             xx, yy, zz, xy, xz, yz = self._numbers(inertial.attrib, "fullinertia", "", name, 6)
@@ -162,9 +174,53 @@ class _World:
             name, mass=mass, placement=link_frame @ self._placement(inertial, name), tensor=tensor
         )
 
+    def _solids(self, body: ElementTree.Element, name: str, cls: str) -> list[Solid]:
+        """The shapes that MuJoCo takes a body's mass from."""
+        solids: list[Solid] = []
+        for number, geom in enumerate(body.findall("geom"), start=1):
+            attributes = self._attributes(geom, cls, name)
+            owner = attributes.get("name") or f"{name}, geom {number}"
+            kind = attributes.get("type", "sphere")
+            group = int(self._numbers(attributes, "group", "0", owner, 1)[0])
+            if kind in WITHOUT_MASS or not self.groups[0] <= group <= self.groups[1]:
+                continue
+            mass = (
+                float(self._numbers(attributes, "mass", "0", owner, 1)[0]) if "mass" in attributes else None
+            )
+            density = float(self._numbers(attributes, "density", repr(WATER), owner, 1)[0])
+            if mass == 0 or (mass is None and density == 0):
+                continue
+            if kind not in SIZES or attributes.get("shellinertia", "false") == "true":
+                self.built.remarks.append(
+                    f"'{owner}' is a {kind if kind not in SIZES else 'shell'}, whose inertia MuJoCo computes and we do not: taken"
+                    " as no mass; let MuJoCo save the file with inertials (mj_saveLastXML)"
+                )
+                continue
+            solids.append(self._solid(attributes, kind, owner, mass, density))
+        return solids
+
+    def _solid(
+        self, attributes: Mapping[str, str], kind: str, owner: str, mass: float | None, density: float
+    ) -> Solid:
+        words = attributes.get("size", "").split()
+        if "fromto" in attributes and kind in LONG:
+            ends = self._numbers(attributes, "fromto", "", owner, 6)
+            radius = numbers(self.path, owner, "size", " ".join(words[:1]), 1)
+            way = ends[:3] - ends[3:]
+            half = float(np.linalg.norm(self._with_length(way, "fromto", owner))) / 2
+            thick = radius if SIZES[kind] == 2 else np.repeat(radius, 2)
+            frame = self._placement_of(
+                {"pos": _words((ends[:3] + ends[3:]) / 2), "zaxis": _words(way)}, owner
+            )
+            return Solid(kind, np.append(thick, half), frame, mass, density)
+        size = numbers(self.path, owner, "size", " ".join(words[: SIZES[kind]]), SIZES[kind])
+        return Solid(kind, size, self._placement_of(attributes, owner), mass, density)
+
     def _placement(self, element: ElementTree.Element, owner: str) -> Array:
+        return self._placement_of(element.attrib, owner)
+
+    def _placement_of(self, attributes: Mapping[str, str], owner: str) -> Array:
         """(4, 4) of pos and one of quat, axisangle, euler, xyaxes, zaxis."""
-        attributes = element.attrib
         position = self._numbers(attributes, "pos", "0 0 0", owner, 3)
         if "quat" in attributes:
             values = self._numbers(attributes, "quat", "", owner, 4)
@@ -210,3 +266,7 @@ class _World:
         self, attributes: Mapping[str, str], key: str, default: str, owner: str, count: int
     ) -> Array:
         return numbers(self.path, owner, key, attributes.get(key, default), count)
+
+
+def _words(values: Array) -> str:
+    return " ".join(repr(float(value)) for value in values)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as ElementTree
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -115,6 +116,7 @@ class _Tree:
             raise InputError(f"{path}: holds <{macro.tag}>; expand it first: xacro FILE > robot.urdf")
         self.links = {link.get("name", ""): link for link in root.findall("link")}
         self.joints = root.findall("joint")
+        self._refuse_same_names(root)
         self.to_link: dict[str, ElementTree.Element] = {}
         self.from_link: dict[str, list[ElementTree.Element]] = {}
         for joint in self.joints:
@@ -131,6 +133,29 @@ class _Tree:
             named = ", ".join(f"'{name}'" for name in bases) or "none"
             raise InputError(f"{path}: exactly one link must have no joint before it, found {named}")
         self.base = bases[0]
+        self._refuse_loops()
+
+    def _refuse_same_names(self, root: ElementTree.Element) -> None:
+        for tag in ("link", "joint"):
+            names = Counter(element.get("name", "") for element in root.findall(tag))
+            doubled = next((name for name, count in names.items() if count > 1), None)
+            if doubled is not None:
+                raise InputError(
+                    f"{self.path}: {names[doubled]} {tag}s are called '{doubled}'; names must differ"
+                )
+            if "" in names:
+                raise InputError(f"{self.path}: a <{tag}> has no name")
+
+    def _refuse_loops(self) -> None:
+        """Every link must hang on the base; those that do not hang on one another in a circle."""
+        waiting, reached = [self.base], {self.base}
+        while waiting:
+            for joint in self.from_link.get(waiting.pop(), []):
+                reached.add(self.child(joint))
+                waiting.append(self.child(joint))
+        astray = next((name for name in self.links if name not in reached), None)
+        if astray is not None:
+            raise self.wrong(self.to_link[astray], "the links form a loop")
 
     def wrong(self, joint: ElementTree.Element, fault: str) -> InputError:
         return InputError(f"{self.path}: joint '{joint.get('name', '?')}': {fault}")
@@ -144,20 +169,22 @@ class _Tree:
 
     def only_tip(self) -> str:
         """The link behind the last movable joint, if no two movable joints branch."""
+        above: set[str] = set()  # links with a joint beyond them that moves by itself
+        for joint in filter(_independent, self.joints):
+            link: str | None = self._end(joint, "parent")
+            while link is not None and link not in above:
+                above.add(link)
+                link = self._end(self.to_link[link], "parent") if link in self.to_link else None
         tips = [
             self.child(joint)
             for joint in self.joints
-            if _independent(joint) and not self._moves_beyond(self.child(joint))
+            if _independent(joint) and self.child(joint) not in above
         ]
         if len(tips) > 1:
             return self._trunk(tips)
         if not tips:
             raise InputError(f"{self.path}: no revolute, continuous or prismatic joint")
         return tips[0]
-
-    def _moves_beyond(self, link: str) -> bool:
-        beyond = self.from_link.get(link, [])
-        return any(_independent(joint) or self._moves_beyond(self.child(joint)) for joint in beyond)
 
     def _trunk(self, tips: list[str]) -> str:
         """The link behind the last joint that all tips hang on: the arm without its gripper.
@@ -193,7 +220,9 @@ class _Tree:
             kind = joint.get("type", "none")
             if kind != "fixed" and kind not in MOVABLE:
                 raise self.wrong(
-                    joint, f"type '{kind}': only revolute, continuous, prismatic, fixed are known"
+                    joint,
+                    f"type '{kind}': only revolute, continuous, prismatic, fixed are known; make it fixed if it does not"
+                    " move while the robot is measured",
                 )
             if joint.find("mimic") is not None:
                 raise self.wrong(joint, "it mimics another joint; a chain of independent joints is needed")
@@ -274,6 +303,8 @@ class _Tree:
         if element is None:
             return np.zeros(10)
         (mass,) = self._numbers(element.find("mass"), "value", "0", link, 1)
+        if mass < 0:
+            raise InputError(f"{self.path}: link '{link}': mass {mass:g} kg must not be negative")
         tensor = np.zeros((3, 3))
         stated = element.find("inertia")
         for row, column in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):

@@ -169,10 +169,10 @@ def test_damaged_files_never_end_in_a_traceback(tmp_path):
 def test_shapes_without_an_inertial_and_a_free_base_are_said(tmp_path):
     path = tmp_path / "robot.xml"
     path.write_text(
-        '<mujoco><worldbody><body name="base"><freejoint/><geom size="0.1"/><body name="arm"><joint name="j"/>'
+        '<mujoco><worldbody><body name="base"><freejoint/><geom type="mesh" mesh="m"/><body name="arm"><joint name="j"/>'
         '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body></body></worldbody></mujoco>'
     )
     read = read_urdf(path)
     assert [joint.name for joint in read.robot.joints] == ["j"]
     assert any("'base' is free: taken as fixed" in words for words in read.remarks)
-    assert any("'base' has no <inertial>" in words for words in read.remarks)
+    assert any("'base, geom 1' is a mesh" in words for words in read.remarks)

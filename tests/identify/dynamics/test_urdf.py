@@ -195,6 +195,11 @@ def test_a_gripper_beyond_the_tip_is_carried_as_a_fixed_body(elbow):
     assert found.standard[[9, 20]].sum() == pytest.approx(total)
 
 
+LOOP = """<link name='x'/><link name='y'/>
+<joint name='r1' type='fixed'><parent link='y'/><child link='x'/></joint>
+<joint name='r2' type='fixed'><parent link='x'/><child link='y'/></joint></robot>"""
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -206,6 +211,11 @@ def test_a_gripper_beyond_the_tip_is_carried_as_a_fixed_body(elbow):
             "parent link 'uper' does not exist",
         ),
         (lambda text: text.replace("0 1 0", "0 0 0"), "joint 'elbow': its axis has no length"),
+        (lambda text: text.replace("'elbow'", "'waist'"), "2 joints are called 'waist'; names must differ"),
+        (lambda text: text.replace("</robot>", "<link name='upper'/></robot>"), "2 links are called 'upper'"),
+        (lambda text: text.replace("</robot>", "<link/></robot>"), "a <link> has no name"),
+        (lambda text: text.replace("mass value='", "mass value='-"), "mass -.* kg must not be negative"),
+        (lambda text: text.replace("</robot>", LOOP), "joint 'r1': the links form a loop"),
         (lambda text: text.replace("0 1 0", "0 one 0"), "must be 3 numbers"),
         (lambda text: text.replace("link='lower'/><origin", "link='upper'/><origin"), "hangs on two joints"),
         (
@@ -224,6 +234,16 @@ def test_a_file_that_is_no_serial_robot_is_refused_in_one_line(elbow, change, wo
         read_urdf(elbow)
     assert str(refused.value).startswith(str(elbow))
     assert "\n" not in str(refused.value)
+
+
+def test_a_chain_of_very_many_links_is_read(tmp_path):
+    links = "".join(f'<link name="l{k}"/>' for k in range(1501))
+    joints = "".join(
+        f'<joint name="j{k}" type="{"revolute" if k < 3 else "fixed"}"><parent link="l{k}"/><child link="l{k + 1}"/></joint>'
+        for k in range(1500)
+    )
+    (tmp_path / "long.urdf").write_text(f'<robot name="r">{links}{joints}</robot>')
+    assert len(read_urdf(tmp_path / "long.urdf").robot.joints) == 3
 
 
 def test_branching_joints_ask_for_the_tip(elbow):
