@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from daq.can_log import LoggedSession, is_can_log, read_can_log, write_recording
+from daq.can_log import LoggedSession, read_can_log, write_recording
 from daq.experiment_folder import experiment_robot
 from daq.rig import Rig
 from identify.recording import (
@@ -22,8 +22,6 @@ from identify.recording.experiment_file import (
     write_experiment,
 )
 from identify.recording.foreign_import import undone_on_error
-
-__all__ = ["import_can_logs", "is_can_log"]
 
 
 def import_can_logs(

@@ -15,23 +15,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.alignment import SYNC_ID, SyncAlignment
+from daq.can_log_reader import CLASSIC_DATA, read_frames
 from daq.json_object import JsonObject
 from daq.recording_file import RecordingFile, SessionDescription
 from daq.rig import Rig
 from daq.rig_drives import MODES
 from daq.safety import StopCause
 from daq.samples import COMMAND_CAME, POSITION_CAME, Phase, RowDecoder
-from drivers import can
 from drivers.cia402 import State
-from drivers.frames import ERROR, EXTENDED, FD, FRAME, REMOTE
+from drivers.frames import FRAME
 from drivers.process_data import DriveStream
 from drivers.standard_stream import standard_stream
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import Payload
 
-KINDS = (".log", ".asc", ".blf", ".trc")
-"""Endings of logs: can-utils (candump -l, and our own raw log), Vector ASC and BLF, PEAK TRC."""
-CLASSIC_DATA = 8
 FEWEST_ROWS = 16
 
 
@@ -45,11 +42,6 @@ class LoggedSession:
     """of the alignment"""
     remarks: tuple[str, ...]
     """What was decided, in an operator's words."""
-
-
-def is_can_log(path: Path) -> bool:
-    """Whether a file's name is that of a log of CAN frames, plain or gzip."""
-    return Path(path.name.removesuffix(".gz")).suffix.lower() in KINDS
 
 
 def read_can_log(path: Path, rig: Rig, begin: float | None = None, end: float | None = None) -> LoggedSession:
@@ -108,41 +100,20 @@ def write_recording(
 
 
 def _frames(path: Path, identifiers: set[int]) -> tuple[NDArray[Any], list[str]]:
-    """Frames with these ids, in the order of the log, of the channel that has most of them."""
-    messages: list[tuple[str, int, int, int, bytes]] = []
-    try:
-        with can.LogReader(path) as reader:
-            for message in reader:
-                if message.arbitration_id in identifiers and not message.is_extended_id:
-                    flags = (REMOTE if message.is_remote_frame else 0) | (
-                        ERROR if message.is_error_frame else 0
-                    )
-                    flags |= FD if message.is_fd else 0
-                    stamp = round(message.timestamp * 1e9)
-                    data = bytes(message.data)[:CLASSIC_DATA]
-                    messages.append((str(message.channel), stamp, message.arbitration_id, flags, data))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except Exception:  # readers let through whatever a damaged line or block raises in them
-        kind = Path(path.name.removesuffix(".gz")).suffix.lower()
-        raise InputError(
-            f"{path}: cannot be read as a {kind} log of CAN frames; is it damaged or cut short?"
-        ) from None
-    channels = Counter(channel for channel, _, identifier, _, _ in messages if identifier != SYNC_ID)
-    remarks: list[str] = []
-    if len(channels) > 1:
+    """Frames with these ids, in the order of the log, of the channel that has most of the drives' process data."""
+    logged, remarks = read_frames(path)
+    wanted = [frame for frame in logged if not frame.extended and frame.can_id in identifiers]
+    channels = Counter(frame.channel for frame in wanted if frame.can_id != SYNC_ID)
+    if len({frame.channel for frame in wanted}) > 1 and channels:
         chosen = channels.most_common(1)[0][0]
-        remarks.append(f"channel {chosen} of {len(channels)}, which has most of the drives' process data")
-        messages = [frame for frame in messages if frame[0] == chosen]
-    frames = np.zeros(len(messages), FRAME)
-    for name, values in (
-        ("stamp", [frame[1] for frame in messages]),
-        ("can_id", [frame[2] for frame in messages]),
-        ("flags", [frame[3] & ~EXTENDED for frame in messages]),
-        ("length", [len(frame[4]) for frame in messages]),
-    ):
-        frames[name] = values
-    padded = b"".join(frame[4].ljust(CLASSIC_DATA, b"\0") for frame in messages)
+        remarks.append(f"of its channels {chosen}, which has most of the drives' process data")
+        wanted = [frame for frame in wanted if frame.channel == chosen]
+    frames = np.zeros(len(wanted), FRAME)
+    frames["stamp"] = [frame.stamp for frame in wanted]
+    frames["can_id"] = [frame.can_id for frame in wanted]
+    frames["flags"] = [frame.flags for frame in wanted]
+    frames["length"] = [len(frame.data) for frame in wanted]
+    padded = b"".join(frame.data.ljust(CLASSIC_DATA, b"\0") for frame in wanted)
     frames["data"] = np.frombuffer(padded, np.uint8).reshape(-1, CLASSIC_DATA)
     return frames, remarks
 
@@ -198,7 +169,11 @@ def _chosen(
             how = "in which all drives were enabled"
         if keep.sum() >= FEWEST_ROWS:
             first, last = seconds[keep][0], seconds[keep][-1]
-            return rows[keep], f"{int(keep.sum())} cycles from {first:.6g} to {last:.6g} s of the log, {how}"
+            short = end is not None and last < end - 2 * np.median(np.diff(seconds))
+            return rows[keep], (
+                f"{int(keep.sum())} cycles from {first:.6g} to {last:.6g} s of the log, {how}"
+                + (f"; it ends before {end:.6g} s" if short else "")
+            )
     raise InputError(
         f"{path}: holds no {FEWEST_ROWS} cycles in which all drives were enabled; name a part by --begin and --end"
     )

@@ -94,7 +94,7 @@ def import_(
     rig: Annotated[
         str | None,
         typer.Option(
-            help="Rig file or name: FILE is a log of CAN frames (.log, .asc, .blf, .trc) of that rig."
+            help="Rig file or name: FILE is a log of CAN frames of that rig (candump, Vector, PEAK, Kvaser ...)."
         ),
     ] = None,
     begin: Annotated[float | None, typer.Option(help="Of a CAN log: s from its first SYNC.")] = None,

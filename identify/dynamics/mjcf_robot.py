@@ -202,10 +202,10 @@ class _World:
     def _solid(
         self, attributes: Mapping[str, str], kind: str, owner: str, mass: float | None, density: float
     ) -> Solid:
-        words = attributes.get("size", "").split()
+        sizes = attributes.get("size", "").split()
         if "fromto" in attributes and kind in LONG:
             ends = self._numbers(attributes, "fromto", "", owner, 6)
-            radius = numbers(self.path, owner, "size", " ".join(words[:1]), 1)
+            radius = numbers(self.path, owner, "size", " ".join(sizes[:1]), 1)
             way = ends[:3] - ends[3:]
             half = float(np.linalg.norm(self._with_length(way, "fromto", owner))) / 2
             thick = radius if SIZES[kind] == 2 else np.repeat(radius, 2)
@@ -213,7 +213,7 @@ class _World:
                 {"pos": _words((ends[:3] + ends[3:]) / 2), "zaxis": _words(way)}, owner
             )
             return Solid(kind, np.append(thick, half), frame, mass, density)
-        size = numbers(self.path, owner, "size", " ".join(words[: SIZES[kind]]), SIZES[kind])
+        size = numbers(self.path, owner, "size", " ".join(sizes[: SIZES[kind]]), SIZES[kind])
         return Solid(kind, size, self._placement_of(attributes, owner), mass, density)
 
     def _placement(self, element: ElementTree.Element, owner: str) -> Array:

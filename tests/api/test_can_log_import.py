@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 
 import identify
 from api.commands import import_
+from daq.can_log import read_can_log
 from daq.excitation.standard_plan import standard_plan
 from daq.rig import Rig
 from daq.session_events import SessionState
@@ -147,6 +148,22 @@ def test_without_a_time_what_was_driven_is_taken_and_a_second_log_is_appended(tm
     ]
     read = experiment.read(experiment.sessions[0])
     assert np.ptp(read.time) >= end - begin
+
+
+def test_the_sync_of_another_bus_in_the_log_is_no_sample(tmp_path, recorded):
+    _, log, begin, _ = recorded
+    lines = [line.replace("rx130l-joint3", "can1") for line in log.read_text().splitlines()]
+    both = [each for line in lines for each in (line, f"{line.split()[0]} can0 080#")]
+    (tmp_path / "both.log").write_text("\n".join(both))
+    (tmp_path / "one.log").write_text("\n".join(lines))
+    one, two = (
+        read_can_log(tmp_path / f"{name}.log", Rig.load(RIG), begin, begin + 1) for name in ("one", "both")
+    )
+    for name in ("sync_time", "position", "command", "valid"):
+        np.testing.assert_array_equal(two.rows[name], one.rows[name])
+    assert "of its channels can1, which has most of the drives' process data" in two.remarks
+    late = read_can_log(tmp_path / "one.log", Rig.load(RIG), begin, begin + 1000)
+    assert "it ends before" in late.remarks[-1]
 
 
 @pytest.mark.parametrize(
