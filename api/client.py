@@ -24,7 +24,7 @@ import httpx
 import numpy as np
 from numpy.typing import NDArray
 
-from api.service.record_documents import Dialect, RecordDescription, RecordImport
+from api.service.record_documents import CanLogImport, Dialect, RecordDescription, RecordImport
 from identify.results.certificate import Certificate
 from identify.results.compensation import CompensationDocument
 from identify.results.diagnosis import DiagnosisDocument
@@ -153,6 +153,17 @@ class Client:
         with _opened(files) as parts, _opened([robot] if robot else [], "robot") as described:
             sent = [*parts, *described]
             return self._answer(self._http.post("/experiments/import/records", data=fields, files=sent))
+
+    def import_can_logs(self, files: Sequence[Path | str], settings: CanLogImport) -> Json:
+        """Make an experiment of logs of a CAN bus by the mapping of a rig, or add them to one.
+
+        Returns the same as `import_records`.
+        """
+        with _opened(files) as parts:
+            sent = self._http.post(
+                "/experiments/import/can-logs", data={"settings": settings.model_dump_json()}, files=parts
+            )
+        return self._answer(sent)
 
     def recordings(self, experiment: str) -> list[Json]:
         """The recordings of an experiment, also those that ended badly."""

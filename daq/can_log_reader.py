@@ -14,13 +14,13 @@ import logging
 import re
 import tempfile
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drivers import can
 from drivers.frames import ERROR, FD, REMOTE
@@ -31,6 +31,8 @@ from identify.recording.foreign.instants import parse_instants
 CLASSIC_DATA = 8
 LOOKED_AT = 200
 """Lines that the kind of a log is told from."""
+LATEST = 1e10
+"""s; a later time, of the year 2286, is a damaged one."""
 ERROR_BIT = 0x2000_0000
 """Of an id of candump: a frame that tells of an error on the bus."""
 
@@ -57,7 +59,7 @@ LAYOUTS = (
     Layout(
         "candump -L",
         re.compile(
-            r"^\s*\((?P<time>\d+\.\d+)\)\s+(?P<channel>\S+)\s+(?P<id>[0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})#(?P<fd>#[0-9A-Fa-f])?"
+            r"^\s*\((?P<time>\d{1,10}\.\d{1,12})\)\s+(?P<channel>\S+)\s+(?P<id>[0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})#(?P<fd>#[0-9A-Fa-f])?"
             r"(?:(?P<remote>R[0-9A-Fa-f]?)|(?P<data>(?:[0-9A-Fa-f]{2}\.?)*))(?:\s+[RT])?\s*$"
         ),
         long_is_extended=True,
@@ -76,7 +78,7 @@ LAYOUTS = (
     Layout(
         "candump",
         re.compile(
-            r"^\s*(?:\((?P<time>\d+\.\d+)\)\s+)?(?P<channel>[A-Za-z]\S*)\s+(?:[RT]X\s+\S+\s+\S+\s+)?"
+            r"^\s*(?:\((?P<time>\d{1,10}\.\d{1,12})\)\s+)?(?P<channel>[A-Za-z]\S*)\s+(?:[RT]X\s+\S+\s+\S+\s+)?"
             r"(?P<id>[0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})\s+\[\d+\]\s+(?:(?P<remote>remote request)|"
             + _BYTES
             + r")\s*(?:'.*|ERRORFRAME.*)?$"
@@ -86,7 +88,7 @@ LAYOUTS = (
     Layout(
         "BUSMASTER",
         re.compile(
-            r"^(?P<time>\d+:\d+:\d+:\d+)\s+[RT]x\s+(?P<channel>\d+)\s+0x(?P<id>[0-9A-Fa-f]+)\s+(?P<extended>x|xr|s|sr)\s+\d+\s*"
+            r"^(?P<time>\d{1,3}:\d\d:\d\d:\d{1,4})\s+[RT]x\s+(?P<channel>\d+)\s+0x(?P<id>[0-9A-Fa-f]{1,8})\s+(?P<extended>x|xr|s|sr)\s+\d+\s*"
             + _BYTES
             + r"\s*$"
         ),
@@ -97,13 +99,13 @@ LAYOUTS = (
         re.compile(
             r"^\s*(?P<channel>\d+)\s+(?P<id>[0-9A-Fa-f]{3,8})\s+(?:(?P<extended>[A-Z]+)\s+)?\d{1,2}\s+"
             + _BYTES
-            + r"\s+(?P<time>\d+\.\d+)\s+[RT]\s*$"
+            + r"\s+(?P<time>\d{1,10}\.\d{1,12})\s+[RT]\s*$"
         ),
     ),
     Layout(
         "SavvyCAN",
         re.compile(
-            r"^(?P<time>\d+),(?P<id>[0-9A-Fa-f]+),(?P<extended>true|false),(?:[RT]x,)?(?P<channel>\d+),\d+,"
+            r"^(?P<time>\d{1,16}),(?P<id>[0-9A-Fa-f]{1,8}),(?P<extended>true|false),(?:[RT]x,)?(?P<channel>\d+),\d+,"
             r"(?P<data>(?:[0-9A-Fa-f]{2},?)*),*\s*$"
         ),
         second=1e6,
@@ -171,7 +173,9 @@ def _by_lines(path: Path, layout: Layout) -> tuple[list[LoggedFrame], list[str]]
             damaged += 1
     if any(match["time"] is None for match in frames):
         raise InputError(f"{path}: its lines have no times; record with candump -L (or -ta)")
-    stamps = _stamps([match["time"] for match in frames], layout)
+    stamps, kept = _stamps([match["time"] for match in frames], layout)
+    damaged += len(frames) - len(kept)
+    frames = [frames[place] for place in kept]
     remarks = [f"lines as of {layout.name}"]
     steps = np.diff(stamps)
     if relative or (not layout.of_day and 10 * int((steps < 0).sum()) > len(steps)):
@@ -188,13 +192,16 @@ def _passed_over(damaged: int) -> list[str]:
     return [f"{lines} without a whole frame passed over"] if damaged else []
 
 
-def _stamps(texts: list[str], layout: Layout) -> Any:
-    """(N,) ns"""
-    if layout.of_day:
-        parsed = parse_instants(texts)
-        assert not isinstance(parsed, int)
-        return parsed[0]
-    return np.array([round(float(text) / layout.second * 1e9) for text in texts], dtype=np.int64)
+def _stamps(texts: list[str], layout: Layout) -> tuple[NDArray[np.int64], list[int]]:
+    """(M,) ns, and the places of the texts that are times."""
+    kept = list(range(len(texts)))
+    if not layout.of_day:
+        return np.array([round(float(text) / layout.second * 1e9) for text in texts], dtype=np.int64), kept
+    while True:
+        parsed = parse_instants([texts[place] for place in kept])
+        if not isinstance(parsed, int):
+            return parsed[0], kept
+        del kept[parsed]  # a 45th of a month
 
 
 def _frame(match: re.Match[str], stamp: int, layout: Layout) -> LoggedFrame:
@@ -230,6 +237,8 @@ def _by_python_can(path: Path) -> tuple[list[LoggedFrame], list[str]]:
             can.LogReader(_rewritten(path, Path(folder))) as reader,
         ):
             for message in reader:
+                if not abs(message.timestamp) < LATEST:
+                    continue
                 flags = (REMOTE if message.is_remote_frame else 0) | (ERROR if message.is_error_frame else 0)
                 flags |= FD if message.is_fd else 0
                 frames.append(
@@ -256,11 +265,22 @@ def _by_python_can(path: Path) -> tuple[list[LoggedFrame], list[str]]:
     return frames, [*_passed_over(len(warnings)), *remarks]
 
 
+class _Kept(logging.Handler):
+    """Keeps what is logged."""
+
+    def __init__(self, records: list[logging.LogRecord]) -> None:
+        super().__init__(logging.WARNING)
+        self._records = records
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Keep one record."""
+        self._records.append(record)
+
+
 @contextmanager
-def _told_to(records: list[logging.LogRecord]) -> Iterator[None]:
+def _told_to(records: list[logging.LogRecord]) -> Generator[None]:
     """What python-can warns of, a line that it cannot read for one, is kept instead of shown."""
-    logger, handler = logging.getLogger("can"), logging.Handler(logging.WARNING)
-    handler.emit = records.append
+    logger, handler = logging.getLogger("can"), _Kept(records)
     passed_on, logger.propagate = logger.propagate, False
     logger.addHandler(handler)
     try:

@@ -15,7 +15,7 @@ from api.pages.rendering import PREFIX, Context, page
 from api.service import access
 from api.service.experiment_upload import UploadedFile, uploaded
 from api.service.problems import Problem
-from api.service.record_documents import Dialect, RecordDescription, RecordImport
+from api.service.record_documents import CanLogImport, Dialect, RecordDescription, RecordImport
 from api.service.request_body import FORM_OF_RECORDS
 from identify.results.document import Json
 
@@ -29,7 +29,7 @@ Document = TypeVar("Document", bound=BaseModel)
 UNITS = {
     "position_unit": ("rad", "deg", "turn", "mrad", "m", "mm", "counts"),
     "command_unit": ("A", "mA", "V", "mV", "Nm", "Nmm", "N", "percent", "permille", "counts"),
-    "time_unit": ("s", "ms", "us", "ns", "100ns", "min", "h"),
+    "time_unit": ("s", "ms", "us", "ns", "100ns", "min", "h", "d"),
 }
 
 
@@ -41,6 +41,14 @@ class JointRow:
     command: str
 
 
+@dataclass(frozen=True)
+class Target:
+    """An experiment that sessions may be added to."""
+
+    id: str
+    name: str
+
+
 @router.get("")
 def records_page(request: Request, user: access.Viewer) -> HTMLResponse:
     """The form, before any file."""
@@ -50,6 +58,8 @@ def records_page(request: Request, user: access.Viewer) -> HTMLResponse:
         request,
         "records.html",
         **context,
+        rigs=sorted(service.rigs.files()),
+        targets=_targets(request),
         here_link=f"{PREFIX}/records",
         upload_limit=service.settings.upload_limit,
     )
@@ -78,7 +88,7 @@ def columns(
         count = int(_number(joint_count, "Joints", whole=True))
         if not 1 <= count <= MOST_JOINTS:
             raise Problem(422, f"Joints: {count} is not between 1 and {MOST_JOINTS}.")
-    return page(request, "records_columns.html", **_shown(described, count, key))
+    return page(request, "records_columns.html", targets=_targets(request), **_shown(described, count, key))
 
 
 @router.post("")
@@ -99,6 +109,11 @@ def make(
     payload: Words,
     mass: Words,
     time: Words,
+    external: Words,
+    temperature: Words,
+    keep: Annotated[list[str] | None, Form()] = None,
+    experiment: Word = "",
+    role: Literal["identification", "validation"] = "identification",
     robot: Annotated[UploadFile | None, File()] = None,
     time_unit: Word = "",
     rate: Word = "",
@@ -114,7 +129,7 @@ def make(
     service = access.service_of(request)
     from_file = uploaded(robot) if robot is not None and robot.filename else None
     for place, factor in enumerate(gain, start=1):
-        if not factor.strip() and (from_file is None or any(gain)):
+        if not factor.strip() and not experiment and (from_file is None or any(gain)):
             raise Problem(
                 422,
                 f"Gain of joint {place} is missing: joint torque for one unit of command; 1 where that is a torque.",
@@ -129,17 +144,21 @@ def make(
                 "resolution": _number(counts, "Counts per turn") if counts.strip() else None,
                 "command": what,
                 "command_unit": unit_of_command or None,
+                "external": force or None,
+                "temperature": warmth or None,
                 "gain": _number(factor, "Gain") if factor.strip() else None,
                 "type": kind,
                 "dh": _numbers(frame_, 4, "Denavit-Hartenberg") if frame_.strip() else (0.0,) * 4,
             }
-            for called, where, unit_of_position, counts, what, unit_of_command, factor, kind, frame_ in zip(
+            for called, where, unit_of_position, counts, what, unit_of_command, force, warmth, factor, kind, frame_ in zip(
                 joint_name,
                 position,
                 position_unit,
                 resolution,
                 command,
                 command_unit,
+                external,
+                temperature,
                 gain,
                 type,
                 dh,
@@ -148,7 +167,10 @@ def make(
         ]
         times = [each for each in time if each]
         wanted = {
-            "name": name.strip(),
+            "name": name.strip() or "records",
+            "experiment": experiment or None,
+            "role": role,
+            "keep": keep or [],
             "joints": joints,
             "time": times if join and len(files) > 1 else times[:1],
             "time_unit": time_unit or None,
@@ -169,6 +191,44 @@ def make(
         row, _ = service.uploads.add_records(_given(files), from_file, settings)
     service.models.refit(row.id, user.name)
     return Response(status_code=204, headers={"HX-Redirect": experiment_link(row.id, "model")})
+
+
+@router.post("/can")
+def make_of_can_logs(
+    request: Request,
+    user: access.Operator,
+    files: Files,
+    rig: Word,
+    payload: Word = "none",
+    name: Word = "",
+    experiment: Word = "",
+    role: Literal["identification", "validation"] = "identification",
+    begin: Word = "",
+    end: Word = "",
+) -> Response:
+    """Make an experiment of CAN logs by a rig's mapping, or add them to one; the page of its model follows."""
+    service = access.service_of(request)
+    given = _given(files)
+    wanted = {
+        "rig": rig,
+        "payload": payload.strip() or "none",
+        "name": name.strip() or given[0].name.partition(".")[0][:100] or "records",
+        "experiment": experiment or None,
+        "role": role,
+        "begin": _number(begin, "Begin") if begin.strip() else None,
+        "end": _number(end, "End") if end.strip() else None,
+    }
+    with input_errors_as_problems():
+        settings = _checked(wanted, CanLogImport)
+        service.jobs.refuse_more(user.name)
+        service.disk.require_room()
+        row, _ = service.uploads.add_can_logs(given, service.rigs.file(rig), settings)
+    service.models.refit(row.id, user.name)
+    return Response(status_code=204, headers={"HX-Redirect": experiment_link(row.id, "model")})
+
+
+def _targets(request: Request) -> list[Target]:
+    return [Target(row.id, row.name) for row in access.service_of(request).experiments.rows()]
 
 
 def _given(files: Sequence[UploadFile]) -> list[UploadedFile]:

@@ -16,10 +16,11 @@ from api.service.database import ExperimentRow
 from api.service.experiment_store import ExperimentStore
 from api.service.problems import Problem
 from api.service.process_limits import LimitExceeded
-from api.service.record_documents import Dialect, RecordDescription, RecordImport
+from api.service.record_documents import CanLogImport, Dialect, RecordDescription, RecordImport
 from api.service.upload_reader import BLOCK, SESSION_ENDINGS
 from daq.experiment_folder import changing
-from identify.recording import DeclaredSession, InputError, Payload, append_session
+from identify.recording import DeclaredSession, ExperimentFile, InputError, Payload, append_session
+from identify.recording.experiment_file import EXPERIMENT_FILE, read_experiment_file
 
 READER = "api.service.upload_reader"
 RECORDS = "api.service.foreign_records"
@@ -139,10 +140,15 @@ class Uploads:
     def add_records(
         self, files: Sequence[UploadedFile], robot: UploadedFile | None, wanted: RecordImport
     ) -> tuple[ExperimentRow, tuple[str, ...]]:
-        """Store the experiment that other people's records make, and what was decided, in words.
+        """Store the experiment that other people's records make, or add them to the one that is wanted; and what was decided,
+        in words.
 
-        Raises InputError, which names file and column or the field, and the problem 413 if they are too large.
+        Raises InputError, which names file and column or the field, and the problem 413 if they are too large, 404 where there
+        is no such experiment, 409 where it knows another payload of that name.
         """
+        known = self._experiments.declared(wanted.experiment) if wanted.experiment else None
+        if known is not None:
+            _refuse_other_payloads(known, [Payload(**each.model_dump()) for each in wanted.payloads])
         with self._experiments.incoming() as place:
             folder = place / "experiment"
             names = self._put_aside_all([*files, *([robot] if robot else [])], place)
@@ -151,10 +157,62 @@ class Uploads:
                 folder=str(place),
                 files=names[: len(files)],
                 robot=names[-1] if robot else None,
+                known=known.robot if known else None,
                 wanted=wanted,
                 target=str(folder),
             )
+            if wanted.experiment:
+                return self._append(wanted.experiment, folder), decided
             return self._experiments.adopt(folder, wanted.name), decided
+
+    def add_can_logs(
+        self, files: Sequence[UploadedFile], rig: Path, wanted: CanLogImport
+    ) -> tuple[ExperimentRow, tuple[str, ...]]:
+        """Store the experiment that logs of a CAN bus make by a rig's file, or add them to the one that is wanted.
+
+        Raises as `add_records`.
+        """
+        known = self._experiments.declared(wanted.experiment) if wanted.experiment else None
+        with self._experiments.incoming() as place:
+            folder = place / "experiment"
+            decided = self._read(
+                f"{RECORDS}:import_can_records",
+                folder=str(place),
+                files=self._put_aside_all(files, place),
+                rig=str(rig),
+                known=known.robot if known else None,
+                wanted=wanted,
+                target=str(folder),
+            )
+            if known is not None:
+                _refuse_other_payloads(known, read_experiment_file(folder / EXPERIMENT_FILE).payloads)
+            if wanted.experiment:
+                return self._append(wanted.experiment, folder), decided
+            return self._experiments.adopt(folder, wanted.name), decided
+
+    def _append(self, experiment: str, folder: Path) -> ExperimentRow:
+        """Add the sessions of one experiment, which lies in a folder, to another of the same robot: all, or none."""
+        target = self._experiments.folder(experiment)
+        added = read_experiment_file(folder / EXPERIMENT_FILE)
+        bodies = {each.name: each for each in added.payloads}
+        settings = target / EXPERIMENT_FILE
+        with changing(target):
+            before = settings.read_bytes()
+            there = {each.name for each in read_experiment_file(settings).payloads}
+            claimed: list[Path] = []
+            try:
+                for each in added.sessions:
+                    claimed.append(self._claim(experiment, folder / each.file, Path(each.file).suffix))
+                    new = None if each.payload in there else bodies[each.payload]
+                    append_session(target, each.model_copy(update={"file": claimed[-1].name}), new)
+                    there.add(each.payload)
+            except BaseException:
+                settings.write_bytes(before)
+                for file in claimed:
+                    file.unlink()
+                raise
+        self._experiments.refresh(experiment)
+        return self._experiments.row(experiment)
 
     def _put_aside_all(self, files: Sequence[UploadedFile], place: Path) -> list[str]:
         """Each file under its name, made harmless, in a folder of its own; their paths from `place`."""
@@ -187,6 +245,17 @@ class Uploads:
             except FileExistsError:
                 continue
             return final
+
+
+def _refuse_other_payloads(known: ExperimentFile, given: Sequence[Payload]) -> None:
+    """Raise the problem 409 where an experiment has a payload of the same name that is another one."""
+    there = {each.name: each for each in known.payloads}
+    for payload in given:
+        if payload.name in there and there[payload.name].mass != payload.mass:
+            raise Problem(
+                409,
+                f"The payload {payload.name} is {there[payload.name].mass} kg in this experiment; use another name.",
+            )
 
 
 def _put_aside(upload: IO[bytes], file: Path, limit: int) -> None:

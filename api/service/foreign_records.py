@@ -9,7 +9,13 @@ import numpy as np
 
 from api.foreign_robot import typed_robot, urdf_robot
 from api.service.job_process import Progress
-from api.service.record_documents import Dialect, RecordColumn, RecordDescription, RecordImport
+from api.service.record_documents import (
+    CanLogImport,
+    Dialect,
+    RecordColumn,
+    RecordDescription,
+    RecordImport,
+)
 from identify.recording import InputError, Payload, Robot
 from identify.recording.foreign import (
     ColumnMap,
@@ -41,17 +47,24 @@ def describe_records(
 
 
 def import_records(
-    progress: Progress, folder: str, files: list[str], robot: str | None, wanted: RecordImport, target: str
+    progress: Progress,
+    folder: str,
+    files: list[str],
+    robot: str | None,
+    known: Robot | None,
+    wanted: RecordImport,
+    target: str,
 ) -> tuple[str, ...]:
     """Make the experiment in the folder `target`; what was decided, in words.
 
     robot : file in the folder that describes the robot; None where the joints say it
+    known : the robot of the experiment that gets the sessions; None for a new experiment
 
     Raises InputError: names the file and column, or the field.
     """
     with _Words(folder):
         tables = _read(folder, files, wanted.dialect)
-        made = _robot(wanted, Path(folder) / robot if robot else None, tables[0])
+        made = known or _robot(wanted, Path(folder) / robot if robot else None, tables[0])
         columns = _columns(wanted, len(tables))
         if wanted.join and len(tables) > 1:
             joined, columns = join_session(tables, wanted.time, columns, wanted.repair)
@@ -67,12 +80,49 @@ def import_records(
                 f"session-{place:02d}.csv",
                 measure(table, columns, prismatic, wanted.repair),
                 carried[min(place, len(carried) - 1)],
-                "identification",
+                wanted.role,
             )
             for place, table in enumerate(tables)
         ]
         import_sessions(sessions, Path(target), made, wanted.name, columns)
         return tuple(remark for each in sessions for remark in each.measured.remarks)
+
+
+def import_can_records(
+    progress: Progress,
+    folder: str,
+    files: list[str],
+    rig: str,
+    known: Robot | None,
+    wanted: CanLogImport,
+    target: str,
+) -> tuple[str, ...]:
+    """Make the experiment of a rig's CAN logs in the folder `target`; what was decided, in words.
+
+    rig   : file of the rig
+    known : the robot of the experiment that gets the sessions; None for a new experiment
+
+    Raises InputError: names the file and what it lacks, or the field.
+    """
+    from api.can_log_import import import_can_logs
+
+    with _Words(folder):
+        experiment, sessions = import_can_logs(
+            [Path(folder) / file for file in files],
+            rig,
+            Path(target),
+            append=False,
+            name=wanted.name,
+            payload=wanted.payload,
+            role=wanted.role,
+            begin=wanted.begin,
+            end=wanted.end,
+        )
+        if known is not None and experiment.robot != known:
+            raise InputError(
+                f"experiment: its robot is not that of the rig {wanted.rig}; make a new experiment"
+            )
+        return tuple(remark for each in sessions for remark in each.remarks)
 
 
 class _Words:
@@ -113,19 +163,20 @@ def _columns(wanted: RecordImport, tables: int) -> ColumnMap:
         position_unit=_stated("position_unit", [joint.position_unit for joint in joints]),
         command_unit=_stated("command_unit", [joint.command_unit for joint in joints]),
         resolution=tuple(each or 0.0 for each in given) if any(given) else (),
+        external=_stated("external", [joint.external for joint in joints]),
+        temperature=_stated("temperature", [joint.temperature for joint in joints]),
+        extra=tuple(wanted.keep),
     )
 
 
-def _stated(field: str, units: list[str | None]) -> tuple[str, ...]:
-    """Units of all joints, or none where the file states them."""
-    if not any(units):
+def _stated(field: str, given: list[str | None]) -> tuple[str, ...]:
+    """Units or columns of all joints, or none."""
+    if not any(given):
         return ()
-    missing = [place for place, unit in enumerate(units) if not unit]
+    missing = [place for place, each in enumerate(given) if not each]
     if missing:
-        raise InputError(
-            f"joints.{missing[0]}.{field}: is missing; state the unit of every joint, or of none"
-        )
-    return tuple(unit for unit in units if unit)
+        raise InputError(f"joints.{missing[0]}.{field}: is missing; state it of every joint, or of none")
+    return tuple(each for each in given if each)
 
 
 def _robot(wanted: RecordImport, file: Path | None, table: ForeignTable) -> Robot:

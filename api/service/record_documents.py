@@ -67,6 +67,12 @@ class JointOfRecord(BaseModel):
     )
     command: Word
     command_unit: str | None = Field(default=None, max_length=40, description="null: by the file, else A")
+    external: Word | None = Field(
+        default=None, description="column of the known external force, N m or N; of every joint, or of none"
+    )
+    temperature: Word | None = Field(
+        default=None, description="column of the temperature, °C; of every joint, or of none"
+    )
     gain: Value | None = Field(
         default=None, description="joint torque for one unit of command; may be left out with a robot's file"
     )
@@ -88,13 +94,39 @@ class CarriedPayload(BaseModel):
     )
 
 
+class CanLogImport(BaseModel):
+    """How logs of a CAN bus become sessions, by the mapping of a rig."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    rig: Word = Field(description="id of the rig whose drives were logged", examples=["rx130l-joint3"])
+    name: Printable = Field(
+        default="records", min_length=1, max_length=100, pattern=r"^[^/\\]+$", examples=["lab-arm"]
+    )
+    experiment: Word | None = Field(default=None, description="id of an experiment that gets the sessions")
+    payload: Word = Field(default="none", description="one of the rig's")
+    role: Literal["identification", "validation"] = "identification"
+    begin: Value | None = Field(default=None, description="s from the log's first SYNC")
+    end: Value | None = Field(
+        default=None, description="likewise; without both: while all drives were enabled"
+    )
+
+
 class RecordImport(BaseModel):
     """How files become the sessions of a new experiment."""
 
     model_config = ConfigDict(extra="forbid")
 
-    name: Printable = Field(min_length=1, max_length=100, pattern=r"^[^/\\]+$", examples=["lab-arm"])
+    name: Printable = Field(
+        default="records", min_length=1, max_length=100, pattern=r"^[^/\\]+$", examples=["lab-arm"]
+    )
+    experiment: Word | None = Field(
+        default=None,
+        description="id of an experiment that gets the sessions: its robot is theirs; name, gains and gravity are not used then",
+    )
+    role: Literal["identification", "validation"] = "identification"
     joints: list[JointOfRecord] = Field(min_length=1, max_length=32, description="base to tip")
+    keep: list[Word] = Field(default=[], max_length=100, description="further columns to keep")
     time: list[Word] = Field(default=[], description="one for all files, or with `join` one for each")
     time_unit: str | None = Field(default=None, max_length=20, description="null: by the file, else s")
     rate: float | None = Field(

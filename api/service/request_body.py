@@ -28,7 +28,7 @@ class FormLimits(TypedDict, total=False):
 
 FORM: FormLimits = {"max_files": 1, "max_fields": 50, "max_part_size": 64 * 1024}
 """Of a form in parts: each file of more than a megabyte would have a descriptor and a place on the disk."""
-FORM_OF_RECORDS: FormLimits = {"max_files": 12, "max_fields": 400}
+FORM_OF_RECORDS: FormLimits = {"max_files": 12, "max_fields": 500}
 """Where one session comes in several files, with what is said of each joint."""
 
 

@@ -26,11 +26,16 @@ class RigStore:
             files |= {path.stem: path for path in sorted(self._folder.glob("*.yaml"))}
         return files
 
-    def rig(self, identifier: str) -> Rig:
-        """The checked settings of a rig. Raises the problem 404, and InputError if its file is wrong."""
+    def file(self, identifier: str) -> Path:
+        """The file of a rig. Raises the problem 404."""
         file = self.files().get(identifier)
         if file is None:
             raise not_found("rig", identifier)
+        return file
+
+    def rig(self, identifier: str) -> Rig:
+        """The checked settings of a rig. Raises the problem 404, and InputError if its file is wrong."""
+        file = self.file(identifier)
         try:
             return Rig.load(file)
         except InputError as error:

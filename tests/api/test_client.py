@@ -7,6 +7,7 @@ import scipy.io
 import identify
 from api.client import Client, JobFailed, ServiceError
 from api.service.accounts import Role
+from api.service.record_documents import CanLogImport, Dialect, JointOfRecord, RecordImport
 
 RIG = "rx130l-joint3-simulated"
 
@@ -14,7 +15,7 @@ RIG = "rx130l-joint3-simulated"
 @pytest.fixture
 def coulomb(listening):
     token = listening.client(Role.OPERATOR).headers["Authorization"].removeprefix("Bearer ")
-    with Client(listening.address, token) as client:
+    with Client(listening.address, token, timeout=300.0) as client:  # a busy machine is no failure
         yield client
 
 
@@ -98,3 +99,23 @@ def test_a_session_is_measured_from_a_notebook(coulomb, tmp_path):
     assert coulomb.stop(RIG) is True
     assert coulomb.rig(RIG)["status"]["session"]["id"] == session
     assert coulomb.session(experiment, session)["rig"] == RIG
+
+
+def test_other_peoples_records_and_logs_become_experiments(coulomb, tmp_path):
+    time = np.arange(400) / 200
+    columns = np.column_stack([time, np.sin(3 * time), np.cos(2 * time)])
+    np.savetxt(tmp_path / "run.csv", columns, delimiter=";", header="t [s];q [rad];i [A]", comments="")
+    [described] = coulomb.describe_records([tmp_path / "run.csv"], Dialect(separator="semicolon"))
+    assert (described.time, described.position, described.command) == ("t [s]", ["q [rad]"], ["i [A]"])
+    joint = JointOfRecord(position=described.position[0], command=described.command[0], gain=2.0)
+    wanted = RecordImport(name="bench", joints=[joint], time=["t [s]"], gravity=(0.0, -9.81, 0.0))
+    made = coulomb.import_records([tmp_path / "run.csv"], wanted)
+    assert made["experiment"]["name"] == "bench"
+    added = coulomb.import_records(
+        [tmp_path / "run.csv"], wanted.model_copy(update={"experiment": made["experiment"]["id"]})
+    )
+    assert added["experiment"]["id"] == made["experiment"]["id"]
+    assert len(coulomb.recordings(made["experiment"]["id"])) == 2
+    (tmp_path / "bus.log").write_text("(0.000000) can0 183#0000000000003712\n")
+    with pytest.raises(ServiceError, match="holds no SYNC"):
+        coulomb.import_can_logs([tmp_path / "bus.log"], CanLogImport(rig=RIG))

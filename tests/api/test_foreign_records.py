@@ -1,6 +1,7 @@
 """Other people's records through the service: described with guesses, imported by them, refused by field."""
 
 import json
+import struct
 
 import numpy as np
 import pytest
@@ -96,6 +97,94 @@ def test_files_are_joined_and_the_robot_may_be_a_urdf(operator, service):
     assert [joint.name for joint in experiment.robot.joints] == ["shoulder"]
     assert experiment.robot.joints[0].drive_gain == 10.0
     assert len(experiment.sessions) == 1
+
+
+def with_more(position=POSITION):
+    """The export with a second sensor's torque, a temperature and a counter."""
+    first, *lines = german(position).decode("cp1252").splitlines()[2:]
+    more = [f"{line};{0.5 * k:.1f};{20 + k / 100:.2f};{k}".replace(".", ",") for k, line in enumerate(lines)]
+    return "\n".join([f"{first};Last [Nm];Temp [°C];Zyklus", *more]).encode("cp1252")
+
+
+def test_sessions_are_added_to_an_experiment_with_forces_temperatures_and_columns_to_keep(operator, service):
+    made = sent(operator, SETTINGS).json()["experiment"]["id"]
+    joint = JOINT | {"gain": None, "external": "Last [Nm]", "temperature": "Temp [°C]"}
+    added = {
+        "experiment": made,
+        "time": ["Zeit [ms]"],
+        "joints": [joint],
+        "keep": ["Zyklus"],
+        "role": "validation",
+    }
+    answer = sent(operator, added | {"payloads": [{"name": "disk", "mass": 3.5}]}, with_more())
+    assert answer.status_code == 201, answer.text
+    assert answer.json()["experiment"]["id"] == made
+    experiment = load_experiment(service.service.experiments.folder(made))
+    assert [(each.file, each.payload.name, each.role) for each in experiment.sessions] == [
+        ("session-00.csv", "none", "identification"),
+        ("session-01.csv", "disk", "validation"),
+    ]
+    read = experiment.read(experiment.sessions[1])
+    np.testing.assert_allclose(read.external[:, 0], 0.5 * np.arange(800), atol=1e-9)
+    np.testing.assert_allclose(read.temperature[:, 0], 20 + np.arange(800) / 100, atol=1e-9)
+    np.testing.assert_array_equal(read.extra["Zyklus"], np.arange(800))
+    for change, status in (
+        ({"experiment": "elsewhere"}, 404),
+        ({"payloads": [{"name": "disk", "mass": 9}]}, 409),
+        ({"joints": [joint, joint | {"position": "Last [Nm]"}]}, 422),
+    ):
+        assert sent(operator, added | change, with_more()).status_code == status
+    assert len(load_experiment(experiment.folder).sessions) == 2
+
+
+RIG = "rx130l-joint3-simulated"
+
+
+def can_log(rows=600):
+    """What candump shows of the rig's drive: SYNC every 2 ms, and position, current and status word behind it."""
+    lines = []
+    for k in range(rows):
+        data = struct.pack("<ihH", round(50_000 * np.sin(k / 60)), round(900 * np.cos(k / 60)), 0x1237)
+        for place, frame in enumerate((" 080   [0]", f" 183   [8]  {data.hex(' ')}")):
+            lines.append(f" ({1_700_000_000 + 0.002 * k + 0.0002 * place:.6f})  can0 {frame}\n")
+    return "".join(lines).encode()
+
+
+def logs_sent(operator, settings, *files):
+    parts = [("files", (f"bus-{place}.log", content)) for place, content in enumerate(files or (can_log(),))]
+    return operator.post("/experiments/import/can-logs", data={"settings": json.dumps(settings)}, files=parts)
+
+
+def test_logs_of_a_can_bus_become_sessions_by_a_rigs_mapping(operator, service, data_folder):
+    answer = logs_sent(operator, {"rig": RIG, "payload": "disk-7", "name": "logged"}, can_log(), can_log(500))
+    assert answer.status_code == 201, answer.text
+    made = answer.json()["experiment"]["id"]
+    assert any("all drives were enabled" in words for words in answer.json()["decided"])
+    added = logs_sent(
+        operator, {"rig": RIG, "experiment": made, "role": "validation", "begin": 0.2, "end": 0.8}
+    )
+    assert added.status_code == 201, added.text
+    experiment = load_experiment(service.service.experiments.folder(made))
+    assert [(each.file, each.payload.name, each.role) for each in experiment.sessions] == [
+        ("session-00.h5", "disk-7", "identification"),
+        ("session-01.h5", "disk-7", "identification"),
+        ("session-02.h5", "none", "validation"),
+    ]
+    assert [len(experiment.read(entry).time) for entry in experiment.sessions] == [600, 500, 301]
+    other = sent(operator, SETTINGS).json()["experiment"]["id"]
+    for change, status, words in (
+        ({"payload": "feather"}, 422, "'feather' is not known"),
+        ({"rig": "nowhere"}, 404, "nowhere"),
+        ({"experiment": other}, 422, "its robot is not that of the rig"),
+        ({"begin": 5.0, "end": 6.0}, 422, "bus-0.log: holds no 16 cycles"),
+        ({}, 422, "bus-0.log: holds no SYNC"),
+    ):
+        log = can_log(40) if change else can_log(40).replace(b" 080 ", b" 081 ")
+        refused = logs_sent(operator, {"rig": RIG} | change, log)
+        assert refused.status_code == status, refused.text
+        assert words in refused.json()["detail"]
+        assert str(data_folder) not in refused.json()["detail"]
+    assert len(list((data_folder / "experiments").iterdir())) == 2
 
 
 WRONG = [

@@ -1,12 +1,14 @@
 """Logs of CAN frames as many tools write them: the same frames come out of each."""
 
 import gzip
+import os
+import random
 from datetime import UTC, datetime, timedelta
 
 import numpy as np
 import pytest
 
-from daq.can_log_reader import read_frames
+from daq.can_log_reader import LoggedFrame, read_frames
 from identify.recording.errors import InputError
 
 START = 1_700_000_000
@@ -182,3 +184,24 @@ def test_a_packed_log_that_is_cut_and_what_is_no_log_are_refused(tmp_path):
     (tmp_path / "bus.txt").write_text("t,q,i\n1,2,3\n")
     with pytest.raises(InputError, match="Logs are those of candump, BUSMASTER, Kvaser"):
         read_frames(tmp_path / "bus.txt")
+
+
+@pytest.mark.parametrize("tool", LOGS)
+def test_a_damaged_log_is_read_or_refused_in_one_line(tmp_path, tool):
+    chance = random.Random(14)
+    whole = LOGS[tool].encode("cp1252")
+    for _ in range(int(os.environ.get("COULOMB_FUZZED_FILES", "150")) // 10):
+        data = bytearray(whole)
+        for _ in range(chance.choice((1, 3, 20))):
+            place = chance.randrange(len(data))
+            data[place : place + chance.randrange(0, 30)] = chance.choice(
+                (b"", b"\n", b"9" * 400, b"\xff", b"#", b"-1", b"x")
+            )
+        (tmp_path / "bus.txt").write_bytes(bytes(data[: chance.randrange(1, len(data))]))
+        frames: list[LoggedFrame] = []
+        try:
+            frames, said = read_frames(tmp_path / "bus.txt")
+        except InputError as refused:
+            said = [str(refused)]
+        assert all(len(frame.data) <= 8 and abs(frame.stamp) < 2**63 for frame in frames)
+        assert not any("\n" in words for words in said)

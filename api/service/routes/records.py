@@ -1,5 +1,6 @@
 """Other people's records: looked at, and made an experiment of."""
 
+from collections.abc import Sequence
 from typing import Annotated, Literal
 
 from fastapi import APIRouter, File, Form, Request, Response, UploadFile
@@ -8,7 +9,7 @@ from pydantic import BaseModel, Field, Json
 from api.service import access
 from api.service.experiment_upload import uploaded
 from api.service.openapi import ResourceRoute, problems
-from api.service.record_documents import Dialect, RecordDescription, RecordImport
+from api.service.record_documents import CanLogImport, Dialect, RecordDescription, RecordImport
 from api.service.request_body import FORM_OF_RECORDS
 from api.service.routes.experiments import ExperimentView, view
 from api.service.routes.jobs import JobView
@@ -20,6 +21,12 @@ Records = Annotated[
     File(
         description="CSV of any dialect, plain or gzip, MAT, Parquet, MDF, MCAP", min_length=1, max_length=10
     ),
+]
+
+
+CanLogs = Annotated[
+    list[UploadFile],
+    File(description="candump, Vector, PEAK, Kvaser and others, plain or gzip", min_length=1, max_length=10),
 ]
 
 
@@ -50,7 +57,7 @@ def describe_records(
     return uploads.describe_records([uploaded(file) for file in files], dialect)
 
 
-@router.post("/experiments/import/records", status_code=201, responses=problems(507))
+@router.post("/experiments/import/records", status_code=201, responses=problems(404, 409, 507))
 def import_records(
     request: Request,
     response: Response,
@@ -59,13 +66,37 @@ def import_records(
     settings: Annotated[Json[RecordImport], Form(description="JSON of a RecordImport")],
     robot: Annotated[UploadFile | None, File(description="URDF, SDF or MJCF of the robot")] = None,
 ) -> ImportedRecords:
-    """Make an experiment of records; it is identified at once."""
+    """Make an experiment of records, or add them to one; it is identified at once."""
     service = access.service_of(request)
     service.jobs.refuse_more(user.name)
     service.disk.require_room()
     row, decided = service.uploads.add_records(
         [uploaded(file) for file in files], uploaded(robot) if robot and robot.filename else None, settings
     )
-    job = service.models.refit(row.id, user.name)
-    response.headers["Location"] = f"/experiments/{row.id}"
-    return ImportedRecords(experiment=view(request, row.id), decided=list(decided), job=JobView.of(job))
+    return _imported(request, response, row.id, decided, user.name)
+
+
+@router.post("/experiments/import/can-logs", status_code=201, responses=problems(404, 409, 507))
+def import_can_logs(
+    request: Request,
+    response: Response,
+    user: access.Operator,
+    files: CanLogs,
+    settings: Annotated[Json[CanLogImport], Form(description="JSON of a CanLogImport")],
+) -> ImportedRecords:
+    """Make an experiment of logs of a CAN bus by a rig's mapping; it is identified at once."""
+    service = access.service_of(request)
+    service.jobs.refuse_more(user.name)
+    service.disk.require_room()
+    row, decided = service.uploads.add_can_logs(
+        [uploaded(file) for file in files], service.rigs.file(settings.rig), settings
+    )
+    return _imported(request, response, row.id, decided, user.name)
+
+
+def _imported(
+    request: Request, response: Response, experiment: str, decided: Sequence[str], user: str
+) -> ImportedRecords:
+    job = access.service_of(request).models.refit(experiment, user)
+    response.headers["Location"] = f"/experiments/{experiment}"
+    return ImportedRecords(experiment=view(request, experiment), decided=list(decided), job=JobView.of(job))

@@ -4,12 +4,16 @@ import os
 import random
 from pathlib import Path
 
+import h5py
 import numpy as np
+import pyarrow
 import pytest
+from pyarrow import parquet
 from scipy.io import savemat
 
 from identify.recording import InputError
 from identify.recording.foreign import ColumnMap, measure, read_foreign
+from tests.api.recordings_of_ros import joint_state, write_bag
 
 FILES = int(os.environ.get("COULOMB_FUZZED_FILES", "150"))
 """Damaged files of each kind."""
@@ -51,7 +55,47 @@ def mat_file(folder):
     return (folder / "whole.mat").read_bytes()
 
 
-@pytest.mark.parametrize(("make", "ending"), [(csv_file, "csv"), (mat_file, "mat")])
+def hdf5_file(folder):
+    time = np.arange(80) / 500
+    with h5py.File(folder / "whole.h5", "w", userblock_size=512) as file:
+        for name, values in (("t", time), ("q", np.sin(time)), ("i/value", np.cos(time))):
+            file[name] = values[None]
+    content = (folder / "whole.h5").read_bytes()
+    return b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + content[128:]
+
+
+def parquet_file(folder):
+    time = np.arange(80) / 500
+    table = pyarrow.table({"t": time, "q": np.sin(time), "i": [{"value": value} for value in np.cos(time)]})
+    parquet.write_table(table, folder / "whole.parquet")
+    return (folder / "whole.parquet").read_bytes()
+
+
+def recording_file(folder):
+    states = (
+        (time, joint_state(time, ["q"], [np.sin(time)], [np.cos(time)])) for time in np.arange(80) / 500
+    )
+    return next(write_bag(folder / "bag", "mcap", {"/joint_states": states}).glob("*.mcap")).read_bytes()
+
+
+COLUMNS = {
+    "csv": ColumnMap(("q",), ("i",), "t"),
+    "mat": ColumnMap(("q",), ("i.value",), "t"),
+    "parquet": ColumnMap(("q",), ("i.value",), "t"),
+    "mcap": ColumnMap(("q.position",), ("q.effort",), "time"),
+}
+
+
+@pytest.mark.parametrize(
+    ("make", "ending"),
+    [
+        (csv_file, "csv"),
+        (mat_file, "mat"),
+        (hdf5_file, "mat"),
+        (parquet_file, "parquet"),
+        (recording_file, "mcap"),
+    ],
+)
 def test_a_damaged_file_is_read_or_refused_in_one_line(tmp_path, make, ending):
     whole = make(tmp_path)
     chance = random.Random(14)
@@ -61,7 +105,7 @@ def test_a_damaged_file_is_read_or_refused_in_one_line(tmp_path, make, ending):
         path.write_bytes(damaged(whole, chance))
         try:
             table = read_foreign(path)
-            measure(table, ColumnMap(("q",), ("i" if ending == "csv" else "i.value",), "t"), [False], "drop")
+            measure(table, COLUMNS[ending], [False], "drop")
         except InputError as error:
             refused.append(str(error))
     assert 0 < len(refused) < FILES
