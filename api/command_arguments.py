@@ -13,7 +13,12 @@ Experiment = Annotated[
 ]
 RecordRobot = Annotated[Path | None, typer.Option("--robot", help="URDF, SDF or MJCF of a record's robot")]
 RecordTip = Annotated[str | None, typer.Option("--tip", help="link at which the chain ends")]
-ModelName = Annotated[str, typer.Option(help="rigid, usual, load-velocity, or rigid+effect,effect…")]
+ModelName = Annotated[
+    str,
+    typer.Option(
+        help="rigid, usual, load-velocity, rigid+effect,effect…, or link-side (torque sensors behind the gear)"
+    ),
+]
 Additions = Annotated[list[str] | None, typer.Option(help="EFFECT or EFFECT@JOINT; may be repeated")]
 AsJson = Annotated[bool, typer.Option("--json", help="one JSON document on stdout")]
 Workers = Annotated[

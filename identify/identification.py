@@ -53,7 +53,8 @@ def identify(
 ) -> Identification:
     """Fit a model to all identification sessions at once and check it on the validation sessions.
 
-    model     : `rigid`, `usual` (eq. 8), `load-velocity` (eq. 30), or `rigid+effect,effect…`
+    model     : `rigid`, `usual` (eq. 8), `load-velocity` (eq. 30), `rigid+effect,effect…`, or `link-side` where the torque
+                is measured behind motor and gear
     add       : further effects, `EFFECT` or `EFFECT@JOINT`
     estimator : `ordinary`, `weighted`, `robust` or `instrumental`; weighted for several joints if not said
     essential : eliminate the parameters that the data do not show, one by one (section IV.D)
@@ -63,7 +64,7 @@ def identify(
     """
     estimator = checked_estimator(estimator, experiment.n)
     experiment = with_unknown_payloads(experiment, unknown_payloads)
-    record = open_record(experiment)
+    record = open_record(experiment, model)
     entries = chosen_entries(record, payloads)
     wanted = with_payload_columns(record, requested_model(record, model, add), unknown_payloads)
 

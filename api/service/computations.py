@@ -112,7 +112,7 @@ def separate(
     from identify.estimation.requested_model import open_record, requested_model
 
     progress(0.05, "reading the sessions")
-    record = open_record(load_experiment(Path(experiment)))
+    record = open_record(load_experiment(Path(experiment)), model)
     progress(0.2, "trying payloads, speeds and ranges on both models")
     return separate_diagnosed(record, requested_model(record, model, add), diagnosis, joint)
 

@@ -7,6 +7,7 @@ see; the fewest support points and the shortest form that do as well are taken. 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,12 +52,10 @@ Keys = frozenset[tuple[str, int]]
 class Offered:
     """A description that holds.
 
-    term     : the effect, as it would be added
     replaces : missing effects (name, joint) that explain nothing beside it
     """
 
     document: Learned
-    term: Term
     replaces: Keys
 
 
@@ -139,23 +138,32 @@ class _Tried:
             return np.zeros(0, np.intp)
         return self.observation.slot_columns[len(self.present.slots) - 1]
 
-    def selection(self, candidates: Sequence[Candidate], without: Keys) -> Selection:
-        """The diagnosis' own judge over some candidates, beside the model without some of its terms."""
+    @cached_property
+    def _judge(self) -> Selection:
+        """The diagnosis' own judge; its products are those of the observation, whatever is judged."""
+        nothing = frozenset[tuple[str, int]]()
         return Selection(
             self.observation,
             self.present.fit.weights,
-            candidates,
-            self.base(without),
+            (),
+            self.base(nothing),
             self.ratio,
             _no_instruments,
+            only_justified=True,
         )
 
-    def best(self, variable: str | None, without: Keys) -> _Found | None:
-        """The best justified description; over one variable, or over any."""
+    def selection(self, candidates: Sequence[Candidate], without: Keys) -> Selection:
+        """The judge over some candidates, beside the model without some of its terms."""
+        return self._judge.beside(self.base(without), candidates)
+
+    def best(self, variable: str | None, without: Keys, forms: bool = False) -> _Found | None:
+        """The best justified description; over one variable, or over any; of the closed forms only if so asked."""
+        described = [(each, self.described[each.first]) for each in self.candidates]
         listed = [
             each
-            for each in self.candidates
-            if variable is None or self.described[each.first].variable.name == variable
+            for each, description in described
+            if (variable is None or description.variable.name == variable)
+            and not (forms and description.form is None)
         ]
         joint = self.candidates[0].judged
         findings = self.selection(listed, without).findings(joint)
@@ -194,7 +202,7 @@ class Describer:
         predictions = joint_predictions(present)
         return cls(
             present,
-            informed_summaries(present, predictions),
+            informed_summaries(present),
             reversal_noise(present, predictions),
             frozenset(term.key for term in diagnosed.model.terms),
         )
@@ -222,7 +230,7 @@ class Describer:
         if not listed:
             return None
         tried = self._tried(summary, listed)
-        table = self._best(tried, said, imitators, bool(doubted))
+        table = self._best(tried, said, imitators, replacing=bool(doubted))
         # a narrow shape may be in no table; it is looked for over the position
         senses: tuple[Sense, ...] = ("plain", "turned")
         over: list[tuple[LearnedVariable, Sense]] = [
@@ -244,13 +252,15 @@ class Describer:
     def _tried(self, summary: JointSummary, listed: Sequence[Description]) -> _Tried:
         return _Tried.of(self.present, self.noise, summary, listed)
 
-    def _best(self, tried: _Tried, said: JointDiagnosis, imitators: Keys, replacing: bool) -> _Found | None:
+    def _best(
+        self, tried: _Tried, said: JointDiagnosis, imitators: Keys, replacing: bool, forms: bool = False
+    ) -> _Found | None:
         """The best description, without the missing effects of its own variable where it does as well so."""
-        beside = None if replacing else tried.best(None, imitators)
+        beside = None if replacing else tried.best(None, imitators, forms)
         best = beside
         for variable in {term.effect.variable for term in said.missing}:
             rivals = frozenset(term.key for term in said.missing if term.effect.variable == variable)
-            instead = tried.best(variable, imitators | rivals)
+            instead = tried.best(variable, imitators | rivals, forms)
             if (
                 instead is None
                 or tried.p_value(
@@ -270,16 +280,10 @@ class Describer:
     ) -> _Found | None:
         """The best closed form, if it does as well as the table; of one that is to replace effects, if it does clearly
         better than they."""
-        forms = _Tried(
-            tried.present,
-            tried.observation,
-            tried.described,
-            tuple(each for each in tried.candidates if tried.described[each.first].form is not None),
-        )
         if table is None:
-            return self._best(forms, said, imitators, replacing)
+            return self._best(tried, said, imitators, replacing, forms=True)
         joint = table.finding.candidate.judged
-        form = forms.best(None, table.without)
+        form = tried.best(None, table.without, forms=True)
         if form is None:
             return None
         if replacing:
@@ -319,11 +323,7 @@ class Describer:
         outcome = verdict(start, mean_error(bounded(left)), floor, leftover_structure(left), missing=True)
         if outcome == "unexplained":
             return None
-        return Offered(
-            learned_document(after, term, description, finding),
-            term,
-            replaced,
-        )
+        return Offered(learned_document(after, term, description, finding), replaced)
 
     def _fitted_without(self, keys: Keys) -> FittedModel:
         """The model without some of its terms."""

@@ -14,7 +14,7 @@ from identify.diagnosis.motion_judgement import effects_on_motion
 from identify.diagnosis.probability import independent_samples, joint_probabilities
 from identify.diagnosis.sampling_hold import made_by_recording
 from identify.diagnosis.screening import Screening
-from identify.diagnosis.structure import bounded, leftover_structure
+from identify.diagnosis.structure import Structure, bounded, leftover_structures
 from identify.diagnosis.unseen_sessions import fails_on_unseen, worse_on_unseen
 from identify.diagnosis.verdict import (
     MOST_OF_IT,
@@ -25,6 +25,7 @@ from identify.diagnosis.verdict import (
 )
 from identify.diagnosis.where import where_it_fails
 from identify.effects.model import Model, Term
+from identify.estimation import forked
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.fitting import Progress, fit_model
 from identify.estimation.prediction import Prediction, mean_error, predict_sessions
@@ -105,7 +106,7 @@ def diagnose(
     motion : also say what each missing effect does to the prediction of motion that the fit did not see
     Raises InputError: the experiment, the model or an effect is wrong.
     """
-    record = open_record(experiment)
+    record = open_record(experiment, model)
     result = with_descriptions(diagnose_record(record, model, requested_model(record, model, add), progress))
     return replace(result, motion=effects_on_motion(result.fitted, result.added)) if motion else result
 
@@ -134,6 +135,7 @@ def diagnose_record(
     evidence: dict[tuple[str, int], Finding] = {}
     forward: dict[tuple[str, int], Finding] = {}
     doubts: dict[tuple[str, int], tuple[str, ...]] = {}
+    contested: dict[tuple[str, int], tuple[Finding, ...]] = {}
     screening = first = Screening.of(present)
     least = [screening.least(joint) for joint in range(record.joints)]
     listed, chosen = screening.selection.search(refused, least)
@@ -156,6 +158,9 @@ def diagnose_record(
             findings = listed[candidate.judged]
             doubts[candidate.key] = _rivals(screening, _finding(findings, candidate.name), findings)
             forward[candidate.key] = _finding(findings, candidate.name)
+            contested[candidate.key] = tuple(
+                _finding(findings, name) for name in (candidate.name, *doubts[candidate.key])
+            )
             added.append((candidate.term.chosen(candidate.constants[variant]), candidate.judged))
         present = _fit_with(fitted, added, present)
         added = _settled(present, added)
@@ -170,6 +175,7 @@ def diagnose_record(
     )
     checked = predict_sessions(present, record.entries("validation"))
     unseen = [[parts[joint] for parts in checked] for joint in range(record.joints)]
+    structures = leftover_structures(screening.predictions)
     joints = tuple(
         _conclude(
             first,
@@ -184,6 +190,9 @@ def diagnose_record(
             floors[joint],
             unseen[joint],
             {name: named for (name, judged), named in doubts.items() if judged == joint},
+            {name: compared for (name, judged), compared in contested.items() if judged == joint},
+            least[joint],
+            tuple(structures[joint]),
         )
         for joint in range(record.joints)
     )
@@ -207,8 +216,8 @@ def with_descriptions(diagnosis: Diagnosis, of_doubted_only: bool = False) -> Di
         return diagnosis
     describer = Describer.of(diagnosis.better, diagnosis.fitted)
     joints, gone = list(diagnosis.joints), set[tuple[str, int]]()
-    for place in wanted:
-        offered = describer.offer(place, joints[place])
+    offers = forked.each(lambda place: describer.offer(place, diagnosis.joints[place]), wanted)
+    for place, offered in zip(wanted, offers, strict=True):
         if offered is not None:
             gone |= offered.replaces
             names = {name for name, _ in offered.replaces}
@@ -230,7 +239,7 @@ def _verified(
     does not come back.
     """
     while True:
-        screening = Screening.of(present)
+        screening = Screening.of(present, only_justified=True)
         kept = screening.beside_the_others(added, least)
         if len(kept) == len(added):
             return screening, present, added, {finding.candidate.key: finding for finding, _ in kept}
@@ -335,11 +344,13 @@ def _conclude(
     floor: NoiseFloor | None,
     unseen: Sequence[Prediction],
     doubts: dict[str, tuple[str, ...]],
+    contested: dict[str, tuple[Finding, ...]],
+    least: float,
+    structure: tuple[Structure, ...],
 ) -> JointDiagnosis:
     sampling = tuple(term for term in missing if term.key in held)
     missing = tuple(term for term in missing if term.key not in held)
     before, after = first.predictions[joint], final.predictions[joint]
-    structure = tuple(leftover_structure(after))
     level = None if floor is None else floor.value
     outcome = verdict(mean_error(before), mean_error(bounded(after)), level, structure, bool(missing))
     variable, free = first.best_free_function(joint)
@@ -371,7 +382,9 @@ def _conclude(
         evidence=tuple(worth.values()),
         findings=tuple(_missing_first(_as_justified(findings, worth), names)),
         rivals=rivals,
-        probable=joint_probabilities(last, independent_samples(after), worth, rivals, structure, outcome),
+        probable=joint_probabilities(
+            last, independent_samples(after), worth, rivals, structure, outcome, contested, least
+        ),
         cautions={name: text for name, text in cautions.items() if text},
         structure=structure,
         where=where,

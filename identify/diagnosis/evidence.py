@@ -14,9 +14,15 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 
+ROUNDING = 1e-14
+"""Norm of a column, in parts of the largest, below which it is nothing but rounding: the moment of a payload about an axis
+that never turns. Whatever its parameter is, its torque is none."""
+
+
 class GroupEvidence(NamedTuple):
     """Of a group of columns: probability of their estimates, or larger ones, were they all zero; the estimates, and their
-    deviations, which hold for coloured residuals; one for each column that the joint's rows carry."""
+    deviations, which hold for coloured residuals; one for each column that the joint's rows carry. A parameter of which the
+    rows say nothing has the estimate 0 and no deviation (NaN)."""
 
     p_value: float
     estimates: Array
@@ -39,7 +45,8 @@ def group_evidence(observation: Observation, joint: int, base: Index, extra: Ind
     b = len(inner)
     products = np.array([_products(factors[joint].r, [*inner, *outer]) for factors in observation.factors])
     grams, scores = products[:, :, :-1], products[:, :, -1]
-    scale = np.sqrt(np.maximum(np.diag(grams.sum(0)), 1e-300))
+    power = np.diag(grams.sum(0))
+    scale = np.where(power > ROUNDING**2 * power.max(), np.sqrt(np.maximum(power, 1e-300)), np.inf)
     grams, scores = grams / np.outer(scale, scale), scores / scale
     whole, score = grams.sum(0), scores.sum(0)
     directions, combination = _seen_beside(whole, b)
@@ -58,7 +65,8 @@ def group_evidence(observation: Observation, joint: int, base: Index, extra: Ind
             [np.sum((directions @ part.T) ** 2, axis=1) for part in joined_influences(left, sessions)], axis=0
         )
     )
-    return GroupEvidence(wald_p_value(value, left, sessions), estimate / scale[b:], deviation / scale[b:])
+    deviation = np.where(np.isfinite(scale[b:]), deviation / scale[b:], np.nan)
+    return GroupEvidence(wald_p_value(value, left, sessions), estimate / scale[b:], deviation)
 
 
 def joined_influences(influence: Array, sessions: Index) -> list[Array]:

@@ -72,11 +72,16 @@ class Finding:
         return float(np.sqrt(max(square, 0.0) / max(self.measured, 1e-300)))
 
     @property
+    def least_gain(self) -> float:
+        """How far it must lower the squared held-out error to be any operator's business."""
+        left = 1 - LEAST_DROP - DROP_PER_PARAMETER * (self.complexity - 1)
+        return max((1 - max(left, 0.0) ** 2) * self.before.total, LEAST_OF_TORQUE**2 * self.measured)
+
+    @property
     def justified(self) -> bool:
         """Whether the evidence is enough to call the effect missing."""
         return bool(
-            self.drop >= LEAST_DROP + DROP_PER_PARAMETER * (self.complexity - 1)
-            and self.gain >= LEAST_OF_TORQUE**2 * self.measured
+            self.gain >= self.least_gain
             and self.p_value < SIGNIFICANCE
             and (self.loop is None or self.loop.p_value < SIGNIFICANCE)
             and self.acts.sum() >= FEWEST_FOLDS

@@ -96,7 +96,7 @@ def improve(
     motion : also say how well each step predicts motion that its fit did not see
     Raises InputError: the experiment, the model or an effect is wrong.
     """
-    record = open_record(experiment)
+    record = open_record(experiment, model)
     present = requested_model(record, model, add)
     report = progress or (lambda fraction, step: None)
     steps = [step_of(None, fit_model(record, present))]

@@ -3,6 +3,8 @@
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from identify.diagnosis.finding import Finding
 from identify.diagnosis.probability import JointProbabilities
 from identify.diagnosis.structure import Structure
@@ -119,11 +121,14 @@ class JointDiagnosis:
 
 
 def _estimates(finding: Finding) -> tuple[documents.Estimate, ...] | None:
-    """A candidate's parameters beside the model; None where it lowers no error."""
+    """A candidate's parameters beside the model; None where it lowers no error. A parameter of which the record says nothing
+    has no value."""
     if finding.estimated is None:
         return None
     return tuple(
-        documents.Estimate(name=name, value=value, std_robust=deviation, unit=unit)
+        documents.Estimate(
+            name=name, value=None if np.isnan(deviation) else value, std_robust=deviation, unit=unit
+        )
         for (name, unit), value, deviation in zip(
             finding.candidate.parameters(len(finding.estimated.estimates), finding.variant),
             (finding.estimated.estimates + finding.candidate.reported_offset(finding.variant)).tolist(),

@@ -68,7 +68,7 @@ def next_experiment(
 
     Raises InputError: the experiment, the model or an effect is wrong.
     """
-    record = open_record(experiment)
+    record = open_record(experiment, model)
     diagnosis = diagnose_record(record, model, requested_model(record, model, add))
     return separate(record, diagnosis, rivals)
 

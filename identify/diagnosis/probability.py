@@ -5,10 +5,15 @@ see, fold by fold; the logarithm of its predictive density under Gaussian noise,
 residual's memory leaves, is its evidence there. A Bayesian bootstrap over the folds carries over what few folds do not
 know of themselves (pseudo-BMA+; Y. Yao, A. Vehtari, D. Simpson, A. Gelman, "Using stacking to average Bayesian
 predictive distributions", Bayesian Analysis 13(3), 2018, section 3.4; D. Rubin, "The Bayesian bootstrap", 1981).
+
+What is said of a joint is one distribution: nothing is missing, this effect is, or what is missing is in no catalogue. An
+effect that is there but too small to be called missing belongs to the first, so that its weight counts for the effect only
+in those draws of the bootstrap in which it is worth a name; and all effects of the catalogue share what is left by the
+probability that the cause is in none.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,36 +59,60 @@ def independent_samples(predictions: Sequence[Prediction]) -> float:
     return max(count, 1.0)
 
 
-def probabilities(alone: HeldOut, others: Sequence[HeldOut], samples: float) -> tuple[float, Array]:
+def probabilities(
+    alone: HeldOut, others: Sequence[HeldOut], samples: float, least: Sequence[float] | None = None
+) -> tuple[float, Array]:
     """Of the model alone, and of it with each of some candidates: (k,); they sum to one.
 
     alone, others : squared errors by fold without and with each candidate
     samples       : independent ones over all folds
+    least         : how far each must lower the squared error to be missing; with less, the model alone does
     """
-    models = [alone, *others]
-    folds = np.maximum(np.array([model.fold for model in models]), 1e-300)
+    folds, weights = _folds([alone, *others]), _bootstrapped(alone)
+    prior = np.array([ALONE, *([(1 - ALONE) / max(len(others), 1)] * len(others))])
+    drawn = _posterior(folds, weights, samples, prior)
+    if least is not None and len(others):
+        errors = weights @ folds.T
+        # what must be gained is a part of the error, whichever stretches are drawn
+        part = np.asarray(least) / folds[0].sum()
+        drawn[:, 1:] *= errors[:, :1] - errors[:, 1:] >= part * errors[:, :1]
+    missing = drawn[:, 1:].mean(axis=0)
+    return float(1.0 - missing.sum()), missing
+
+
+def shares(models: Sequence[HeldOut], samples: float) -> Array:
+    """(k,) of some models, one of which is right and none of which is more probable beforehand."""
+    folds = _folds(models)
+    prior = np.full(len(models), 1.0 / len(models))
+    return _posterior(folds, _bootstrapped(models[0]), samples, prior).mean(axis=0)
+
+
+def _folds(models: Sequence[HeldOut]) -> Array:
+    """(models, folds) squared errors."""
+    return np.maximum(np.array([model.fold for model in models]), 1e-300)
+
+
+def _bootstrapped(model: HeldOut) -> Array:
+    """(draws, folds) how often each fold counts."""
+    random = np.random.default_rng(0)  # the same record gives the same figures
+    return random.dirichlet(np.ones(len(model.fold)), DRAWS) * len(model.fold)
+
+
+def _posterior(folds: Array, weights: Array, samples: float, prior: Array) -> Array:
+    """(draws, models) probabilities, those of a draw summing to one."""
     variance = folds.sum(axis=1) / samples
     share = folds[0] / folds[0].sum()
     evidence = -0.5 * (samples * share * np.log(variance)[:, None] + folds / variance[:, None])
-    random = np.random.default_rng(0)  # the same record gives the same figures
-    weights = random.dirichlet(np.ones(folds.shape[1]), DRAWS) * folds.shape[1]
-    score = weights @ evidence.T
-    prior = np.array([ALONE, *([(1 - ALONE) / max(len(others), 1)] * len(others))])
-    score = score + np.log(prior)
-    score -= score.max(axis=1, keepdims=True)
-    drawn = np.exp(score)
-    drawn /= drawn.sum(axis=1, keepdims=True)
-    mean = drawn.mean(axis=0)
-    return float(mean[0]), mean[1:]
+    score = weights @ evidence.T + np.log(prior)
+    drawn = np.exp(score - score.max(axis=1, keepdims=True))
+    return np.asarray(drawn / drawn.sum(axis=1, keepdims=True))
 
 
-def needed(before: HeldOut, after: HeldOut, samples: float) -> float:
+def needed(before: HeldOut, after: HeldOut, samples: float, least: float | None = None) -> float:
     """Probability that an effect is needed beside all the others of a model."""
-    return float(probabilities(before, [after], samples)[1][0])
+    return float(probabilities(before, [after], samples, None if least is None else [least])[1][0])
 
 
-RIVAL = 0.5
-"""Share of a rival beside 1 of the effect that is named; a choice that was not measured."""
 STRUCTURE_RIGHT = 0.9
 """Part of the joints with an uncatalogued cause that are called unexplained (docs/blind.md), and the other way round."""
 
@@ -109,40 +138,49 @@ def joint_probabilities(
     rivals: Mapping[str, Sequence[str]],
     structure: Sequence[Structure],
     outcome: Verdict,
+    contested: Mapping[str, Sequence[Finding]] | None = None,
+    least: float = 0.0,
 ) -> JointProbabilities:
     """The probabilities of a joint.
 
-    last    : its candidates beside the model with all that is named
-    samples : independent ones of what that model leaves
-    named   : what each effect that is named is worth beside the others
-    rivals  : of each those that explain the data alike
+    last      : its candidates beside the model with all that is named
+    samples   : independent ones of what that model leaves
+    named     : what each effect that is named is worth beside the others
+    rivals    : of each those that explain the data alike
+    contested : of each it and these, as they were when it was found; a rival that was not compared then does as well as it
+    least     : the gain in squared error below which nothing is worth a name, whatever effect it is
     """
     effects: dict[str, float] = {}
-    nothing, worthless = 1.0, 0.0
-    if last:
-        nothing, weights = probabilities(last[0].before, [_evident(each) for each in last], samples)
-        for finding, weight in zip(last, weights, strict=True):
-            effects[finding.candidate.name] = SURE * float(weight)
-            worthless += 0.0 if finding.justified else float(weight)
-    for name, finding in named.items():
-        need = SURE * needed(finding.before, finding.after, samples)
-        others = [other for other in rivals.get(name, ()) if other not in named]
-        whole = 1.0 + RIVAL * len(others)
-        effects[name] = need / whole
-        for other in others:
-            effects[other] = max(effects.get(other, 0.0), need * RIVAL / whole)
     unexplained = _unexplained(structure, outcome)
-    adequate = (nothing + worthless) * (1.0 - unexplained)
-    for finding in named.values():
-        adequate *= 1.0 - SURE * needed(finding.before, finding.after, samples)
+    nothing = 1.0
+    if last:
+        bounds = [max(least, each.least_gain) for each in last]
+        nothing, weights = probabilities(last[0].before, [_evident(each) for each in last], samples, bounds)
+        for finding, weight in zip(last, weights, strict=True):
+            effects[finding.candidate.name] = SURE * (1.0 - unexplained) * float(weight)
+    adequate = nothing * (1.0 - unexplained)
+    for name, finding in named.items():
+        bound = max(least, finding.least_gain)
+        need = SURE * needed(finding.before, finding.after, samples, bound)
+        adequate *= 1.0 - need
+        others = [other for other in rivals.get(name, ()) if other not in named]
+        known = {each.candidate.name: each.after for each in (contested or {}).get(name, ())}
+        own = known.get(name, finding.after)
+        whole = shares([own, *(known.get(other, own) for other in others)], samples)
+        effects[name] = need * float(whole[0])
+        for other, share in zip(others, whole[1:].tolist(), strict=True):
+            effects[other] = max(effects.get(other, 0.0), need * share)
     return JointProbabilities(effects, float(np.clip(adequate, 0.0, 1.0)), unexplained)
 
 
 def _evident(finding: Finding) -> HeldOut:
-    """The errors with a candidate; those without it where what it explains may be the disturbance's (closed loop)."""
-    if finding.candidate.from_derivatives and (finding.loop is None or not finding.justified):
-        return finding.before
-    return finding.after
+    """The errors with a candidate, as far as it accounts for the gain; those without it where what it explains may be the
+    disturbance's (closed loop)."""
+    if finding.loop is None:
+        return finding.before if finding.candidate.from_derivatives else finding.after
+    part = finding.loop.part if finding.justified else 0.0
+    gained = finding.before.fold - finding.after.fold
+    return replace(finding.after, fold=finding.before.fold - part * gained)
 
 
 def _unexplained(structure: Sequence[Structure], outcome: Verdict) -> float:

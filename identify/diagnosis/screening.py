@@ -45,11 +45,14 @@ class Screening:
     free_functions: list[dict[str, NDArray[np.intp]]]
 
     @classmethod
-    def of(cls, fitted: FittedModel) -> "Screening":
-        """Compute the columns of every candidate beside a fitted model."""
+    def of(cls, fitted: FittedModel, only_justified: bool = False) -> "Screening":
+        """Compute the columns of every candidate beside a fitted model.
+
+        only_justified : whether nobody asks for the evidence of candidates that are not justified whatever it is
+        """
         record = fitted.record
         predictions = joint_predictions(fitted)
-        summaries = informed_summaries(fitted, predictions)
+        summaries = informed_summaries(fitted)
         first = len(fitted.slots)
         known = known_effects(record.experiment)
         candidates, left_out = find_candidates(record, fitted.model, known, summaries, first)
@@ -74,6 +77,7 @@ class Screening:
             ).astype(np.intp),
             observation.slot_columns[first - 1] if fitted.estimates_payload_ratio else nothing,
             partial(loop_evidence, fitted, noise),
+            only_justified,
         )
         functions: list[dict[str, NDArray[np.intp]]] = [{} for _ in summaries]
         for index, slot in zip(rivals, free, strict=True):

@@ -1,6 +1,7 @@
 """Which effects are justified: forward, in pairs, and backward, by the error on motion that the fit did not see."""
 
 from collections.abc import Collection, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -52,6 +53,7 @@ class Selection:
     model_columns : columns of the present model
     ratio_columns : those of the payload ratio that is estimated beside it (eq. 35); empty where it is not
     loop          : what instruments that disturbances do not reach say of candidates
+    only_justified : whether nobody asks for the evidence of candidates that are not justified whatever it is
     """
 
     observation: Observation
@@ -60,6 +62,7 @@ class Selection:
     model_columns: Index
     ratio_columns: Index
     loop: Asked
+    only_justified: bool = False
 
     def __post_init__(self) -> None:
         observation = self.observation
@@ -68,6 +71,12 @@ class Selection:
         self.sessions = (
             FoldedProducts(observation, self.weights, sessions, KNOWN) if sessions.max() > 0 else None
         )
+
+    def beside(self, columns: Index, candidates: Sequence[Candidate]) -> "Selection":
+        """The search over some candidates beside other columns of the same observation, whose products are there."""
+        other = copy(self)
+        other.model_columns, other.candidates = columns, candidates
+        return other
 
     def base(self, declared: bool = False) -> Index:
         """Columns of the present model; `declared` takes the payloads as declared."""
@@ -146,25 +155,23 @@ class Selection:
         measured = self.motion.measured(joint)
         findings = []
         for candidate, fared, agrees in zip(listed, after, agree, strict=True):
+            finding = Finding(
+                candidate,
+                fared.variant,
+                before,
+                fared,
+                before.total - fared.total,
+                measured,
+                0.0,
+                candidate.complexity(self.observation, fared.variant),
+                agrees,
+            )
             p_value, estimated = 1.0, None
-            if fared.total < before.total * (1 - ROUNDING):
+            gains = fared.total < before.total * (1 - ROUNDING)
+            if finding.justified if self.only_justified else gains:
                 p_value, estimated = self._possible_evidence(joint, base, candidate, fared.variant)
                 p_value = min(1.0, p_value * candidate.searched * self._tried(joint))
-            complexity = candidate.complexity(self.observation, fared.variant)
-            findings.append(
-                Finding(
-                    candidate,
-                    fared.variant,
-                    before,
-                    fared,
-                    before.total - fared.total,
-                    measured,
-                    p_value,
-                    complexity,
-                    agrees,
-                    estimated=estimated,
-                )
-            )
+            findings.append(replace(finding, p_value=p_value, estimated=estimated))
         return self._seen_with_instruments(joint, findings) if instruments else findings
 
     def beside_the_others(self, added: Sequence[Candidate], least: Sequence[float]) -> list[Finding]:

@@ -1,12 +1,14 @@
 """Is what is left noise? Several questions to the residual, each answered on motion that the answer did not see."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identify.diagnosis.disturbance import PredictableShare, remembered, strong_runs
+from identify.estimation import forked
 from identify.estimation.prediction import Prediction
 
 Array = NDArray[np.float64]
@@ -74,21 +76,33 @@ VIEWS: tuple[tuple[str, ...], ...] = (
 
 
 def leftover_structure(predictions: Sequence[Prediction]) -> list[Structure]:
-    """Predict the residual from several sets of variables; the most telling first.
+    """Predict the residual of a joint from several sets of variables; the most telling first.
 
     Beside the neighbours in sets of variables: the history of the motion (a hidden state, such as something that
     swings along), a line in the spectrum over time (something that shakes without regard to the motion), and
     disturbances that come and go whatever the motion does (`disturbance.py`).
     """
-    cut = bounded(predictions)
-    structures = [_predictable(cut, view) for view in VIEWS]
-    structures += [_from_history(cut), _line_over_time(cut)]
-    structures += [
-        _as_structure(("time",), remembered(cut), LEAST_REMEMBERED),
-        _as_structure(("time", "direction"), remembered(cut, with_direction=True), LEAST_REMEMBERED),
-        _as_structure(("moments",), strong_runs(predictions), LEAST_SHARE),
+    return leftover_structures([predictions])[0]
+
+
+def leftover_structures(joints: Sequence[Sequence[Prediction]]) -> list[list[Structure]]:
+    """The same for several joints; the questions are divided among processes."""
+    cut = [bounded(predictions) for predictions in joints]
+    asked = [(joint, question) for joint in range(len(joints)) for question in range(len(QUESTIONS))]
+
+    def answer(place: tuple[int, int]) -> Structure:
+        joint, question = place
+        return QUESTIONS[question](cut[joint], joints[joint])
+
+    answers = forked.each(answer, asked)
+    return [
+        sorted(
+            (found for (place, _), found in zip(asked, answers, strict=True) if place == joint),
+            key=lambda structure: structure.share,
+            reverse=True,
+        )
+        for joint in range(len(joints))
     ]
-    return sorted(structures, key=lambda structure: structure.share, reverse=True)
 
 
 def _as_structure(view: tuple[str, ...], predictable: PredictableShare, least: float) -> Structure:
@@ -266,3 +280,20 @@ def _spectrum(residual: Array, step: float) -> _Spectrum:
     share = np.where(band > LINE_STANDS_OUT * usual, band - usual, 0.0) / max(float(power.sum()), 1e-300)
     share[:LINE_BAND] = share[-LINE_BAND:] = 0.0
     return _Spectrum(np.asarray(np.fft.rfftfreq(len(residual), step), float), share)
+
+
+def _from_neighbours(view: tuple[str, ...], cut: Sequence[Prediction], _: Sequence[Prediction]) -> Structure:
+    return _predictable(cut, view)
+
+
+QUESTIONS: tuple[Callable[[Sequence[Prediction], Sequence[Prediction]], Structure], ...] = (
+    *(partial(_from_neighbours, view) for view in VIEWS),
+    lambda cut, _: _from_history(cut),
+    lambda cut, _: _line_over_time(cut),
+    lambda cut, _: _as_structure(("time",), remembered(cut), LEAST_REMEMBERED),
+    lambda cut, _: _as_structure(
+        ("time", "direction"), remembered(cut, with_direction=True), LEAST_REMEMBERED
+    ),
+    lambda _, whole: _as_structure(("moments",), strong_runs(whole), LEAST_SHARE),
+)
+"""What is asked of a joint's predictions, residuals cut at `BOUND`, and of the same as they are."""

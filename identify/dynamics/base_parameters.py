@@ -17,7 +17,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from identify.dynamics.geometry import Geometry
 from identify.dynamics.regressor import ColumnRequest, compute_columns, standard_regressor
-from identify.dynamics.standard_parameters import PARAMETERS_PER_JOINT, standard_names, standard_units
+from identify.dynamics.standard_parameters import (
+    PARAMETERS_PER_JOINT,
+    ROTOR_INERTIA,
+    standard_names,
+    standard_units,
+)
 
 DEPENDENCE_TOLERANCE = 1e-8
 """A column is dependent if what the others leave of it is this part of it. Rounding leaves 1e-14; a link
@@ -110,11 +115,15 @@ class BaseParameters:
         return requests
 
 
-def base_parameters(geometry: Geometry) -> BaseParameters:
+def base_parameters(geometry: Geometry, rotors: bool = True) -> BaseParameters:
     """The base parameters of a robot, found numerically (Gautier 1991); the same robot gives the same
     result.
+
+    rotors : whether the torque moves the motors' rotors too; it does not where it is measured on the links' side
     """
     regressor = _scattered_regressor(geometry)
+    if not rotors:
+        regressor[:, :, ROTOR_INERTIA::PARAMETERS_PER_JOINT] = 0.0
     independent, matrix = independent_columns(regressor.reshape(-1, regressor.shape[-1]))
     size = np.abs(regressor[:, :, independent]).max(axis=0, initial=0.0)
     acts = size > DEPENDENCE_TOLERANCE * size.max(axis=0, initial=0.0)

@@ -15,6 +15,7 @@ STANDARD_PARAMETERS = (*LINK_PARAMETERS, "Ia")
 effects."""
 
 PARAMETERS_PER_JOINT = len(STANDARD_PARAMETERS)
+ROTOR_INERTIA = STANDARD_PARAMETERS.index("Ia")
 
 
 def standard_names(geometry: Geometry) -> tuple[str, ...]:

@@ -12,6 +12,7 @@ import ast
 import itertools
 import re
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -208,13 +209,19 @@ def parse(text: str, constants: Mapping[str, object]) -> Node:
 
     Raises ValueError: it holds anything but numbers, + - * / **, the signals, the functions and its constants.
     """
+    return _parsed(text, frozenset(constants))
+
+
+@lru_cache(maxsize=4096)
+def _parsed(text: str, constants: frozenset[str]) -> Node:
+    """`parse`; the formulas of an effect are asked for with every block of motion."""
     if len(text) > LONGEST:
         raise ValueError(f"'{text[:40]}…' is longer than {LONGEST} characters")
     try:
         tree = ast.parse(text, mode="eval")
     except (SyntaxError, ValueError, RecursionError):
         raise ValueError(f"'{text}' is not a formula") from None
-    return _node(tree.body, text, frozenset(constants) | frozenset(SIGNALS))
+    return _node(tree.body, text, constants | frozenset(SIGNALS))
 
 
 def _node(tree: ast.expr, text: str, names: frozenset[str]) -> Node:

@@ -17,7 +17,11 @@ NAMED_MODELS: dict[str, tuple[str, ...]] = {
     "rigid": ("offset",),
     "usual": USUAL,
     "load-velocity": (*USUAL, "load-friction-asymmetric", "stribeck", "load-stribeck"),
+    "link-side": ("offset",),
 }
+LINK_SIDE = "link-side"
+"""The torque is measured behind the gear, by a sensor on the link's side: neither the rotor's inertia nor the friction of motor
+and gear is in it. What is left is the rigid links and the sensor's offset."""
 IN_EVERY_MODEL = NAMED_MODELS["rigid"]
 """effects that no model is without"""
 
@@ -85,7 +89,7 @@ def motor_shares(drive_gain: Array) -> Array:
 
 
 def parse_model(text: str, joint_names: Sequence[str], known: dict[str, Effect], drive_gain: Array) -> Model:
-    """The model that the user named: `rigid`, `usual`, `load-velocity`, or `rigid+effect,effect…`.
+    """The model that the user named: `rigid`, `usual`, `load-velocity`, `link-side`, or `rigid+effect,effect…`.
 
     Raises InputError: a name that is no model and no effect.
     """

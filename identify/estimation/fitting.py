@@ -14,7 +14,7 @@ from identify.effects.motion import JointSummary
 from identify.effects.payload_errors import PayloadMass
 from identify.estimation.constrained import admissible_columns, admissible_fit
 from identify.estimation.fitted_model import FittedModel
-from identify.estimation.informed_summary import informed_summaries, joint_predictions
+from identify.estimation.informed_summary import informed_summaries
 from identify.estimation.least_squares import LeastSquares, least_squares
 from identify.estimation.observation import FittedTorque, Observation, Slot, observe
 from identify.estimation.record import Record
@@ -160,7 +160,7 @@ def _without_load(term: Term) -> bool:
 def _informed(result: FittedModel | None) -> list[JointSummary]:
     """The joints' summaries with what the first fit tells."""
     assert result is not None  # asked for after the first pass only
-    return informed_summaries(result, joint_predictions(result))
+    return informed_summaries(result)
 
 
 def _variants(

@@ -49,12 +49,14 @@ def each(
         return [function(item) for item in items]
     turns = _turns(len(items))
     forks: list[_Fork] = []
+    token = _processes.set(1)  # what is divided already is not divided again
     try:
         forks += (_Fork(function, items, known, turns) for _ in range(1, processes))
         answers = {index: function(items[index]) for index in _taken(turns)}
         for fork in forks:
             answers |= fork.result()
     finally:
+        _processes.reset(token)
         os.close(turns)
         for fork in forks:
             fork.end()

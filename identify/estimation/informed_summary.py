@@ -12,15 +12,22 @@ from identify.estimation.prediction import Prediction, predict_sessions
 
 
 def joint_predictions(fitted: FittedModel) -> list[list[Prediction]]:
-    """For every joint its predictions in the sessions of the fit."""
-    by_session = predict_sessions(fitted, fitted.entries)
-    return [list(parts) for parts in zip(*by_session, strict=True)]
+    """For every joint its predictions in the sessions of the fit; computed once for each model."""
+    if "predictions" not in fitted.held:
+        by_session = predict_sessions(fitted, fitted.entries)
+        fitted.held["predictions"] = [list(parts) for parts in zip(*by_session, strict=True)]
+    return fitted.held["predictions"]
 
 
-def informed_summaries(
-    fitted: FittedModel, predictions: Sequence[Sequence[Prediction]]
-) -> list[JointSummary]:
-    """The joints' summaries with the range of the fitted torque, the own inertia, and the lines over position."""
+def informed_summaries(fitted: FittedModel) -> list[JointSummary]:
+    """The joints' summaries with the range of the fitted torque, the own inertia, and the lines over position; computed once
+    for each model."""
+    if "summaries" not in fitted.held:
+        fitted.held["summaries"] = _informed(fitted, joint_predictions(fitted))
+    return fitted.held["summaries"]
+
+
+def _informed(fitted: FittedModel, predictions: Sequence[Sequence[Prediction]]) -> list[JointSummary]:
     record = fitted.record
     inertias = record.own_inertias(fitted.entries, fitted.torque.chi)
     informed = []

@@ -153,9 +153,13 @@ class Record:
     """under which a worker process holds its copy"""
 
     @classmethod
-    def of(cls, experiment: Experiment, settings: SignalSettings | None = None) -> "Record":
-        """Open the record of an experiment."""
-        return cls(experiment, settings or choose_signal_settings(experiment), RigidBody.of(experiment))
+    def of(
+        cls, experiment: Experiment, settings: SignalSettings | None = None, rotors: bool = True
+    ) -> "Record":
+        """Open the record of an experiment; `rotors` as in `base_parameters`."""
+        return cls(
+            experiment, settings or choose_signal_settings(experiment), RigidBody.of(experiment, rotors)
+        )
 
     @property
     def joints(self) -> int:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from identify.effects.catalogue import effects
 from identify.effects.effect import Effect
 from identify.effects.load_velocity import SMOOTH, SPLIT_BY_POWER_SIGN, GearFriction, LoadVelocity
-from identify.effects.model import Model, Term, parse_addition, parse_model
+from identify.effects.model import LINK_SIDE, Model, Term, parse_addition, parse_model
 from identify.effects.unknown_payload import UnknownPayload
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.fitting import fit_model
@@ -20,12 +20,12 @@ from identify.recording import Experiment, InputError, Payload, SessionEntry
 Array = NDArray[np.float64]
 
 
-def open_record(experiment: Experiment) -> Record:
-    """The record of an experiment that has something to identify from.
+def open_record(experiment: Experiment, model: str = "usual") -> Record:
+    """The record of an experiment that has something to identify from, for a model of that name.
 
     Raises InputError: there is no identification session, no joint moves, or no torque of a joint was recorded.
     """
-    record = Record.of(experiment)
+    record = Record.of(experiment, rotors=model != LINK_SIDE)
     entries = record.entries()
     commanded = np.any([record.facts(entry).commanded for entry in entries], axis=0)
     for joint in np.flatnonzero(~commanded):

@@ -52,10 +52,10 @@ class RigidBody:
     drive_gain: Array
 
     @classmethod
-    def of(cls, experiment: Experiment) -> "RigidBody":
-        """The rigid robot of an experiment."""
+    def of(cls, experiment: Experiment, rotors: bool = True) -> "RigidBody":
+        """The rigid robot of an experiment; without its rotors where the torque is measured behind them."""
         geometry = Geometry.from_robot(experiment.robot)
-        return cls(base_parameters(geometry), tuple(experiment.payloads), experiment.drive_gain)
+        return cls(base_parameters(geometry, rotors), tuple(experiment.payloads), experiment.drive_gain)
 
     @property
     def joints(self) -> int:

@@ -96,3 +96,15 @@ def test_as_many_blocks_as_estimates_tell_nothing():
     assert wald_p_value(value, four, np.zeros(4, int)) == pytest.approx(
         f_distribution.sf(statistic, k, n - k)
     )
+
+
+def test_a_column_of_rounding_has_no_estimate_and_takes_none_from_the_others():
+    W, Y = made(0.3)
+    alone = group_evidence(single(W, Y, BLOCKS), 0, np.array([0]), np.array([1]))
+    rounding = 1e-134 * np.random.default_rng(2).standard_normal(len(W))
+    both = group_evidence(
+        single(np.column_stack([W, rounding]), Y, BLOCKS), 0, np.array([0]), np.array([1, 3])
+    )
+    np.testing.assert_allclose(both.estimates, [*alone.estimates, 0.0])
+    np.testing.assert_allclose(both.deviations, [*alone.deviations, np.nan])
+    assert both.p_value == pytest.approx(alone.p_value)

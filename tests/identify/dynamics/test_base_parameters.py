@@ -88,6 +88,14 @@ def test_two_links_in_a_vertical_plane_have_the_books_base_parameters():
     assert list(base.acts_on(1)) == [False, False, False, True, True, True, True]
 
 
+def test_a_torque_measured_behind_the_rotors_has_the_same_parameters_without_them():
+    base = base_parameters(TWO_LINKS, rotors=False)
+    whole = base_parameters(TWO_LINKS)
+    assert base.names == tuple(name for name in whole.names if name != "Ia2")
+    assert base.groupings[0] == f"ZZ1 + {UPPER_ARM**2:.6g} M2"
+    assert not any("Ia" in grouping for grouping in base.groupings)
+
+
 def test_two_links_in_a_vertical_plane_obey_the_books_equations():
     """Lagrange's equations of two point masses at the ends of two rods, written out by hand."""
     first_mass, second_mass, first, second = 3.0, 2.0, UPPER_ARM, 0.4
