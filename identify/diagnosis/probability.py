@@ -165,8 +165,8 @@ def joint_probabilities(
         adequate *= 1.0 - need
         others = [other for other in rivals.get(name, ()) if other not in named]
         known = {each.candidate.name: each.after for each in (contested or {}).get(name, ())}
-        own = known.get(name, finding.after)
-        whole = shares([own, *(known.get(other, own) for other in others)], samples)
+        with_it = known.get(name, finding.after)
+        whole = shares([with_it, *(known.get(other, with_it) for other in others)], samples)
         effects[name] = need * float(whole[0])
         for other, share in zip(others, whole[1:].tolist(), strict=True):
             effects[other] = max(effects.get(other, 0.0), need * share)

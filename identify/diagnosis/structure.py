@@ -97,7 +97,7 @@ def leftover_structures(joints: Sequence[Sequence[Prediction]]) -> list[list[Str
     answers = forked.each(answer, asked)
     return [
         sorted(
-            (found for (place, _), found in zip(asked, answers, strict=True) if place == joint),
+            (structure for (place, _), structure in zip(asked, answers, strict=True) if place == joint),
             key=lambda structure: structure.share,
             reverse=True,
         )
