@@ -263,5 +263,6 @@ def _call(tree: ast.Call, name: str, text: str, names: frozenset[str]) -> Node:
     return lambda values: function(*(argument(values) for argument in arguments))
 
 
-def _names(text: str) -> set[str]:
-    return {node.id for node in ast.walk(ast.parse(text, mode="eval")) if isinstance(node, ast.Name)}
+@lru_cache(maxsize=4096)
+def _names(text: str) -> frozenset[str]:
+    return frozenset(node.id for node in ast.walk(ast.parse(text, mode="eval")) if isinstance(node, ast.Name))

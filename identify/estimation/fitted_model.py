@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,7 +41,7 @@ class FittedModel:
     """what an estimator other than least squares found; `fit` then holds its parameters"""
     eliminated: tuple[Elimination, ...] = ()
     """parameters that the data do not show, taken out one by one"""
-    held: dict[str, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
+    held: dict[str, object] = field(default_factory=dict, init=False, repr=False, compare=False)
     """what was computed of this model, and is asked for again"""
 
     @cached_property

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 
@@ -16,7 +17,7 @@ def joint_predictions(fitted: FittedModel) -> list[list[Prediction]]:
     if "predictions" not in fitted.held:
         by_session = predict_sessions(fitted, fitted.entries)
         fitted.held["predictions"] = [list(parts) for parts in zip(*by_session, strict=True)]
-    return fitted.held["predictions"]
+    return cast(list[list[Prediction]], fitted.held["predictions"])
 
 
 def informed_summaries(fitted: FittedModel) -> list[JointSummary]:
@@ -24,7 +25,7 @@ def informed_summaries(fitted: FittedModel) -> list[JointSummary]:
     for each model."""
     if "summaries" not in fitted.held:
         fitted.held["summaries"] = _informed(fitted, joint_predictions(fitted))
-    return fitted.held["summaries"]
+    return cast(list[JointSummary], fitted.held["summaries"])
 
 
 def _informed(fitted: FittedModel, predictions: Sequence[Sequence[Prediction]]) -> list[JointSummary]:
