@@ -115,6 +115,7 @@ def test_the_operators_stop_brings_the_axis_to_rest_and_keeps_the_data(rig, arme
     session.start()
     while session.progress.cycle < 500 and not session.state.ended:
         session.wait(0.01)
+    assert 1 <= len(session.live(20 * rig.cycle).time) <= 20
     session.stop("the operator pressed stop")
     assert session.wait(30) is SessionState.ABORTED
     assert "the operator pressed stop" in session.reason
