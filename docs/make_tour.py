@@ -104,6 +104,7 @@ class Tour:
         expect(page.get_by_label("Mass in kg")).to_be_visible(timeout=PATIENCE)
         page.get_by_label("Mass in kg").fill(mass)
         page.get_by_role("button", name="Enter the mass").click()
+        expect(page.get_by_role("button", name="I confirm it")).to_be_visible(timeout=PATIENCE)
         if picture:
             self.picture(picture)
         page.get_by_role("button", name="I confirm it").click()
