@@ -73,7 +73,8 @@ document.addEventListener("click", (event) => {
   forget();
 });
 document.addEventListener("htmx:afterSwap", ({ detail }) => {
-  if (detail.target.id === "problem") keep(detail.target.querySelector("p")?.textContent);
+  const said = detail.target.id === "problem" && detail.target.querySelector("p");
+  if (said) keep(said.textContent);
 });
 document.addEventListener("htmx:beforeRequest", (event) => {
   const { requestConfig } = event.detail;
