@@ -57,7 +57,7 @@ def torque_ahead(
         remarks.append(f"not sent, for they have no formula of the state: {lost}")
     for name, bounded in zip(names, offset.bounded, strict=True):
         if bounded > 0:
-            remarks.append(f"{name}: {100 * bounded:.0f} % of the plan asked for more than the bound")
+            remarks.append(f"{name}: {100 * bounded:.2g} % of the plan asked for more than the bound")
     return TorqueAhead(offset, sent, motion.q, motion.dq, torque.rigid, tuple(remarks))
 
 
