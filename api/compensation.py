@@ -6,15 +6,17 @@ session, with a limit of the following error drawn from the drive of the same pl
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from api.proof import Part, TorqueAhead
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.rig import Rig
 from daq.torque_offset import torque_offset
 from identify.dynamics.inverse_dynamics import InverseDynamics
+from identify.effects.model import motor_shares
 from identify.export.bodies import feasible_standard
 from identify.export.exported_model import ExportedModel, exported_model
 from identify.export.planned_torque import PlannedTorque, planned_torque
@@ -24,6 +26,7 @@ from identify.identification import Identification
 from identify.recording import InputError
 from identify.recording.experiment_file import Payload
 
+COUPLED = "coupled-friction"
 BEYOND = 1.05
 """times the largest speed or load of the record, up to which a model is believed"""
 
@@ -51,7 +54,7 @@ def torque_ahead(
     _possible(result, motion, torque)
     sent = torque.whole if part == "whole" else torque.beside
     offset = torque_offset(rig, sent, share)
-    remarks = [*model.remarks]
+    remarks = [*model.remarks, *_shared_motors_without_friction(result)]
     if model.lost:
         lost = ", ".join(f"{effect}@{names[joint]}" for effect, joint in model.lost)
         remarks.append(f"not sent, for they have no formula of the state: {lost}")
@@ -59,6 +62,32 @@ def torque_ahead(
         if bounded > 0:
             remarks.append(f"{name}: {100 * bounded:.2g} % of the plan asked for more than the bound")
     return TorqueAhead(offset, sent, motion.q, motion.dq, torque.rigid, tuple(remarks))
+
+
+def _shared_motors_without_friction(result: Identification) -> list[str]:
+    slots = result.fitted.slots
+    present = {slot.term.joint for slot in slots if slot.term.effect.name == COUPLED}
+    names = [joint.name for joint in result.experiment.robot.joints]
+    return shared_motor_remarks(names, result.experiment.drive_gain, present)
+
+
+def shared_motor_remarks(
+    names: Sequence[str], drive_gain: NDArray[np.float64], present: Collection[int]
+) -> list[str]:
+    """What to add where a motor turns with several joints at once and the model has no friction of that motor.
+
+    drive_gain : (n, n) eq. (4)
+    present    : joints whose motor's friction the model has
+    """
+    remarks: list[str] = []
+    for motor, column in enumerate(motor_shares(drive_gain).T):
+        others = [names[joint] for joint in np.flatnonzero(np.abs(column) > 1e-9) if joint != motor]
+        if others and motor not in present:
+            remarks.append(
+                f"{names[motor]}: its motor turns with {', '.join(others)} too, and the model has no friction of that motor; "
+                f"these joints may follow no better. Add {COUPLED}@{names[motor]} and fit again"
+            )
+    return remarks
 
 
 def require_same_robot(result: Identification, rig: Rig) -> None:

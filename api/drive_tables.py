@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from api.compensation import require_same_robot
 from daq.drive_tables import ObjectWrite, write_tables
 from daq.rig import Axis, Rig, ampere_per_unit
-from drivers.compensation_objects import CurrentRow, FrictionObjects, SpeedRow
+from drivers.compensation_objects import CompensationObjects, CurrentRow, FrictionObjects, SpeedRow
 from drivers.profile import DriveProfile
 from identify.export.exported_model import ExportedModel, Torque, exported_model
 from identify.export.planned_torque import planned_torque
@@ -39,13 +39,7 @@ def drive_tables(result: Identification, rig: Rig, model: str) -> DriveTablesDoc
     Raises InputError: the model is of another robot; no drive of the rig takes tables; a value does not fit its object.
     """
     require_same_robot(result, rig)
-    profiles = rig.profiles
-    if all(profile.compensation is None for profile in profiles):
-        named = ", ".join(dict.fromkeys(profile.name for profile in profiles))
-        raise InputError(
-            f"rig {rig.name}: no compensation tables are described for its drives ({named}): a profile's section `compensation`"
-            " says which objects hold them"
-        )
+    profiles = _profiles_with_tables(rig)
     exported = exported_model(result)
     record = _record(exported, result, rig)
     joints = [
@@ -60,6 +54,92 @@ def drive_tables(result: Identification, rig: Rig, model: str) -> DriveTablesDoc
         joints=tuple(joints),
         remarks=exported.remarks,
     )
+
+
+def cleared_tables(rig: Rig) -> DriveTablesDocument:
+    """Tables without any current, of all drives of a rig: their own compensation does nothing any more. Nothing is written.
+
+    The speeds of support points stay: without currents they mean nothing, and not every drive takes a zero there.
+
+    Raises InputError: no drive of the rig takes tables.
+    """
+    joints = [
+        JointTables(
+            joint=axis.joint,
+            node=axis.node,
+            drive=profile.name,
+            tables=tuple(
+                _without_current(of, rows) for of, rows in _current_rows(profile.compensation).items() if rows
+            ),
+            remarks=() if profile.compensation is None else profile.compensation.remarks,
+        )
+        for axis, profile in zip(rig.axes, _profiles_with_tables(rig), strict=True)
+    ]
+    return DriveTablesDocument(
+        experiment=None, rig=rig.name, model=None, written=False, joints=tuple(joints), remarks=()
+    )
+
+
+def tables_before(tables: DriveTablesDocument, rig: Rig) -> DriveTablesDocument:
+    """What the drives held before tables were written, to be written again. Nothing is written.
+
+    tables : the document of that writing
+
+    Raises InputError: it is another rig's, or nothing was written.
+    """
+    if tables.rig != rig.name:
+        raise InputError(f"--back-to: the document is of rig {tables.rig}, not {rig.name}")
+    listed = [each for joint in tables.joints for table in joint.tables for each in table.objects]
+    if not tables.written or any(each.before is None for each in listed):
+        raise InputError(
+            "--back-to: the document does not say what the drives held before; --write --json prints one that does"
+        )
+    joints = tuple(
+        joint.changed(
+            tables=tuple(
+                DriveTable(
+                    of=table.of,
+                    points=(),
+                    constant=None,
+                    wanted=None,
+                    left=None,
+                    # speeds first, as they were written: points that rise again before they have currents
+                    objects=tuple(each.changed(value=each.before, before=None) for each in table.objects),
+                )
+                for table in joint.tables
+            )
+        )
+        for joint in tables.joints
+    )
+    return tables.changed(experiment=None, model=None, written=False, joints=joints)
+
+
+def _profiles_with_tables(rig: Rig) -> Sequence[DriveProfile]:
+    profiles = rig.profiles
+    if all(profile.compensation is None for profile in profiles):
+        named = ", ".join(dict.fromkeys(profile.name for profile in profiles))
+        raise InputError(
+            f"rig {rig.name}: no compensation tables are described for its drives ({named}): a profile's section `compensation`"
+            " says which objects hold them"
+        )
+    return profiles
+
+
+def _current_rows(takes: CompensationObjects | None) -> dict[str, list[CurrentRow]]:
+    """The rows of currents of each table; none where the drive takes none."""
+    if takes is None:
+        return {}
+    friction = takes.friction
+    of_friction = [] if friction is None else [friction.forward, friction.backward, friction.constant]
+    return {
+        "friction": [row for row in of_friction if row is not None],
+        "cogging": [] if takes.cogging is None else [takes.cogging],
+    }
+
+
+def _without_current(of: str, rows: Sequence[CurrentRow]) -> DriveTable:
+    objects = [each for row in rows for each in _objects(row, np.zeros(row.points))]
+    return DriveTable(of=of, points=(), constant=None, wanted=None, left=None, objects=tuple(objects))
 
 
 def written(tables: DriveTablesDocument, rig: Rig) -> DriveTablesDocument:

@@ -11,7 +11,10 @@ def drive_tables_text(document: DriveTablesDocument) -> str:
 
 
 def _lines(document: DriveTablesDocument) -> Iterator[str]:
-    yield f"{document.rig}: tables of {document.model} from {document.experiment}"
+    if document.model is None:
+        yield f"{document.rig}: what the drives' own tables are to hold"
+    else:
+        yield f"{document.rig}: tables of {document.model} from {document.experiment}"
     for joint in document.joints:
         yield ""
         yield f"{joint.joint} (node {joint.node}, {joint.drive})"
@@ -27,6 +30,16 @@ def _lines(document: DriveTablesDocument) -> Iterator[str]:
 
 
 def _table(table: DriveTable, written: bool) -> Iterator[str]:
+    if not table.points:
+        yield f"  {table.of}"
+    else:
+        yield from _line(table)
+    for each in table.objects:
+        before = f"  (was {each.before:g})" if written and each.before is not None else ""
+        yield f"    {each.object} {each.type:8s} {each.value:g}{before}"
+
+
+def _line(table: DriveTable) -> Iterator[str]:
     yield f"  {table.of}: of {_ampere(table.wanted)} root mean square on the record the table leaves {_ampere(table.left)}"
     heads = ("rad/s", "A forward", "A backward") if table.of == "friction" else ("of a turn", "A")
     yield "    " + "".join(f"{head:>12s}" for head in heads)
@@ -34,9 +47,6 @@ def _table(table: DriveTable, written: bool) -> Iterator[str]:
         yield "    " + "".join(f"{value:12.4g}" for value in point)
     if table.constant is not None:
         yield f"    in both directions {_ampere(table.constant)}"
-    for each in table.objects:
-        before = f"  (was {each.before:g})" if written and each.before is not None else ""
-        yield f"    {each.object} {each.type:8s} {each.value:g}{before}"
 
 
 def _ampere(value: float | None) -> str:

@@ -1,5 +1,6 @@
 """`coulomb drive-tables`: friction and cogging as the drives' own compensation takes them."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -15,29 +16,41 @@ def register(application: typer.Typer) -> None:
 def drive_tables(
     rig: Annotated[str, typer.Argument(help="rig file, or the name of one in config/rigs")],
     experiment: Annotated[
-        str, typer.Option(help="of this robot: folder, experiment.yaml, or name of a stored one")
-    ],
+        str | None, typer.Option(help="of this robot: folder, experiment.yaml, or name of a stored one")
+    ] = None,
     model: ModelName = "load-velocity",
     add: Additions = None,
     write: Annotated[
         bool, typer.Option("--write", help="write the tables and read them back; left out, they are shown")
     ] = False,
+    clear: Annotated[
+        bool, typer.Option("--clear", help="instead of a model's: no current, so that the tables do nothing")
+    ] = False,
+    back_to: Annotated[
+        Path | None,
+        typer.Option(
+            help="instead of a model's: what the drives held before; the file has what --write --json printed"
+        ),
+    ] = None,
     yes: Annotated[bool, typer.Option("--yes", help="write without asking; simulated rigs only")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Show a model's friction and cogging as the drives' own compensation takes them; with --write, the drives hold them.
 
     Support points are chosen for the least error on the record. Nothing is written to a drive that has power, moves or has a
-    fault; every object is read back, and if one is refused all get back what they held.
+    fault; every object is read back, and if one is refused all get back what they held. With --clear or --back-to no experiment
+    is needed: the drives get tables without current, or what they held before.
     """
+    from api.drive_tables import cleared_tables, tables_before, written
     from api.drive_tables import drive_tables as tables_of
-    from api.drive_tables import written
     from api.drive_tables_text import drive_tables_text
     from api.stored_experiments import resolve
     from daq.homing import require_lasting_drives
     from daq.rig import Rig
     from identify.identification import identify
     from identify.recording import InputError, load_experiment
+    from identify.results.drive_tables import DriveTablesDocument
+    from identify.results.reading import read_document
 
     settings = Rig.load(rig)
     if yes and settings.simulated is None:
@@ -46,8 +59,15 @@ def drive_tables(
         )
     if write:
         require_lasting_drives(settings)
-    result = identify(load_experiment(resolve(experiment)), model, add or [])
-    document = tables_of(result, settings, model)
+    if sum((clear, back_to is not None, experiment is not None)) != 1:
+        raise InputError("drive-tables: one of --experiment, --clear and --back-to is wanted")
+    if clear:
+        document = cleared_tables(settings)
+    elif back_to is not None:
+        document = tables_before(read_document(DriveTablesDocument, back_to), settings)
+    else:
+        result = identify(load_experiment(resolve(experiment or "")), model, add or [])
+        document = tables_of(result, settings, model)
     if write:
         if not yes:
             typer.echo(drive_tables_text(document), err=True)

@@ -42,9 +42,13 @@ class DriveTablesDocument(Document):
 
     MADE_BY = "coulomb drive-tables --json"
 
-    experiment: str = Field(description="the model's", examples=["rx130l-joint3"])
+    experiment: str | None = Field(
+        description="the model's; null where tables are cleared", examples=["rx130l-joint3"]
+    )
     rig: str = Field(description="name of the rig", examples=["rx130l-joint3-simulated"])
-    model: str = Field(description="as it was asked for", examples=["load-velocity"])
+    model: str | None = Field(
+        description="as it was asked for; null where tables are cleared", examples=["load-velocity"]
+    )
     written: bool = Field(description="whether the drives hold the tables now, read back")
     joints: tuple[JointTables, ...] = Field(description="in the order of the rig's axes")
     remarks: tuple[str, ...] = Field(description="what the reader must know of the model")

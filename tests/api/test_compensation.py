@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import api.compensation
-from api.compensation import torque_ahead
+from api.compensation import shared_motor_remarks, torque_ahead
 from api.compensation_run import PICTURE, CompensationRun
 from api.proof import (
     DOCUMENT,
@@ -197,6 +197,16 @@ def test_a_model_over_position_or_temperature_is_not_sent_where_it_is_not_known(
         within(replace(model, torques=(warm,)), motion, [motion])
     with pytest.raises(InputError, match="friction-warmup, and how long the machine will have run"):
         within(replace(model, torques=(cold,)), motion, [motion])
+
+
+def test_a_motor_that_turns_with_several_joints_is_named_where_the_model_has_no_friction_of_it(rig):
+    tx40 = Rig.load("tx40-simulated")
+    names = [axis.joint for axis in tx40.axes]
+    (remark,) = shared_motor_remarks(names, tx40.drive_gain, ())
+    assert remark.startswith("j6: its motor turns with j5 too")
+    assert "coupled-friction@j6" in remark
+    assert shared_motor_remarks(names, tx40.drive_gain, {5}) == []
+    assert shared_motor_remarks(["j3"], rig.drive_gain, ()) == []
 
 
 def test_friction_that_drives_is_refused(rig, plan, experiment):

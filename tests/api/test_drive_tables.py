@@ -10,7 +10,7 @@ import pytest
 
 import api.drive_tables
 from api.commands.drive_tables import drive_tables as command
-from api.drive_tables import drive_tables
+from api.drive_tables import cleared_tables, drive_tables, tables_before
 from api.drive_tables import written as write_to_drives
 from api.drive_tables_text import drive_tables_text
 from daq.drive_tables import ObjectWrite, write_tables
@@ -113,6 +113,18 @@ def test_tables_are_written_and_read_back_and_the_drive_uses_them(rig, result, t
             assert compensation.current(-counts, 0) == pytest.approx(backward + table.constant, abs=0.02)
         again = write_to_drives(drive_tables(result, there, "usual"), there)
         assert all(each.before == each.value for each in again.joints[0].tables[0].objects)
+        # without currents, and back to what was before that
+        friction, _ = write_to_drives(cleared_tables(there), there).joints[0].tables
+        assert friction.objects[0].before == table.objects[8].value
+        assert compensation.current(1e5, 0) == 0.0
+        back = write_to_drives(tables_before(again, there), there)
+        assert [each.before for each in back.joints[0].tables[0].objects][8:] == [0.0] * 17
+        assert compensation.current(1e5, 0) != 0.0
+        assert "0x2021:01" in drive_tables_text(back)
+    with pytest.raises(InputError, match="does not say what the drives held before"):
+        tables_before(tables, there)
+    with pytest.raises(InputError, match="is of rig"):
+        tables_before(again, there.model_copy(update={"name": "another"}))
     assert not tables.written
     assert "nothing was written" in drive_tables_text(tables)
 
@@ -182,6 +194,10 @@ def test_the_command_shows_and_writes_nothing_where_drives_do_not_last(measured,
     assert not DriveTablesDocument.model_validate(json.loads(capsys.readouterr().out)).written
     with pytest.raises(InputError, match="live only as long as a session"):
         command(str(file), str(measured[0]), write=True, yes=True)
+    command(str(file), clear=True)
+    assert "nothing was written" in capsys.readouterr().out
+    with pytest.raises(InputError, match="one of --experiment, --clear and --back-to"):
+        command(str(file), str(measured[0]), clear=True)
 
 
 def test_torque_ripple_goes_into_the_cogging_table_about_the_encoder_s_zero(rig, result, monkeypatch):
