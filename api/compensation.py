@@ -81,7 +81,7 @@ def shared_motor_remarks(
     """
     remarks: list[str] = []
     for motor, column in enumerate(motor_shares(drive_gain).T):
-        others = [names[joint] for joint in np.flatnonzero(np.abs(column) > 1e-9) if joint != motor]
+        others = [names[joint] for joint in np.flatnonzero(np.abs(column) > 1e-9).tolist() if joint != motor]
         if others and motor not in present:
             remarks.append(
                 f"{names[motor]}: its motor turns with {', '.join(others)} too, and the model has no friction of that motor; "
