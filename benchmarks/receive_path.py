@@ -39,7 +39,6 @@ from canopen.pdo.base import PdoMap
 from drivers.bus import check_network_interface, pass_ids
 from drivers.errors import BusError
 from drivers.frames import column
-from drivers.object_dictionary import load_object_dictionary
 from drivers.receive_socketcan import SocketCanReceiver
 from drivers.sync_producer import SYNC_ID, RealTime, SyncProducer
 
@@ -155,7 +154,7 @@ class Canopen:
         self.network = canopen.Network(self.bus)
         self.frames = 0
         for axis in range(AXES):
-            node = self.network.add_node(axis + 1, load_object_dictionary("generic-cia402.eds", axis + 1))
+            node = self.network.add_node(axis + 1)
             pdo = node.tpdo[1]
             pdo.cob_id = _TPDO[axis]
             pdo.enabled = True

@@ -5,6 +5,7 @@ the rhythm of the samples; those go through `drivers/frames.py`.
 """
 
 import contextlib
+import logging
 import threading
 import time
 from collections import Counter, deque
@@ -20,6 +21,9 @@ from drivers.emergency import Emergency, parse_emergency
 from drivers.errors import BusError, reason_in_words
 from drivers.node_guarding import ToggleBit
 from drivers.virtual_bus import remote_frame
+
+# canopen logs what it then raises, or what we ask again for; what matters is said by those who ask.
+logging.getLogger("canopen").setLevel(logging.CRITICAL)
 
 _NOTIFIER_CYCLE = 0.05  # s; closing the network waits for one of them
 _NMT_STATES = {
@@ -149,16 +153,18 @@ class CanopenNetwork:
             with contextlib.suppress(can.CanError, OSError):
                 self._network.disconnect()
 
-    def add_node(self, node: int, dictionary: canopen.ObjectDictionary) -> canopen.RemoteNode:
-        """A node of the network as canopen sees it, without canopen's EMCY consumer.
+    def add_node(self, node: int) -> canopen.RemoteNode:
+        """A node of the network as canopen sees it, without object dictionary and without canopen's EMCY consumer.
 
+        canopen would make its own PDOs from a dictionary, which fails where an EDS has one half of them, and cut answers to the
+        EDS's types; objects are read and written by the types of profiles and standards (`drivers.sdo`).
         canopen's consumer fails on short EMCY frames and then hides them from everybody; `watch` has ours.
         """
         known = self._network.nodes.pop(node, None)
         if isinstance(known, canopen.RemoteNode):
             self._network.subscribe(0x80 + node, _emcy_consumer(known))  # canopen insists on removing it
             known.remove_network()
-        remote = self._network.add_node(node, dictionary)
+        remote = self._network.add_node(node, canopen.ObjectDictionary())
         self._unsubscribe(0x80 + node, _emcy_consumer(remote))
         return remote
 

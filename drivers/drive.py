@@ -14,7 +14,7 @@ from drivers.emergency import Emergency
 from drivers.errors import DriveError, DriverError
 from drivers.fixed_mapping import stream_of_fixed_mapping
 from drivers.network_management import ManagedNode
-from drivers.object_dictionary import dictionary_to_drive_by
+from drivers.object_dictionary import passed_over
 from drivers.process_data import (
     SYNCHRONOUS,
     TORQUE_OFFSET,
@@ -33,6 +33,7 @@ from drivers.sdo import SdoAccess
 from drivers.standard_stream import RPDO_1_BASE, TARGETS, TPDO_BASE, transmitted_entries
 from drivers.state_machine import DEFAULT_TIMEOUTS, Timeouts
 
+_POSITION_POLARITY = 0x80
 _OWN_TIMEOUT = "set its own time-out for missing setpoints or SYNC"
 _NO_TORQUE_AHEAD = (
     "a torque is sent ahead as torque offset 0x60B2 beside the target, which this drive does not take there; cyclic torque mode"
@@ -74,15 +75,12 @@ class Drive(ManagedNode):
     ):
         if not 1 <= node <= 127:
             raise ValueError(f"a CANopen node id lies between 1 and 127, not {node}")
-        read = dictionary_to_drive_by(profile.object_dictionary, node)
-        remote = network.add_node(node, read.dictionary)
+        remote = network.add_node(node)
         sdo = SdoAccess(node, remote, timeouts.sdo, timeouts.retries)
         super().__init__(network, node, sdo, timeouts)
         self.profile = profile
-        self.passed_over = tuple(read.passed_over)
+        self.passed_over = passed_over(profile.object_dictionary, node)
         """What of the drive's EDS could not be read, in words."""
-        self.set_up_remarks: list[str] = []
-        """What was done otherwise than usual while it was set up, in words."""
 
     # ---- who it is and how it is ----
 
@@ -93,7 +91,9 @@ class Drive(ManagedNode):
         """
         read = self.sdo.read
         identity = Identity(
-            read(0x1018, 1, "uint32", "reading the vendor"),
+            self._optional(0x1018, 1)
+            if self.profile.vendor_id is None
+            else read(0x1018, 1, "uint32", "reading the vendor"),
             self._optional(0x1018, 2),
             self._optional(0x1018, 3),
             self._optional(0x1018, 4),
@@ -111,10 +111,13 @@ class Drive(ManagedNode):
         return identity
 
     def _optional(self, index: int, subindex: int) -> int:
+        """An unsigned object; 0 where the drive does not have it. Raises DriveError when it does not answer."""
         try:
-            return self.sdo.read(index, subindex, "uint32")
-        except DriveError:
-            return 0
+            return int.from_bytes(self.sdo.read_bytes(index, subindex)[:4], "little")
+        except DriveError as refusal:
+            if was_refused(refusal):
+                return 0
+            raise
 
     @property
     def emergencies(self) -> tuple[Emergency, ...]:
@@ -190,9 +193,25 @@ class Drive(ManagedNode):
         few = [f"{count} {kind}" for kind, count in counts.items() if count < len(TPDO_BASE)]
         if few:
             oddities.append(f"has {' and '.join(few)}; the others are left alone")
+        oddities += self._other_units()
         if not self._has(0x60C2, 1):
             oddities.append("has no interpolation time (0x60C2): it is given the cycle by 0x1006 alone")
         return oddities
+
+    def _other_units(self) -> list[str]:
+        """Where the drive's positions are not counts of its encoder, counted its way (CiA 402-2, factor group)."""
+        units: list[str] = []
+        if self._optional(0x607E, 0) & _POSITION_POLARITY:
+            units.append(
+                "counts the other way (polarity 0x607E, bit 7): the sign of gear_ratio must be that of the counts that it shows"
+            )
+        for index, name in ((0x6091, "gear ratio"), (0x6092, "feed constant"), (0x6093, "position factor")):
+            numerator, divisor = self._optional(index, 1), self._optional(index, 2)
+            if numerator and divisor and numerator != divisor:
+                units.append(
+                    f"has a {name} (0x{index:04X}) of {numerator}:{divisor}: encoder_counts must be what 0x6064 counts with it"
+                )
+        return units
 
     def disable_at_once(self) -> None:
         """Ask by SDO for no voltage, without waiting for an answer. Raises BusError when the bus refuses."""
@@ -229,12 +248,7 @@ class Drive(ManagedNode):
         """
         profile = self.profile
         wanted = transmitted_entries(profile, temperature)
-        present = [
-            pdo
-            for kind, count in (("TPDO", profile.transmit_pdos), ("RPDO", len(TPDO_BASE)))
-            for number in range(1, min(count, len(TPDO_BASE)) + 1)
-            if (pdo := read_pdo(self.sdo, kind, number)) is not None
-        ]
+        present = self._present_pdos()
         groups = distribute(wanted)
         pdos = [pdo.number for pdo in present if pdo.kind == "TPDO"]
         if len(groups) > len(pdos):
@@ -249,17 +263,27 @@ class Drive(ManagedNode):
             if not was_refused(refusal):
                 raise
             try:
-                stream = stream_of_fixed_mapping(self.sdo, present, wanted, mode)
+                stream = stream_of_fixed_mapping(self.sdo, self._present_pdos(), wanted, mode)
             except DriveError as lacking:
                 raise DriveError(
                     self.node,
                     refusal.doing,
                     index=refusal.index,
                     subindex=refusal.subindex,
-                    received=f"{refusal.received}; {lacking.doing}: {lacking.expected}; {lacking.received}",
+                    received=f"{refusal.received}; {lacking.doing}: "
+                    + "; ".join(filter(None, (lacking.expected, lacking.received))),
                 ) from refusal
             self.set_up_remarks.append("its PDO mapping cannot be changed; it is used unchanged")
             return stream
+
+    def _present_pdos(self) -> list[PdoParameters]:
+        """The first PDOs of either direction, read now."""
+        return [
+            pdo
+            for kind, count in (("TPDO", self.profile.transmit_pdos), ("RPDO", len(TPDO_BASE)))
+            for number in range(1, min(count, len(TPDO_BASE)) + 1)
+            if (pdo := read_pdo(self.sdo, kind, number)) is not None
+        ]
 
     def _mapped(
         self,
@@ -286,6 +310,11 @@ class Drive(ManagedNode):
         if torque_offset:
             setpoint.append(MappedEntry(TORQUE_OFFSET, cia402.TORQUE_OFFSET, 0, "<i2"))
         receive = write_pdo(self.sdo, "RPDO", 1, RPDO_1_BASE + self.node, transmission_type, setpoint)
+        if receive.transmission_type != transmission_type:
+            self.set_up_remarks.append(
+                f"takes setpoints when they come, not at SYNC: its RPDO 1 has transmission type {receive.transmission_type}, "
+                "which can only be read"
+            )
         return DriveStream(self.node, transmit, receive)
 
     def set_cycle(self, period: float) -> None:
@@ -294,18 +323,27 @@ class Drive(ManagedNode):
         Raises DriveError when the drive takes neither, ValueError when 0x60C2 cannot express the period.
         """
         microseconds = round(period * 1e6)
-        for exponent in (-3, -4, -5, -6):
-            value = microseconds * 1e-6 / 10.0**exponent
-            if abs(value - round(value)) < 1e-6 and 1 <= round(value) <= 255:
-                break
-        else:
+        spellings = [
+            (round(value), exponent)
+            for exponent in (-3, -4, -5, -6)
+            if abs((value := microseconds * 1e-6 / 10.0**exponent) - round(value)) < 1e-6
+            and 1 <= round(value) <= 255
+        ]
+        if not spellings:
             raise ValueError(
                 f"a period of {period:g} s cannot be written as 1 to 255 units of a power of ten"
             )
-        interpolation = self._set_interpolation_time(round(value), exponent)
+        interpolation = self._set_interpolation_time(spellings)
         communication = self._has(0x1006)
         if communication:
-            self._hold(0x1006, 0, "uint32", microseconds, "setting the cycle")
+            try:
+                self._hold(0x1006, 0, "uint32", microseconds, "setting the cycle")
+            except DriveError as refusal:
+                if not (interpolation and was_refused(refusal)):
+                    raise
+                self.set_up_remarks.append(
+                    "keeps its communication cycle (0x1006), which can only be read; it has the cycle by 0x60C2"
+                )
         if not interpolation and not communication:
             raise DriveError(
                 self.node,
@@ -323,21 +361,26 @@ class Drive(ManagedNode):
         if self._has(cia402.TORQUE_OFFSET):
             self._hold(cia402.TORQUE_OFFSET, 0, "int16", 0, "clearing the torque offset")
 
-    def _set_interpolation_time(self, value: int, exponent: int) -> bool:
-        """Whether 0x60C2 now holds value · 10^exponent s; False where the drive has no such object."""
+    def _set_interpolation_time(self, spellings: list[tuple[int, int]]) -> bool:
+        """Whether 0x60C2 now holds a period; False where the drive has no such object.
+
+        spellings : (value, exponent) of value · 10^exponent s, all of them the same period. The drive's own exponent is kept
+            where it can be: some drives let it be read only.
+        """
         what = "setting the cycle"
         try:
-            present = self.sdo.read(0x60C2, 1, "uint8", what) * 10.0 ** self.sdo.read(0x60C2, 2, "int8", what)
+            held = self.sdo.read(0x60C2, 1, "uint8", what), self.sdo.read(0x60C2, 2, "int8", what)
         except DriveError as refusal:
             if is_missing(refusal):
                 return False
             raise
-        wanted = value * 10.0**exponent
+        value, exponent = next((each for each in spellings if each[1] == held[1]), spellings[0])
+        wanted, present = value * 10.0**exponent, held[0] * 10.0 ** held[1]
         if abs(present / wanted - 1) < 1e-9:
             return True
         try:
-            self.sdo.write_verified(0x60C2, 2, "int8", exponent, what)
-            self.sdo.write_verified(0x60C2, 1, "uint8", value, what)
+            self._hold(0x60C2, 2, "int8", exponent, what)
+            self._hold(0x60C2, 1, "uint8", value, what)
         except DriveError as refusal:
             refused = f"{refusal.received}; it is set to {present:g} s: give the rig that cycle"
             raise DriveError(

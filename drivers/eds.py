@@ -15,27 +15,41 @@ from canopen.objectdictionary import ObjectDictionary, ODArray, ODRecord, ODVari
 
 Section = dict[str, str]
 
-_OBJECT = re.compile(r"^(?:0x)?([0-9a-f]{3,4})$", re.IGNORECASE)
-_SUBOBJECT = re.compile(r"^(?:0x)?([0-9a-f]{3,4})\s*sub(?:0x)?([0-9a-f]{1,2})$", re.IGNORECASE)
+_OBJECT = re.compile(r"^(?:0x)?([0-9a-f]{3,4})h?$", re.IGNORECASE)
+_SUBOBJECT = re.compile(
+    r"^(?:0x)?([0-9a-f]{3,4})h?[\s_]*(?:sub|\.)[\s_]*(?:0x)?([0-9a-f]{1,2})$", re.IGNORECASE
+)
 _TYPES: dict[str, int] = {
     "BOOLEAN": datatypes.BOOLEAN,
     **{f"INTEGER{bits}": getattr(datatypes, f"INTEGER{bits}") for bits in (8, 16, 24, 32, 40, 48, 56, 64)},
     **{f"UNSIGNED{bits}": getattr(datatypes, f"UNSIGNED{bits}") for bits in (8, 16, 24, 32, 40, 48, 56, 64)},
     **{f"INT{bits}": getattr(datatypes, f"INTEGER{bits}") for bits in (8, 16, 32, 64)},
     **{f"UINT{bits}": getattr(datatypes, f"UNSIGNED{bits}") for bits in (8, 16, 32, 64)},
+    "BOOL": datatypes.BOOLEAN,
+    "SINT": datatypes.INTEGER8,
+    "INT": datatypes.INTEGER16,
+    "DINT": datatypes.INTEGER32,
+    "USINT": datatypes.UNSIGNED8,
+    "UINT": datatypes.UNSIGNED16,
+    "UDINT": datatypes.UNSIGNED32,
+    "REAL": datatypes.REAL32,
     "REAL32": datatypes.REAL32,
     "FLOAT": datatypes.REAL32,
     "REAL64": datatypes.REAL64,
-    "VISIBLE_STRING": datatypes.VISIBLE_STRING,
-    "OCTET_STRING": datatypes.OCTET_STRING,
-    "UNICODE_STRING": datatypes.UNICODE_STRING,
+    "VISIBLESTRING": datatypes.VISIBLE_STRING,
+    "OCTETSTRING": datatypes.OCTET_STRING,
+    "UNICODESTRING": datatypes.UNICODE_STRING,
     "DOMAIN": datatypes.DOMAIN,
 }
-"""Names of data types (CiA 301, table 44), and what some files call them."""
+"""Names of data types (CiA 301, table 44), and what some files call them, IEC 61131-3's among them; without blanks and lines."""
 _KINDS = {"VAR": 7, "ARRAY": 8, "ARR": 8, "RECORD": 9, "REC": 9, "DOMAIN": 2, "DEFTYPE": 5, "DEFSTRUCT": 6}
 _VAR, _ARRAY, _RECORD = 7, 8, 9
 _LAST_STANDARD_TYPE = 0x1B
 _ACCESS = frozenset(("rw", "ro", "wo", "const", "rwr", "rww"))
+_MAPPING = {"TRUE": 1, "FALSE": 0, "YES": 1, "NO": 0, "TPDO": 1, "RPDO": 1, "OPTIONAL": 1, "DEFAULT": 1}
+"""Words for PDOMapping, those of XDD files (CiA 311) among them."""
+_REMARK = re.compile(r"\s+(?://|#).*$|;.*$")
+"""a comment behind a value"""
 _DEVICE_NUMBERS = {
     "VendorNumber": "vendor_number",
     "ProductNumber": "product_number",
@@ -44,6 +58,13 @@ _DEVICE_NUMBERS = {
     "NrOfTXPDO": "nr_of_TXPDO",
 }
 _DEVICE_WORDS = {"VendorName": "vendor_name", "ProductName": "product_name", "OrderCode": "order_code"}
+
+
+class EdsVariable(ODVariable):
+    """A variable of a file, which may say nothing of its mapping."""
+
+    mapping_said = False
+    """whether the file says if it may be mapped into a PDO"""
 
 
 @dataclass
@@ -109,6 +130,10 @@ def _text(content: bytes, read: ReadDictionary) -> str:
         if content.startswith(mark):
             read.say("a byte order mark")
             return content.decode("utf-8-sig" if encoding == "utf-8" else encoding, errors="replace")
+    beginning = content[:200]
+    if beginning.count(0) > len(beginning) // 3:
+        read.say("UTF-16 without a byte order mark")
+        return content.decode("utf-16-le" if beginning.find(0) % 2 else "utf-16-be", errors="replace")
     try:
         return content.decode("utf-8")
     except UnicodeDecodeError:
@@ -131,11 +156,11 @@ def _sections(text: str, read: ReadDictionary) -> dict[str, Section]:
                 read.say("sections that occur twice (the first value of each field holds)")
             current = sections.setdefault(known, {})
             continue
-        key, sign, value = bare.partition("=")
+        key, sign, value = bare.partition("=" if "=" in bare else ":")
         if not sign or current is None:
             read.say("lines that are neither a section nor a field")
             continue
-        current.setdefault(key.strip().lower(), value.partition(";")[0].strip())
+        current.setdefault(key.strip().lower(), _REMARK.sub("", value).strip())
     comments = next((section for name, section in sections.items() if name.lower() == "comments"), Section())
     stated = _number(comments.get("lines", "0"))
     if stated != sum(key.startswith("line") and key != "lines" for key in comments):
@@ -166,11 +191,11 @@ def _name(section: Section, default: str) -> str:
 
 def _variable(
     section: Section, index: int, subindex: int, node: int, sections: dict[str, Section], odd: list[str]
-) -> ODVariable | None:
+) -> EdsVariable | None:
     """A variable; None where its type is not known, so that nothing can be said about it."""
     label = f"{index:04X}" + (f"sub{subindex:X}" if subindex else "")
-    variable = ODVariable(_name(section, label), index, subindex)
-    kind = _number(section.get("datatype", ""), _TYPES)
+    variable = EdsVariable(_name(section, label), index, subindex)
+    kind = _number(re.sub(r"[\s_]", "", section.get("datatype", "")), _TYPES)
     if kind is not None and kind > _LAST_STANDARD_TYPE:
         defined = next(
             (entry for name, entry in sections.items() if name.lower() == f"{kind:x}sub1"), Section()
@@ -180,13 +205,13 @@ def _variable(
         odd.append(label)
         return None
     variable.data_type = kind
-    access = section.get("accesstype", "rw").lower()
+    access = section.get("accesstype", "rw").strip('"').lower()
     if access not in _ACCESS:
         odd.append(label)
         access = "rw"
     variable.access_type = access
-    mappable = _number(section.get("pdomapping", "0") or "0", {"TRUE": 1, "FALSE": 0, "YES": 1, "NO": 0})
-    variable.pdo_mappable = bool(mappable)
+    mappable = _number(section.get("pdomapping", ""), _MAPPING)
+    variable.pdo_mappable, variable.mapping_said = bool(mappable), mappable is not None
     for key, attribute in (
         ("lowlimit", "min"),
         ("highlimit", "max"),

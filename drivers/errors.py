@@ -38,10 +38,15 @@ class DriveError(DriverError):
         self.subindex = subindex
         self.expected = expected
         self.received = received
-        where = "" if index is None else f" (object 0x{index:04X}:{subindex:02X})"
+        where = f" (object {self.where})" if self.where else ""
         wanted = f": expected {expected}" if expected else ""
         came = f"; {received}" if received and wanted else f": {received}" if received else ""
         super().__init__(f"node {node}: {doing}{where}{wanted}{came}")
+
+    @property
+    def where(self) -> str:
+        """The object concerned, as manuals write it; "" where none is."""
+        return "" if self.index is None else f"0x{self.index:04X}:{self.subindex:02X}"
 
     def with_cause(self, cause: str) -> "DriveError":
         """The same with what is behind it, in words."""

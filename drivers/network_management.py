@@ -32,6 +32,8 @@ class ManagedNode(StateMachine):
         self.network = network
         self.sign_of_life_period = 0.0
         """s between two signs of life, as the drive confirmed it; 0 while it gives none"""
+        self.set_up_remarks: list[str] = []
+        """What was done otherwise than usual while it was set up, in words."""
         self._boot_ups_expected = 0
 
     # ---- signs of life ----
@@ -58,8 +60,11 @@ class ManagedNode(StateMachine):
                 self.sdo.write_verified(_PRODUCER_HEARTBEAT, 0, "uint16", wanted, what)
                 present = wanted
             except DriveError as refusal:
-                if not (present and was_refused(refusal)):
+                if not was_refused(refusal):
                     raise
+                if period and not present:  # there is one, but it is off
+                    self._begin_guarding()
+                    present = wanted
         self.sign_of_life_period = present * 1e-3
 
     def _begin_guarding(self) -> None:
@@ -115,6 +120,16 @@ class ManagedNode(StateMachine):
         Raises DriveError when the drive refuses.
         """
         by = self.misses_master_by
+        try:
+            self._set_master_watch(by, master, timeout)
+        except DriveError as refusal:
+            if not was_refused(refusal):
+                raise
+            self.set_up_remarks.append(
+                f"cannot be told to watch us ({refusal.where} can only be read): it may not notice when we are gone"
+            )
+
+    def _set_master_watch(self, by: str, master: int, timeout: float) -> None:
         if by == "heartbeat":
             entry = (master & 0x7F) << 16 | round(timeout * 1e3) if timeout else 0
             self._hold(_CONSUMER_HEARTBEAT, 1, "uint32", entry, "setting the heartbeat consumer")
@@ -140,16 +155,15 @@ class ManagedNode(StateMachine):
         def reached() -> bool:
             return self.watch.nmt_state == wanted
 
-        shown = (
-            self._asked_until(reached) if self.guarded else self.watch.wait_for(reached, self.timeouts.nmt)
-        )
+        patience = max(self.timeouts.nmt, 1.5 * self.sign_of_life_period)
+        shown = self._asked_until(reached) if self.guarded else self.watch.wait_for(reached, patience)
         if not shown:
             seen = self.watch.nmt_state
             sign = "an answer to node guarding" if self.guarded else "a heartbeat"
             raise DriveError(
                 self.node,
                 f"NMT command to {name}",
-                expected=f"{sign} with {name} within {self.timeouts.nmt:g} s",
+                expected=f"{sign} with {name} within {patience:g} s",
                 received="none came" if seen is None else f"it says {nmt_state_in_words(seen)}",
             )
 

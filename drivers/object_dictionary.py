@@ -1,15 +1,14 @@
 """Object dictionaries from EDS and DCF files: those of `config/drives/` by name, any other by path."""
 
+from functools import lru_cache
 from importlib.resources import as_file, files
+from importlib.resources.abc import Traversable
 from pathlib import Path
 
 import canopen
 
 from drivers.eds import ReadDictionary, read_eds
 from drivers.errors import DriverError
-
-GENERIC_DICTIONARY = "generic-cia402.eds"
-"""What a drive is driven by where no file of its own can be read: the profile names the objects that matter."""
 
 
 class ObjectDictionaryError(DriverError):
@@ -33,28 +32,38 @@ def read_object_dictionary(name_or_path: str | Path, node: int) -> ReadDictionar
     """
     path = Path(name_or_path)
     if path.is_file():
-        return _read(path, node)
-    resource = files("config") / "drives" / str(name_or_path)
-    if path.name != str(name_or_path) or not resource.is_file():
-        raise ObjectDictionaryError(f"object dictionary {str(name_or_path)!r}: there is no such file")
-    with as_file(resource) as file:
+        state = path.stat()
+        return _read_once(path, node, state.st_mtime_ns, state.st_size)
+    with as_file(_resource(name_or_path)) as file:
         return _read(file, node)
 
 
-def dictionary_to_drive_by(name_or_path: str | Path, node: int) -> ReadDictionary:
-    """The dictionary of a file that is there but may be no EDS at all: then the generic one, and that is said.
+def _resource(name_or_path: str | Path) -> Traversable:
+    """A file that comes with the software, by its name."""
+    resource = files("config") / "drives" / str(name_or_path)
+    if Path(name_or_path).name != str(name_or_path) or not resource.is_file():
+        raise ObjectDictionaryError(f"object dictionary {str(name_or_path)!r}: there is no such file")
+    return resource
 
-    Raises ObjectDictionaryError when there is no such file.
+
+def passed_over(name_or_path: str | Path, node: int) -> tuple[str, ...]:
+    """What of a drive's own EDS could not be read, in words; a file that is no EDS at all leaves everything to the profile.
+
+    Nothing of the files that come with the software. Raises ObjectDictionaryError when there is no such file.
     """
+    if not Path(name_or_path).is_file():
+        _resource(name_or_path)
+        return ()
     try:
-        return read_object_dictionary(name_or_path, node)
+        return tuple(read_object_dictionary(name_or_path, node).passed_over)
     except ObjectDictionaryError as error:
-        if not Path(name_or_path).is_file():
-            raise
-        generic = read_object_dictionary(GENERIC_DICTIONARY, node)
-        return ReadDictionary(
-            generic.dictionary, [f"all of it ({error}); the profile alone says what is driven"]
-        )
+        return (f"all of it ({error}); the profile alone says what is driven",)
+
+
+@lru_cache(maxsize=32)
+def _read_once(path: Path, node: int, _changed: int, _size: int) -> ReadDictionary:
+    """A rig file is read often, and names the file once for each axis."""
+    return _read(path, node)
 
 
 def _read(path: Path, node: int) -> ReadDictionary:

@@ -265,7 +265,7 @@ def write_pdo(
         if remapped:
             sdo.write(mapping, 0, "uint8", 0, what)
         if present.transmission_type != transmission_type:
-            sdo.write(communication, 2, "uint8", transmission_type, what)
+            transmission_type = _set_transmission_type(sdo, kind, present, transmission_type, what)
         if remapped:
             for position, entry in enumerate(placed, 1):
                 sdo.write(mapping, position, "uint32", entry.mapping, f"{what}, entry {entry.name}")
@@ -286,6 +286,21 @@ def write_pdo(
             received=f"0x{confirmed:X} came",
         )
     return ProcessData(can_id, transmission_type, placed)
+
+
+def _set_transmission_type(sdo: SdoAccess, kind: str, pdo: PdoParameters, wanted: int, what: str) -> int:
+    """The transmission type that a PDO has then: an RPDO whose type can only be read is used as it stands.
+
+    At SYNC (0 to 240) or at once (254, 255), its setpoint is taken in time.
+    """
+    try:
+        sdo.write(_objects(kind, pdo.number)[0], 2, "uint8", wanted, what)
+    except DriveError as refusal:
+        usable = pdo.transmission_type <= 240 or pdo.transmission_type >= 254
+        if kind != "RPDO" or not was_refused(refusal) or not usable:
+            raise
+        return pdo.transmission_type
+    return wanted
 
 
 def switch_off_pdo(sdo: SdoAccess, kind: str, number: int) -> None:

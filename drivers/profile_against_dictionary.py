@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any, cast
 
-from canopen.objectdictionary import ODVariable, datatypes
+from canopen.objectdictionary import ObjectDictionary, ODVariable, datatypes
 
+from drivers.eds import EdsVariable
 from drivers.errors import DriverError
 from drivers.object_dictionary import read_object_dictionary
 from drivers.profile import DriveProfile, ObjectReference
@@ -25,8 +28,9 @@ _NAMES = {number: name for name, number in _TYPES.items()}
 def mismatches(profile: DriveProfile, node: int) -> tuple[str, ...]:
     """Where a profile contradicts the EDS that it names: types, access, mapping; each in words with the remedy.
 
-    Only what the EDS says is compared: an object that it does not list may be there all the same, and a file that cannot be
-    read says nothing. The dictionaries that come with the software are no drive's own and are not compared.
+    Only what the EDS says is compared: an object that it does not list may be there all the same, a file that cannot be read
+    says nothing, and one by which no object at all may be mapped says nothing of mapping. The dictionaries that come with the
+    software are no drive's own and are not compared.
     """
     if not Path(profile.object_dictionary).is_file():
         return ()
@@ -34,6 +38,7 @@ def mismatches(profile: DriveProfile, node: int) -> tuple[str, ...]:
         dictionary = read_object_dictionary(profile.object_dictionary, node).dictionary
     except DriverError:
         return ()
+    says_mapping = any(variable.pdo_mappable for variable in _variables(dictionary))
     sentences: list[str] = []
     named = Path(profile.object_dictionary).name
     for role, reference, streamed in (
@@ -45,12 +50,18 @@ def mismatches(profile: DriveProfile, node: int) -> tuple[str, ...]:
         variable = None if reference is None else dictionary.get_variable(reference.index, reference.subindex)
         if reference is None or variable is None:
             continue
-        contradiction = _contradiction(reference, variable, streamed)
+        contradiction = _contradiction(reference, variable, streamed and says_mapping)
         if contradiction:
             sentences.append(
                 f"{role} {reference} of the profile {profile.name}: {contradiction} in {named}; one of them is wrong"
             )
     return tuple(sentences)
+
+
+def _variables(dictionary: ObjectDictionary) -> Iterator[ODVariable]:
+    """All that a dictionary says of values."""
+    for entry in cast("Iterable[Any]", dictionary.values()):  # pyright: ignore[reportUnknownMemberType]  untyped in canopen
+        yield from (entry,) if isinstance(entry, ODVariable) else entry.values()
 
 
 def _contradiction(reference: ObjectReference, variable: ODVariable, streamed: bool) -> str:
@@ -59,6 +70,6 @@ def _contradiction(reference: ObjectReference, variable: ODVariable, streamed: b
         return f"{reference.type}, but {_NAMES[kind]}"
     if variable.access_type == "wo":
         return "is read, but write-only"
-    if streamed and not variable.pdo_mappable:
+    if streamed and not variable.pdo_mappable and isinstance(variable, EdsVariable) and variable.mapping_said:
         return "goes into a PDO, but may not be mapped"
     return ""

@@ -102,7 +102,8 @@ class StateMachine:
         Raises DriveError when the drive does not support the mode or does not show it in time.
         """
         supported = self._supported_modes()
-        if supported is not None and not supported >> (mode - 1) & 1:
+        # One that shows none at all says nothing: 0x6061 decides.
+        if supported and not supported >> (mode - 1) & 1:
             raise DriveError(
                 self.node,
                 f"switching to {mode.words} (mode {int(mode)})",

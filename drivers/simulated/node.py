@@ -104,14 +104,14 @@ class SimulatedNode(canopen.LocalNode):
                 self.send_events()
 
     def send_heartbeat(self) -> None:
-        """One heartbeat frame, unless a fault forbids it."""
+        """One heartbeat, unless a fault forbids it."""
         if not (self.faults.frozen or self.faults.heartbeat_stopped):
             self.send(0x700 + self.node, bytes((self.nmt_state,)))
 
     def _state_to_guard(self) -> int | None:
         """What a remote frame is answered by; nothing beside a heartbeat (CiA 301, 7.2.8.2.2.2)."""
-        faults = self.faults
-        return None if faults.frozen or faults.heartbeat_stopped or self.heartbeat_period else self.nmt_state
+        silent = self.faults.frozen or self.faults.heartbeat_stopped or self.heartbeat_period
+        return None if silent else self.nmt_state
 
     @property
     def period(self) -> float:
@@ -275,6 +275,8 @@ class SimulatedNode(canopen.LocalNode):
 
     def get_data(self, index: int, subindex: int, check_readable: bool = False) -> bytes:
         """Bytes of an object; those of the process image come from there."""
+        if check_readable and self.axis.oddities.lacks(index, subindex):
+            raise SdoAbortedError(abort_codes.NO_OBJECT)
         slot_and_format = SLOT_OF_OBJECT.get((index, subindex))
         if slot_and_format is None:
             return super().get_data(index, subindex, check_readable)
@@ -300,8 +302,6 @@ class SimulatedNode(canopen.LocalNode):
             self._written(index, subindex)
 
     def _find_object(self, index: int, subindex: int) -> ODVariable:
-        if self.axis.oddities.lacks(index, subindex):
-            raise SdoAbortedError(abort_codes.NO_OBJECT)
         entry = self.object_dictionary.get(index)  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
         if isinstance(entry, ODArray) and subindex not in entry.subindices:  # pyright: ignore[reportUnknownMemberType]
             raise SdoAbortedError(abort_codes.NO_SUBINDEX)  # canopen would make one up
@@ -311,6 +311,8 @@ class SimulatedNode(canopen.LocalNode):
         """Raise SdoAbortedError for values that the drive does not take."""
         if index == 0x6060 and data and struct.unpack("<b", data[:1])[0] not in (0, *SUPPORTED_MODES):
             raise SdoAbortedError(abort_codes.VALUE_RANGE)
+        if self.axis.oddities.lacks(index, subindex):
+            raise SdoAbortedError(abort_codes.NO_OBJECT)
         if self.axis.oddities.refuses(index, subindex):
             raise SdoAbortedError(abort_codes.READ_ONLY)
         is_mapping = 0x1600 <= index < 0x1600 + PDOS or 0x1A00 <= index < 0x1A00 + PDOS
@@ -332,11 +334,11 @@ class SimulatedNode(canopen.LocalNode):
             raise SdoAbortedError(abort_codes.CANNOT_BE_MAPPED)
         return slot_and_format
 
-    def _number(self, index: int, subindex: int) -> int:
-        return int.from_bytes(super().get_data(index, subindex), "little")
+    def _number(self, index: int, subindex: int, signed: bool = False) -> int:
+        return int.from_bytes(super().get_data(index, subindex), "little", signed=signed)
 
     def _signed(self, index: int, subindex: int) -> int:
-        return int.from_bytes(super().get_data(index, subindex), "little", signed=True)
+        return self._number(index, subindex, signed=True)
 
     def _written(self, index: int, subindex: int) -> None:
         """Act on what was stored outside the process image."""
@@ -439,8 +441,8 @@ class SimulatedNode(canopen.LocalNode):
         self.on_pdos_changed()
 
     def _store(self, index: int, subindex: int, value: int) -> None:
-        variable = super()._find_object(index, subindex)  # pyright: ignore[reportUnknownMemberType]  whether or not it shows
-        self.data_store.setdefault(index, {})[subindex] = variable.encode_raw(value)
+        variable = self._find_object(index, subindex)
+        super().set_data(index, subindex, variable.encode_raw(value))
 
     def on_pdos_changed(self) -> None:
         """Told when CAN ids of RPDOs may have changed; the rig replaces it."""

@@ -2,7 +2,6 @@
 
 import struct
 
-import canopen
 import pytest
 
 from drivers.bus import BusSettings
@@ -39,7 +38,7 @@ def slow_node(request):
                     bus.send_frame(0x580 + NODE, one)
 
         bus.serve(handle)
-        remote = network.add_node(NODE, canopen.ObjectDictionary())
+        remote = network.add_node(NODE)
         return SdoAccess(NODE, remote, **arguments)
 
     with CanopenNetwork(settings) as network:

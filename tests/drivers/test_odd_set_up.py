@@ -1,0 +1,63 @@
+"""A drive whose objects are odd is set up all the same, which is said, or refused in one line."""
+
+import pytest
+
+from drivers.cia402 import Mode
+from drivers.drive import Drive, Timeouts
+from drivers.errors import DriveError
+from drivers.simulated.oddities import OdditySettings
+
+MODE = Mode.CYCLIC_SYNCHRONOUS_POSITION
+
+
+def set_up(bench):
+    """What a session does to a drive before it has power; all that was said of it."""
+    drive = Drive(bench.network, 5, timeouts=Timeouts(sdo=0.2, retries=1, nmt=0.5, mode=0.1))
+    drive.produce_heartbeat(0.05)
+    drive.set_nmt_state("PRE-OPERATIONAL")
+    assert drive.identity().profile == 402
+    lacks = drive.oddities()
+    drive.map_stream(MODE)
+    drive.set_mode(MODE)
+    drive.set_cycle(0.002)
+    drive.watch_master(127, 0.5)
+    drive.set_nmt_state("OPERATIONAL")
+    return "; ".join([*lacks, *drive.set_up_remarks])
+
+
+@pytest.mark.parametrize(
+    ("oddities", "said"),
+    [
+        ({"read_only": ("0x60C2:02",)}, ""),
+        ({"read_only": ("0x60C2:02",), "holds": {"0x60C2:02": -4}}, ""),
+        ({"read_only": ("0x1006",)}, "keeps its communication cycle (0x1006)"),
+        ({"read_only": ("0x1400:02",)}, "takes setpoints when they come, not at SYNC"),
+        ({"read_only": ("0x1016",)}, "cannot be told to watch us (0x1016:01 can only be read)"),
+        ({"read_only": ("0x1017",)}, "it is asked by remote frames (node guarding)"),
+        ({"holds": {"0x6502": 0}}, ""),
+        ({"holds": {"0x607E": 0x80}}, "counts the other way (polarity 0x607E, bit 7)"),
+        ({"holds": {"0x6091:01": 5, "0x6091:02": 1}}, "has a gear ratio (0x6091) of 5:1"),
+        ({"missing": ("0x1018",)}, ""),
+        ({"missing": ("0x1801", "0x1802", "0x1803")}, "has 1 TPDOs"),
+    ],
+)
+def test_it_is_set_up_and_what_is_otherwise_is_said(open_bench, axis, oddities, said):
+    assert said in set_up(open_bench(axis(oddities=OdditySettings(**oddities))))
+
+
+@pytest.mark.parametrize(
+    ("oddities", "words"),
+    [
+        ({"missing": ("0x60C2", "0x1006")}, r"the drive has neither"),
+        ({"missing": ("0x6061",)}, r"reading the mode \(object 0x6061:00\)"),
+        ({"holds": {"0x6502": 1}}, r"0x00000001 came: the drive does not support"),
+        ({"read_only": ("0x1600",)}, r"controlword and target .* together in a RPDO"),
+        ({"read_only": ("0x1A00",)}, r"position \(0x6064:00\) in a TPDO that is on"),
+        ({"missing": ("0x1800", "0x1801", "0x1802", "0x1803")}, r"expected 1 TPDOs; it has 0"),
+    ],
+)
+def test_what_cannot_be_done_without_is_named_in_one_line(open_bench, axis, oddities, words):
+    bench = open_bench(axis(oddities=OdditySettings(**oddities)))
+    with pytest.raises(DriveError, match=words) as raised:
+        set_up(bench)
+    assert "\n" not in str(raised.value)
