@@ -19,6 +19,7 @@ NMT = 0x000
 SDO_REQUEST = 0x600
 HEARTBEAT = 0x700
 
+_OUR_ID = "or a node on the bus has this id, as many have that were never given one: give it another; else "
 _WAY_OUT = "find it and take it off the bus, then `coulomb scan` shows who is there"
 
 
@@ -79,8 +80,9 @@ class ForeignFrames:
                 self.count += 1
                 data = content.tobytes().hex(" ").upper()
                 described = frame if can_id == SYNC_ID else f"{frame} (data {data})"
+                way_out = (_OUR_ID if can_id & ~0x7F == HEARTBEAT else "") + _WAY_OUT
                 return StopReason(
                     StopCause.FOREIGN_MASTER,
-                    f"another master commands this rig: on the bus came {described}; {_WAY_OUT}",
+                    f"another master commands this rig: on the bus came {described}; {way_out}",
                 )
         return None

@@ -31,10 +31,12 @@ from drivers.standard_stream import standard_stream
 from drivers.sync_producer import SYNC_ID
 
 RESTARTED = (
-    "it restarted (its boot-up was heard): look at its supply, its earth and its watchdog, then start again"
+    "it restarted (its boot-up was heard): look at its supply, its earth and its watchdog, then start again; or a second node "
+    "with its id was switched on, which `coulomb scan` shows"
 )
 MASTER_NODE = 127
 """Our own node id: the heartbeat under it is what the drives watch."""
+_OUR_HEARTBEAT = 0x700 + MASTER_NODE
 
 MODES = {
     "cyclic-synchronous-position": Mode.CYCLIC_SYNCHRONOUS_POSITION,
@@ -155,7 +157,7 @@ class RigDrives:
     def _others(self) -> list[CheckItem]:
         """Whether somebody else sends SYNC or setpoints: then the bus is not ours, and nothing is sent."""
         heard: set[int] = set()
-        ours = {SYNC_ID, *(0x200 + axis.node for axis in self.rig.axes)}
+        ours = {SYNC_ID, _OUR_HEARTBEAT, *(0x200 + axis.node for axis in self.rig.axes)}
         with open_bus(self.rig.bus, filters=pass_ids(sorted(ours))) as bus:
             end = time.monotonic() + max(_LISTEN, 3 * self.rig.cycle)
             while (left := end - time.monotonic()) > 0:
@@ -164,6 +166,10 @@ class RigDrives:
                     heard.add(message.arbitration_id)
         if not heard:
             return []
+        if heard == {_OUR_HEARTBEAT}:
+            sentence = f"a node with id {MASTER_NODE} is on {self.rig.bus}, the id of our own heartbeat: give it another"
+            return [CheckItem("bus", False, sentence)]
+        heard.discard(_OUR_HEARTBEAT)
         named = ", ".join("SYNC" if each == SYNC_ID else f"setpoints 0x{each:03X}" for each in sorted(heard))
         sentence = (
             f"another master is at work on {self.rig.bus}: it sends {named}; nothing was sent. "

@@ -127,6 +127,11 @@ ParameterName=Position
 DataType=0x0004
 AccessType=ro
 PDOMapping={mapping}
+[6041]
+ParameterName=Statusword
+DataType=6
+AccessType=ro
+PDOMapping=1
 """
 
 
