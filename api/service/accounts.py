@@ -14,7 +14,7 @@ from functools import cache
 
 from argon2 import PasswordHasher
 from argon2.exceptions import InvalidHashError, VerificationError
-from sqlalchemy import delete, func, select
+from sqlalchemy import delete, func, select, update
 
 from api.service.database import Database, SignInRow, TokenRow, UserRow
 from api.service.new_password import LONGEST_PASSWORD, check_new_password
@@ -172,10 +172,11 @@ class Accounts:
         return User(row.name, Role(row.role), "cookie") if row else None
 
     def open_sign_in(self, user: User, lasts: float) -> str:
-        """A new sign-in; the text returned is what the browser's cookie carries."""
+        """A new sign-in; the text returned is what the browser's cookie carries. Raises InputError if the user was removed."""
         secret = secrets.token_urlsafe(32)
         now = self._clock()
-        with self._database.transaction() as session:
+        with self._database.transaction(alone=True) as session:
+            self._existing(session, user.name)
             session.execute(delete(SignInRow).where(SignInRow.expires < now))
             session.add(SignInRow(id_hash=digest(secret), user=user.name, expires=now + lasts))
         return secret
@@ -204,7 +205,7 @@ class Accounts:
             raise InputError("token: its label holds a character that cannot be printed")
         secret = TOKEN_PREFIX + secrets.token_urlsafe(32)
         now = self._clock()
-        with self._database.transaction() as session:
+        with self._database.transaction(alone=True) as session:
             user = self._existing(session, user_name)
             if not Role(user.role).covers(scope):
                 raise InputError(f"token: scope {scope} exceeds the role {user.role} of {user_name}")
@@ -230,7 +231,7 @@ class Accounts:
 
     def revoke_token(self, user_name: str, identifier: str) -> bool:
         """End a token of that user; False if there is none with that id."""
-        with self._database.transaction() as session:
+        with self._database.transaction(alone=True) as session:
             row = session.get(TokenRow, identifier)
             if row is None or row.user != user_name:
                 return False
@@ -249,7 +250,10 @@ class Accounts:
                 return None
             # One write a minute at most: a notebook polls often.
             if row.last_used is None or now - row.last_used > 60:
-                row.last_used = now
+                used = update(TokenRow).where(TokenRow.id == row.id).values(last_used=now)
+                # Revoked since it was read: then there is none, and that is no error.
+                if not session.execute(used.returning(TokenRow.id)).all():
+                    return None
         return _by_token(row, user)
 
     def let_in(self) -> dict[str, User]:

@@ -1,11 +1,15 @@
 """What guessing costs, which passwords and tokens there may be, and that somebody always manages people."""
 
+import contextlib
+import sqlite3
 import threading
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
+from sqlalchemy import event
 
-from api.service.accounts import Role
+from api.service.accounts import Accounts, Role
+from api.service.database import open_database
 from api.service.sign_in_throttle import CHECKED_TOGETHER, FREE_ATTEMPTS
 from identify.recording.errors import InputError
 
@@ -125,3 +129,34 @@ def test_a_database_that_others_could_read_is_closed_to_them(start_service, data
     (data_folder / "service.sqlite").chmod(0o644)
     start_service()
     assert (data_folder / "service.sqlite").stat().st_mode & 0o777 == 0o600
+
+
+@pytest.fixture
+def accounts(tmp_path):
+    database = open_database(tmp_path, None)
+    yield Accounts(database, lambda: 1_800_000_000.0), database
+    database.close()
+
+
+def test_a_token_that_is_revoked_while_it_is_looked_up_lets_nobody_in(accounts, tmp_path):
+    """Between the look and the note of its use: an error of ours before, now one more that is unknown."""
+    known, database = accounts
+    known.add_user("ada", "correct horse battery", Role.ADMIN)
+    secret = known.issue_token("ada", "notebook", Role.ADMIN, 3600.0).secret
+
+    def revoke(_connection, _cursor, statement, *_rest):
+        if statement.startswith("SELECT") and "FROM users" in statement:
+            with contextlib.closing(sqlite3.connect(tmp_path / "service.sqlite")) as other, other:
+                other.execute("DELETE FROM tokens")
+
+    event.listen(database.engine, "after_cursor_execute", revoke)
+    assert known.user_of_token(secret) is None
+
+
+def test_who_is_removed_while_signing_in_has_no_sign_in(accounts):
+    known, _database = accounts
+    known.add_user("ada", "correct horse battery", Role.VIEWER)
+    ada = known.check_password("ada", "correct horse battery")
+    known.remove_user("ada")
+    with pytest.raises(InputError, match="there is no user ada"):
+        known.open_sign_in(ada, 3600.0)

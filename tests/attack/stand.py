@@ -131,64 +131,88 @@ class Stand:
         )
         return client
 
+    def new_session(self, plan: str = "long") -> str:
+        """A session of the experiment `arm`, which is made if need be; its address."""
+        with self.client("ada") as ada:
+            if ada.get("/experiments/arm").status_code == 404:
+                answer = ada.post("/experiments", json={"name": "arm", "rig": "bench"})
+                assert answer.status_code == 201, answer.text
+            wanted = {"rig": "bench", "plan": plan, "payload": {"name": "none"}}
+            answer = ada.post("/experiments/arm/sessions", json=wanted)
+            assert answer.status_code == 201, answer.text
+            return answer.headers["Location"]
+
+    def take(self, session: str, *steps: str) -> None:
+        """Take these steps of a session."""
+        with self.client("ada") as ada:
+            for step in steps:
+                answer = ada.post(f"{session}/{step}", json={"mass": 0.0} if step == "weigh" else None)
+                assert answer.status_code == 200, answer.text
+
+    def session(self, session: str) -> dict:
+        """What the service says of it."""
+        with self.client("ada") as ada:
+            return ada.get(session).json()
+
+    def ended(self, session: str) -> dict:
+        """Likewise, once it neither moves nor is about to."""
+        wait_until(lambda: self.session(session)["state"] not in ("armed", "running"))
+        return self.session(session)
+
+    def discard(self, session: str) -> None:
+        """Forget a session that was not measured."""
+        with self.client("ada") as ada:
+            ada.delete(session)
+
+    def stop(self) -> None:
+        """Stop the rig, by a program."""
+        with self.client("vera") as vera:
+            assert vera.post("/rigs/bench/stop").is_success
+
     @contextlib.contextmanager
     def motion(self) -> Iterator[Axis]:
         """The rig moves fast; the axis is watched until the block ends.
 
         A motion that ends before it was attacked, because this computer was held up, is begun once more.
         """
-        with self.client("ada") as ada:
-            answer = ada.post("/experiments", json={"name": "arm", "rig": "bench"})
-            assert answer.status_code == 201, answer.text
-        for attempt in range(ATTEMPTS):
-            axis, thread, ring = self._start(f"session-{attempt:02d}")
-            try:
-                if self._moves_fast(axis, f"session-{attempt:02d}"):
+        for _ in range(ATTEMPTS):
+            session = self.new_session()
+            self.take(session, "check", "weigh", "confirm", "arm", "start")
+            with self.watched() as axis:
+                if self._moves_fast(axis, session):
                     yield axis
                     return
-            finally:
-                axis.end.set()
-                thread.join()
-                ring.close()
         raise AssertionError("this computer has too much else to do for a motion in real time")
 
     def _moves_fast(self, axis: Axis, session: str) -> bool:
         """Wait until the axis moves fast; False if the session ended before."""
-        with self.client("ada") as ada:
-            found: list[str] = []
+        found: list[str] = []
 
-            def fast_or_ended() -> bool:
-                state = ada.get(f"/experiments/arm/sessions/{session}").json()
-                if state["state"] not in ("armed", "running"):
-                    found.append(f"{state['state']}: {state['reason']}")
-                return bool(found) or (len(axis.rows) > 50 and axis.speed_at(axis.rows[-1][0]) > 0.3)
+        def fast_or_ended() -> bool:
+            state = self.session(session)
+            if state["state"] not in ("armed", "running"):
+                found.append(f"{state['state']}: {state['reason']}")
+            return bool(found) or (len(axis.rows) > 50 and axis.speed_at(axis.rows[-1][0]) > 0.3)
 
-            wait_until(fast_or_ended)
+        wait_until(fast_or_ended)
         if found:
             print(f"\n{session} {found[0]}")
         return not found
 
-    def _start(self, session: str) -> tuple[Axis, threading.Thread, RingReader]:
-        with self.client("ada") as ada:
-            new = {"rig": "bench", "plan": "long", "payload": {"name": "none"}}
-            answer = ada.post("/experiments/arm/sessions", json=new)
-            assert answer.status_code == 201, answer.text
-            steps = f"/experiments/arm/sessions/{session}"
-            for step, body in (
-                ("check", None),
-                ("weigh", {"mass": 0.0}),
-                ("confirm", None),
-                ("arm", None),
-                ("start", None),
-            ):
-                answer = ada.post(f"{steps}/{step}", json=body)
-                assert answer.status_code == 200, answer.text
+    @contextlib.contextmanager
+    def watched(self) -> Iterator[Axis]:
+        """The axis of the session that was armed last, watched until the block ends."""
         ring = _ring_of_the_motion()
         scale = 2 * np.pi / 131072 / 95.0
         axis = Axis()
         thread = threading.Thread(target=axis.watch, args=(ring, lambda counts: counts * scale))
         thread.start()
-        return axis, thread, ring
+        try:
+            yield axis
+        finally:
+            axis.end.set()
+            thread.join()
+            ring.close()
 
 
 def wait_until(condition: Callable[[], bool], timeout: float = PATIENCE) -> None:
@@ -213,9 +237,13 @@ def comes_to_rest(axis: Axis, after: float = 0.3, timeout: float = PATIENCE) -> 
 
 @contextlib.contextmanager
 def running_service(
-    folder: Path, *, descriptors: int = 1024, tls: tuple[Path, Path] | None = None
+    folder: Path,
+    *,
+    descriptors: int = 1024,
+    tls: tuple[Path, Path] | None = None,
+    plans: tuple[ExcitationPlan, ...] | None = None,
 ) -> Iterator[Stand]:
-    """Start the service on a data folder of its own, with accounts and a plan; ended at the end, whatever happened."""
+    """Start the service on a data folder of its own, with accounts and plans; ended at the end, whatever happened."""
     data = folder / "data"
     (data / "rigs").mkdir(parents=True)
     rig = yaml.safe_load((RIGS / "rx130l-joint3-simulated.yaml").read_text())
@@ -224,7 +252,8 @@ def running_service(
     rig["supervision"] = {"silence": 0.5, "heartbeat_timeout": 1.5}
     rig["bus"]["channel"] = RIG
     (data / "rigs" / "bench.yaml").write_text(yaml.safe_dump(rig))
-    PlanStore(data / "plans").add(long_plan())
+    for plan in plans or (long_plan(),):
+        PlanStore(data / "plans").add(plan)
     database = open_database(data, None)
     accounts = Accounts(database, time.time)
     tokens = {}

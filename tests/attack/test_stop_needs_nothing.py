@@ -3,189 +3,25 @@
 By each of the ways that a stop can take: a browser's button (cookie), a program (token), a terminal (`coulomb stop`).
 """
 
-import contextlib
 import os
 import signal
-import socket
-import sqlite3
 import ssl
 import subprocess
-import sys
-import threading
 import time
-from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from urllib.parse import urlsplit
 
 import httpx
 import pytest
-from websockets.sync.client import connect
 
 from api.service.pulse import OLD
-from tests.attack.stand import ROOT, Axis, Stand, comes_to_rest, running_service, wait_until
+from tests.attack.stand import Axis, Stand, comes_to_rest, running_service, wait_until
+from tests.attack.states import STATES, State, database_locked, descriptors_out, loop_frozen
+from tests.attack.ways import WAYS, by_terminal
 
 LONGEST = 0.6
 """s from the stop until the axis rests"""
 DEAD_MAN = 2.2
 """s likewise where the service's process does not run any more"""
-
-State = Callable[[Stand], contextlib.AbstractContextManager[object]]
-
-
-@contextlib.contextmanager
-def healthy(stand: Stand) -> Iterator[None]:
-    """Nothing is wrong."""
-    yield
-
-
-@contextlib.contextmanager
-def descriptors_out(stand: Stand) -> Iterator[None]:
-    """1100 connections of somebody who says nothing, where the service has 1024 descriptors."""
-    place = urlsplit(stand.address)
-    with contextlib.ExitStack() as held:
-        for _ in range(1100):
-            crowd = socket.socket()
-            held.enter_context(crowd)
-            crowd.settimeout(5)
-            with contextlib.suppress(OSError):  # turned away
-                crowd.connect((place.hostname, place.port))
-        yield
-
-
-@contextlib.contextmanager
-def half_requests(stand: Stand) -> Iterator[None]:
-    """600 connections that begin a request and never end it, of which one byte comes now and again."""
-    place = urlsplit(stand.address)
-    ended = threading.Event()
-    with contextlib.ExitStack() as held:
-        crowd = []
-        for _ in range(600):
-            each = socket.socket()
-            held.enter_context(each)
-            each.settimeout(5)
-            with contextlib.suppress(OSError):
-                each.connect((place.hostname, place.port))
-                each.send(b"GET /me HTTP/1.1\r\nHost: localhost\r\nX-Slow: ")
-                crowd.append(each)
-
-        def dribble() -> None:
-            while not ended.wait(0.2):
-                for each in crowd:
-                    with contextlib.suppress(OSError):
-                        each.send(b"a")
-
-        thread = threading.Thread(target=dribble)
-        thread.start()
-        try:
-            yield
-        finally:
-            ended.set()
-            thread.join()
-
-
-@contextlib.contextmanager
-def loop_frozen(stand: Stand) -> Iterator[None]:
-    """A handler sleeps in the event loop."""
-    with ThreadPoolExecutor(1) as pool, stand.client(timeout=10) as mallory:
-        pool.submit(mallory.post, "/freeze/4")
-        wait_until(lambda: not _answers_within(stand, 0.1), 10)
-        yield
-
-
-def _answers_within(stand: Stand, timeout: float) -> bool:
-    try:
-        with stand.client("vera", timeout=timeout) as client:
-            return client.get("/me").is_success
-    except httpx.HTTPError:
-        return False
-
-
-@contextlib.contextmanager
-def database_locked(stand: Stand) -> Iterator[None]:
-    """Another process writes and does not come to an end."""
-    with contextlib.closing(sqlite3.connect(stand.data / "service.sqlite", isolation_level=None)) as database:
-        database.execute("BEGIN EXCLUSIVE")
-        yield
-        database.execute("ROLLBACK")
-
-
-@contextlib.contextmanager
-def sixty_viewers(stand: Stand) -> Iterator[None]:
-    """60 live views, of which half never read."""
-    with contextlib.ExitStack() as held:
-        for number in range(60):
-            address = stand.address.replace("http", "ws", 1) + "/rigs/bench/live"
-            token = stand.tokens["vera"]
-            viewer = connect(address, additional_headers={"Authorization": f"Bearer {token}"})
-            held.callback(viewer.close_socket)
-            if number % 2:
-                threading.Thread(target=_read_all, args=(viewer,), daemon=True).start()
-        yield
-
-
-def _read_all(viewer) -> None:
-    with contextlib.suppress(Exception):
-        while True:
-            viewer.recv()
-
-
-@contextlib.contextmanager
-def jobs_full(stand: Stand) -> Iterator[None]:
-    """More plans to be computed than anybody waits for."""
-    with stand.client("ada") as ada:
-        for number in range(40):
-            ada.post("/plans", json={"rig": "bench", "name": f"p{number}", "seconds": 60, "model": "usual"})
-        yield
-
-
-def by_page(stand: Stand) -> Callable[[], object]:
-    """The button of a page that is open already: a kept connection."""
-    browser = stand.browser("vera")
-    return lambda: _post(browser)
-
-
-def by_new_page(stand: Stand) -> Callable[[], object]:
-    """A page's button whose connection was closed meanwhile: a new one."""
-    signed_in = stand.browser("vera")
-    # Made before, as a browser runs before its button is pressed; it has no connection yet.
-    browser = httpx.Client(
-        base_url=stand.address, headers=signed_in.headers, cookies=signed_in.cookies, verify=stand.verify
-    )
-    stand.browsers.append(browser)
-    return lambda: _post(browser)
-
-
-def _post(browser: httpx.Client) -> object:
-    try:
-        return browser.post("/pages/stop", timeout=1.5)
-    except httpx.HTTPError:
-        return None  # the answer waits for the frozen loop; the axis does not
-
-
-def by_token(stand: Stand) -> Callable[[], object]:
-    """A program that has not asked anything yet."""
-
-    client = stand.client("vera", timeout=1.5)
-    stand.browsers.append(client)
-    return lambda: client.post("/rigs/bench/stop")
-
-
-def by_terminal(stand: Stand) -> Callable[[], object]:
-    """`coulomb stop`, at the computer itself; the time of its start counts."""
-    command = [sys.executable, "-m", "api", "stop", "bench", "--data", str(stand.data)]
-    return lambda: subprocess.run(command, cwd=ROOT, check=True, capture_output=True, timeout=10)
-
-
-STATES = [
-    healthy,
-    descriptors_out,
-    half_requests,
-    loop_frozen,
-    database_locked,
-    sixty_viewers,
-    jobs_full,
-]
-WAYS = [by_page, by_new_page, by_token, by_terminal]
 
 
 @pytest.mark.parametrize("state", STATES, ids=lambda state: state.__name__)
