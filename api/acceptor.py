@@ -125,6 +125,7 @@ class Acceptor:
         for listener in listeners:
             listener.socket.setblocking(False)
             self._selector.register(listener.socket, selectors.EVENT_READ, listener)
+        connections.answer_stop = self.stop_on_kept_connection
         self._thread = threading.Thread(target=self._run, name="acceptor", daemon=True)
 
     def start(self) -> None:
@@ -261,7 +262,7 @@ class Acceptor:
         head = bytes(visitor.read)
         request = request_of(head)
         if request is not None:
-            answer = self._stopped(request, visitor)
+            answer = self._stopped(request, visitor.address, visitor.listener, visitor.socket)
             if answer is not None:
                 self._answer(visitor, answer, request)
                 return
@@ -275,15 +276,17 @@ class Acceptor:
         else:
             self._hand_over(visitor, head)
 
-    def _stopped(self, request: h11.Request, visitor: _Visitor) -> StopAnswer | None:
-        scope = _scope_of(request, visitor.address)
-        if visitor.listener.door is Door.LOCAL:
-            order, user = StopOrder.of(scope["method"], scope["path"]), _peer(visitor.socket)
+    def _stopped(
+        self, request: h11.Request, address: str, listener: Listener, local: socket.socket | None = None
+    ) -> StopAnswer | None:
+        scope = _scope_of(request, address)
+        if listener.door is Door.LOCAL and local is not None:
+            order, user = StopOrder.of(scope["method"], scope["path"]), _peer(local)
             return None if order is None or user is None else self._desk.obey(order, user, scope["path"], "")
         cookies = b"; ".join(value for name, value in scope["headers"] if name == b"cookie")
         scope["session"] = self._session_of(cookies.decode("latin-1"))
         try:
-            return self._desk.answer(scope, any_port=visitor.listener.door is Door.STOP)
+            return self._desk.answer(scope, any_port=listener.door is Door.STOP)
         except Problem as problem:
             return StopAnswer(problem.status, problem_of(problem))
 
@@ -303,24 +306,20 @@ class Acceptor:
 
     def _answer(self, visitor: _Visitor, answer: StopAnswer, request: h11.Request | None) -> None:
         """Send it and let the other side close; a few hundred bytes always fit into an empty socket."""
-        body = json.dumps(answer.content).encode()
-        kind = "application/json" if answer.status < 400 else PROBLEM_MEDIA_TYPE
-        lines = [
-            f"HTTP/1.1 {answer.status} {HTTPStatus(answer.status).phrase}",
-            f"Content-Type: {kind}",
-            f"Content-Length: {len(body)}",
-            "Connection: close",
-            "X-Content-Type-Options: nosniff",
-            "Cache-Control: no-store",
-            *(["Retry-After: 1"] if answer.status == 503 else []),
-            *_cross_origin(visitor.listener, request),
-        ]
         visitor.answered, visitor.since = True, time.monotonic()
-        visitor.socket.send("\r\n".join([*lines, "", ""]).encode("latin-1") + body)
+        visitor.socket.send(_response(answer, visitor.listener, request))
         if visitor.listener.tls is None:
             visitor.socket.shutdown(socket.SHUT_WR)
 
-    # --- connections that the frozen loop has
+    # --- connections that the event loop has
+
+    def stop_on_kept_connection(self, head: bytes, address: str) -> bytes | None:
+        """Obey a stop whose head the event loop has just read: it may freeze before it comes to its turn. The answer; None where
+        it is for the loop to judge."""
+        request = request_of(head)
+        listener = self._listeners[0]
+        answer = None if request is None else self._stopped(request, address, listener)
+        return None if answer is None else _response(answer, listener, request)
 
     def _look_into_connections(self) -> None:
         """Obey a stop that has come to the event loop, which cannot read it now."""
@@ -331,7 +330,24 @@ class Acceptor:
             self._obeyed[link] = head
             request = request_of(head)
             if request is not None:
-                self._stopped(request, _Visitor(link.socket, link.address, self._listeners[0]))
+                self._stopped(request, link.address, self._listeners[0])
+
+
+def _response(answer: StopAnswer, listener: Listener, request: h11.Request | None) -> bytes:
+    """The answer as it is sent."""
+    body = json.dumps(answer.content).encode()
+    kind = "application/json" if answer.status < 400 else PROBLEM_MEDIA_TYPE
+    lines = [
+        f"HTTP/1.1 {answer.status} {HTTPStatus(answer.status).phrase}",
+        f"Content-Type: {kind}",
+        f"Content-Length: {len(body)}",
+        "Connection: close",
+        "X-Content-Type-Options: nosniff",
+        "Cache-Control: no-store",
+        *(["Retry-After: 1"] if answer.status == 503 else []),
+        *_cross_origin(listener, request),
+    ]
+    return "\r\n".join([*lines, "", ""]).encode("latin-1") + body
 
 
 def _scope_of(request: h11.Request, address: str) -> Scope:

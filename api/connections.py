@@ -13,7 +13,7 @@ import select
 import socket
 import ssl
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field
 from http import HTTPStatus
 
@@ -37,6 +37,8 @@ SWEEP_EVERY = 1.0
 """s between looks for those who keep us waiting"""
 MOST_CONNECTIONS = 512
 """at the same time; a laboratory with 60 viewers uses some 200. Below 1024, beyond which select() fails in libraries."""
+AnswerStop = Callable[[bytes, str], bytes | None]
+"""The answer to the stop with this head, from this address; None where it is no stop, or not one to be judged at once"""
 _log = logging.getLogger(__name__)
 
 
@@ -91,12 +93,19 @@ class LinkedProtocol(H11Protocol):
     its turn and its head may be parsed."""
 
     def __init__(
-        self, link: Link, config: Config, state: ServerState, lifespan_state: dict, turnstile: Turnstile
+        self,
+        link: Link,
+        config: Config,
+        state: ServerState,
+        lifespan_state: dict,
+        turnstile: Turnstile,
+        answer_stop: AnswerStop,
     ) -> None:
         super().__init__(config=config, server_state=state, app_state=lifespan_state)
         self.link = link
         self.upgraded = False
         self._turnstile = turnstile
+        self._answer_stop = answer_stop
         self._queued = False
         self._refused = False
 
@@ -134,9 +143,13 @@ class LinkedProtocol(H11Protocol):
         elif head is None:
             super().handle_events()  # which says so where it cannot become one
         else:
+            is_stop = STOP_REQUEST.match(head) is not None
+            if is_stop and (answer := self._answer_stop(head, self.link.address)) is not None:
+                self._end_with(answer)
+                return
             self._queued = True
             self.flow.pause_reading()
-            self._turnstile.wait(self._begin, is_stop=STOP_REQUEST.match(head) is not None)
+            self._turnstile.wait(self._begin, is_stop=is_stop)
 
     def _begin(self) -> None:
         """It is this request's turn."""
@@ -152,7 +165,11 @@ class LinkedProtocol(H11Protocol):
             f"HTTP/1.1 {objection.status} {HTTPStatus(objection.status).phrase}\r\nContent-Type: {PROBLEM_MEDIA_TYPE}\r\n"
             f"Content-Length: {len(body)}\r\nConnection: close\r\n\r\n"
         )
-        self.transport.write(head.encode("ascii") + body)
+        self._end_with(head.encode("ascii") + body)
+
+    def _end_with(self, answer: bytes) -> None:
+        """Send the last answer of this connection."""
+        self.transport.write(answer)
         if self.transport.can_write_eof():
             # Closed with something unread, it would be reset, and the answer lost; the sweep ends who stays.
             self._refused = True
@@ -184,6 +201,8 @@ class Connections:
         self._links: set[Link] = set()
         self._loop: asyncio.AbstractEventLoop | None = None
         self._turnstile: Turnstile | None = None
+        self.answer_stop: AnswerStop = lambda _head, _address: None
+        """Of a stop that came on a connection that the event loop has; the acceptor's."""
         self._lifespan_state: dict = {}
         self._sweeper: asyncio.TimerHandle | None = None
         self._adopting: set[asyncio.Task[None]] = set()
@@ -245,7 +264,9 @@ class Connections:
         assert turnstile is not None
 
         def protocol() -> LinkedProtocol:
-            link.protocol = LinkedProtocol(link, self._config, self._state, self._lifespan_state, turnstile)
+            link.protocol = LinkedProtocol(
+                link, self._config, self._state, self._lifespan_state, turnstile, self.answer_stop
+            )
             return link.protocol
 
         try:

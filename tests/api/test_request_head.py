@@ -88,6 +88,16 @@ def test_every_way_to_write_a_stop_is_one(listening, head):
         assert b"Nothing was moving." in ask(kept, head)
 
 
+def test_a_stop_on_a_kept_connection_is_obeyed_when_it_is_read_and_waits_for_no_turn(listening, monkeypatch):
+    """The event loop may freeze between reading a request and its turn, where nobody can look into it any more."""
+    place = urlsplit(listening.address)
+    with socket.create_connection((place.hostname, place.port), timeout=10) as kept:
+        ask(kept, GET + b"\r\n")
+        monkeypatch.setattr(Turnstile, "wait", lambda *_arguments, **_named: None)
+        answer = ask(kept, b"POST /pages/stop HTTP/1.1\r\nHost: localhost\r\nContent-Length: 2\r\n\r\n{}")
+    assert b"Nothing was moving." in answer
+
+
 def test_the_host_of_an_address_in_absolute_form_is_the_one_that_counts(listening):
     head = b"GET http://evil.example/me HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"
     assert b"not called 'evil.example'" in raw(listening, head)

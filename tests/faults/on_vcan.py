@@ -100,8 +100,6 @@ def _cell(fault: Fault, phase: str, folder: Path) -> VcanCell:
         failures = []
         if state is not SessionState.FAULTED or not session.reason:
             failures.append(f"the session is {state.value}: {session.reason}")
-        if recording is None:
-            return _failed(fault, phase, f"nothing was recorded: {session.reason}")
         powered, still, beyond = _as_it_stands(rig, recording)
     if not told and (powered or not still):
         failures.append("power" if powered else "not at rest" + ", and nobody was told")
@@ -160,12 +158,14 @@ def _drive(file: Path) -> Iterator[None]:
         process.wait(20)
 
 
-def _as_it_stands(rig: Rig, recording: Path) -> tuple[bool, bool, float]:
+def _as_it_stands(rig: Rig, recording: Path | None) -> tuple[bool, bool, float]:
     """Whether the drive has power, whether it stands still (says the drive; as if it did neither where it does not answer), and
-    the way from the last sample to where it is, rad."""
+    the way from the last sample to where it is, rad; 0 where the fault came on the way to the plan's start, without samples."""
     scale = abs(float(rig.position_matrix[0, 0]))
-    with h5py.File(recording) as file:
-        positions, valid = file["position"][:, 0], file["valid"][:, 0] & 1 == 1
+    positions, valid = np.zeros(0), np.zeros(0, bool)
+    if recording is not None:
+        with h5py.File(recording) as file:
+            positions, valid = file["position"][:, 0], file["valid"][:, 0] & 1 == 1
     try:
         with CanopenNetwork(rig.bus) as network:
             drive = Drive(network, NODE, rig.profiles[0])

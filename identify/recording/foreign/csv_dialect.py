@@ -103,8 +103,11 @@ def split(lines: Iterable[str], separator: str, quote: str) -> Iterator[list[str
 
 
 def split_line(line: str, separator: str, quote: str) -> list[str]:
-    """The cells of one line by itself."""
-    return next(split([line], separator, quote), [])
+    """The cells of one line by itself; a line that is one cell longer than csv takes is not separated by this sign."""
+    try:
+        return next(split([line], separator, quote), [])
+    except csv.Error:
+        return [line.strip()]
 
 
 def is_comment(line: str) -> bool:

@@ -318,3 +318,11 @@ def test_names_broken_over_lines_inside_quotes_are_one_line(tmp_path):
 def test_blanks_separate_in_any_number(tmp_path):
     found = dialect_of(tmp_path, "t   q  i", *[f" {k}   {0.5 * k}  {k}" for k in range(1, 9)])
     assert (found.separator, found.names, found.width) == (" ", ["t", "q", "i"], 3)
+
+
+def test_a_table_is_read_whose_line_is_one_cell_too_long_for_another_separator(tmp_path):
+    """Other separators make one cell of 160 kB of it, which Python's csv refuses."""
+    path = tmp_path / "wide.csv"
+    names = ",".join(f"column {number} {'x' * 190}" for number in range(800))
+    path.write_text("\n".join([names, *(",".join([f"0.{row}"] * 800) for row in range(3))]))
+    assert len(read_foreign(path, CsvOptions()).columns) == 800
