@@ -51,6 +51,10 @@ from drivers.errors import DriverError
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import Payload
 
+NOTHING_KEPT = (
+    "no sample of the plan was recorded yet; the rig's check says how the drives are and what to do"
+)
+"""of a session that a fault ended so early"""
 _BEAT = 0.2
 """s between two signs of life to the acquisition process"""
 _SAY_TIMEOUT = 0.1
@@ -505,7 +509,7 @@ class PayloadSession:
             self.file.unlink()
             raw_log_of(self.file).unlink(missing_ok=True)
             self.file = None
-            self._end(state, sentence)
+            self._end(state, f"{sentence}; {NOTHING_KEPT}" if state is SessionState.FAULTED else sentence)
             return
         if recording.status != "complete":
             # The recorder is the last to judge: it knows what came to disk, and what is to be said against it.
