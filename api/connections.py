@@ -173,7 +173,10 @@ class LinkedProtocol(H11Protocol):
         if self.transport.can_write_eof():
             # Closed with something unread, it would be reset, and the answer lost; the sweep ends who stays.
             self._refused = True
-            self.transport.write_eof()
+            try:
+                self.transport.write_eof()
+            except OSError:
+                self.transport.abort()  # reset by the other side meanwhile
         else:
             self.transport.close()
 

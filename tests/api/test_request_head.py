@@ -2,6 +2,7 @@
 
 import asyncio
 import socket
+import struct
 from types import SimpleNamespace
 from urllib.parse import urlsplit
 
@@ -57,6 +58,16 @@ def test_a_bomb_is_turned_away_at_the_first_request_and_on_a_kept_connection(lis
     with socket.create_connection((place.hostname, place.port), timeout=10) as kept:
         assert ask(kept, GET + b"\r\n").startswith(b"HTTP/1.1 200")
         assert ask(kept, head + b"\r\n").startswith(b"HTTP/1.1 %d" % status)
+
+
+def test_bombs_of_who_is_gone_before_the_answer_fill_no_log(listening, caplog):
+    place = urlsplit(listening.address)
+    for _ in range(20):
+        with socket.create_connection((place.hostname, place.port), timeout=10) as gone:
+            gone.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))  # closed by a reset
+            gone.sendall(BOMBS["many fields"][1] + b"\r\n")
+    assert httpx.get(f"{listening.address}/me", timeout=10).status_code == 200
+    assert "Exception in callback" not in caplog.text
 
 
 def test_what_a_browser_with_much_to_say_sends_is_taken(listening):
