@@ -15,6 +15,7 @@ from typing import Any
 
 import can
 import canopen
+from canopen.network import MessageListener
 
 from drivers.bus import BusSettings, Filters, open_bus
 from drivers.emergency import Emergency, parse_emergency
@@ -102,11 +103,20 @@ class NodeWatch:
         return None if self.last_heard is None else time.monotonic() - self.last_heard
 
 
+class _Listener(MessageListener):
+    """canopen's listener that also takes the end of a bus, which would be printed as a traceback else."""
+
+    def on_error(self, exc: Exception) -> None:
+        """The notifier keeps it for who sends next (`canopen.Network.check`), and tries again, until the network is closed."""
+        time.sleep(_NOTIFIER_CYCLE)
+
+
 class _CountingNetwork(canopen.Network):
     """canopen's network that counts what it sends, so that a frame of another master is told from ours."""
 
     def __init__(self) -> None:
         super().__init__()
+        self.listeners = [_Listener(self)]
         self.sent: Counter[int] = Counter()
 
     def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
