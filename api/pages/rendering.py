@@ -4,6 +4,7 @@ Nothing on a page comes from another host, and no script stands in the markup: t
 browser. Static files live under an address with their common digest, so that a browser may keep them for good.
 """
 
+import gzip
 import hashlib
 from functools import cache
 from pathlib import Path
@@ -76,6 +77,16 @@ def static_files() -> dict[str, Path]:
         for file in STATIC_FOLDER.rglob("*")
         if file.is_file()
     }
+
+
+COMPRESSIBLE = (".js", ".css", ".svg")
+"""Endings of static files that travel compressed; typefaces are already."""
+
+
+@cache
+def compressed(file: Path) -> bytes:
+    """A static file as gzip, made once: scripts and styles are a third of their size then."""
+    return gzip.compress(file.read_bytes(), 9, mtime=0)
 
 
 @cache

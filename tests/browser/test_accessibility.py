@@ -79,7 +79,7 @@ def test_single_keys_are_switched_off_and_progress_is_read_aloud(measured, visit
     expect(page.locator("[data-announcer]")).to_contain_text("Looking for what is missing", timeout=PATIENCE)
     expect(page.locator(".candidate .primary")).to_be_visible(timeout=PATIENCE)
     ada.open("account")
-    page.get_by_label("Single keys act").uncheck()
+    page.get_by_label("Single-key shortcuts").uncheck()
     ada.open(f"experiments/{experiment}/missing")
     expect(page.locator(".candidate .primary")).to_be_visible()
     page.keyboard.press("a")

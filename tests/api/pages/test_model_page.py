@@ -1,5 +1,6 @@
 """Model and measurement, and the samples behind its torque plot."""
 
+import re
 import struct
 import time
 
@@ -92,3 +93,14 @@ def test_figures_are_drawn_once_for_a_fit(browser_client: httpx.Client) -> None:
     for _ in range(3):
         assert browser_client.get(MODEL).status_code == 200
     assert time.perf_counter() - begun < 3.0
+
+
+def test_scripts_and_styles_travel_compressed_to_whoever_takes_it(browser_client: httpx.Client) -> None:
+    link = re.search(r'src="(/pages/static/[^"]+/torque_plot\.js)"', browser_client.get(MODEL).text)
+    assert link is not None
+    plain = browser_client.get(link[1], headers={"Accept-Encoding": "identity"})
+    packed = browser_client.get(link[1], headers={"Accept-Encoding": "gzip"})
+    assert packed.headers["content-type"] == plain.headers["content-type"]
+    assert "javascript" in packed.headers["content-type"]
+    assert packed.content == plain.content
+    assert int(packed.headers["content-length"]) < 0.5 * int(plain.headers["content-length"])
