@@ -57,6 +57,7 @@ def proofs_page(
     rig_id = rig_id or next(iter(rigs), None)
     context |= {
         "rows": [proof_row(experiment, each) for each in service.proofs.all(experiment)],
+        "damaged": service.proofs.damaged(experiment),
         "shown": shown,
         "versions": [stored.model(each.id) for each in stored.story.versions],
         "rigs": list(rigs),

@@ -155,9 +155,12 @@ class Proofs:
         )
 
     def all(self, experiment: str) -> list[ProofState]:
-        """All proofs, the newest first. Raises the problem 404."""
-        folders = proof_folders(self._experiments.folder(experiment))
-        return [self._state(experiment, folder) for folder in reversed(folders) if _readable(folder)]
+        """All proofs that can be read, the newest first. Raises the problem 404."""
+        return [each for each in self._listed(experiment) if isinstance(each, ProofState)]
+
+    def damaged(self, experiment: str) -> list[str]:
+        """What is wrong with each proof that cannot be read, and what to do. Raises the problem 404."""
+        return [each for each in self._listed(experiment) if isinstance(each, str)]
 
     def get(self, experiment: str, number: str) -> ProofState:
         """One of them. Raises the problem 404."""
@@ -256,6 +259,21 @@ class Proofs:
         proof.conclude(self._recording(without), self._recording(row), _done(row), reason)
 
     # --- inside
+
+    def _listed(self, experiment: str) -> list[ProofState | str]:
+        """One that was damaged does not hide the others: it is words."""
+        listed: list[ProofState | str] = []
+        for folder in reversed(proof_folders(self._experiments.folder(experiment))):
+            if not _readable(folder):
+                continue
+            try:
+                listed.append(self._state(experiment, folder))
+            except (InputError, OSError) as error:
+                what = self._experiments.shown(str(error))
+                listed.append(
+                    f"Proof {folder.name} cannot be read: {what}. Put its folder back from a backup."
+                )
+        return listed
 
     def _state(self, experiment: str, folder: Path) -> ProofState:
         number = folder.name

@@ -58,7 +58,7 @@ def test_a_proof_is_prepared_driven_twice_and_listed_with_what_it_did(arm, servi
     assert finished(http, job)["result"] == {"model": "m1", "proof": "00"}
     with pytest.raises(ServiceError, match="no torque was sent ahead yet"):
         client.proof_result(experiment, "00")
-    with pytest.raises(ServiceError, match="Drive the plan without torque sent ahead first"):
+    with pytest.raises(ServiceError, match="Run the plan without torque sent ahead first"):
         client.prepare_drive(experiment, "00", "with")
     assert client.proof(experiment, "00")["next"] == "without"
 
@@ -100,3 +100,17 @@ def test_a_proof_is_prepared_driven_twice_and_listed_with_what_it_did(arm, servi
         assert "follows better" in page
         assert "Prepare the proof" not in page
     assert viewer.post(f"/experiments/{experiment}/proofs/00/drives/without").status_code == 403
+
+    # A proof whose files were damaged is named, and hides neither the others nor the model's page.
+    folder = service.service.experiments.folder(experiment) / "compensation"
+    for number, written in (("01", b"{"), ("02", b"\xff\xfe")):
+        (folder / number).mkdir()
+        (folder / number / "proof.json").write_bytes(written)
+    assert [each["proof"] for each in client.proofs(experiment)] == ["00"]
+    page = http.get(f"/pages/experiments/{experiment}/proofs").text
+    assert "Proof 01 cannot be read" in page
+    assert "Proof 02 cannot be read" in page
+    assert str(folder) not in page
+    assert http.get(f"/pages/experiments/{experiment}/model").status_code == 200
+    with pytest.raises(ServiceError, match=r"proof.json"):
+        client.proof(experiment, "01")
