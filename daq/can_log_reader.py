@@ -12,12 +12,14 @@ import io
 import itertools
 import logging
 import re
+import struct
 import tempfile
 import zlib
 from collections.abc import Generator, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,10 +31,14 @@ from identify.recording.errors import InputError
 from identify.recording.foreign.instants import parse_instants
 
 CLASSIC_DATA = 8
+BLF_OBJECT, BLF_HEADER = b"LOBJ", 16
+"""Mark of an object in a BLF file, and bytes of the shortest header; bytes 8 to 11 say how long it is."""
 LOOKED_AT = 200
 """Lines that the kind of a log is told from."""
-LATEST = 1e10
-"""s; a later time, of the year 2286, is a damaged one."""
+LATEST = 4.2e9
+"""s; a later time, of the year 2103, is a damaged one (and some beyond would not fit into 64 bits of ns)."""
+MOST_WARNINGS = 100_000
+"""Lines or objects that cannot be read, at which a log counts as damaged from there on."""
 ERROR_BIT = 0x2000_0000
 """Of an id of candump: a frame that tells of an error on the bus."""
 
@@ -196,7 +202,9 @@ def _stamps(texts: list[str], layout: Layout) -> tuple[NDArray[np.int64], list[i
     """(M,) ns, and the places of the texts that are times."""
     kept = list(range(len(texts)))
     if not layout.of_day:
-        return np.array([round(float(text) / layout.second * 1e9) for text in texts], dtype=np.int64), kept
+        seconds = [float(text) / layout.second for text in texts]
+        kept = [place for place in kept if seconds[place] < LATEST]
+        return np.array([round(seconds[place] * 1e9) for place in kept], dtype=np.int64), kept
     while True:
         parsed = parse_instants([texts[place] for place in kept])
         if not isinstance(parsed, int):
@@ -234,7 +242,7 @@ def _by_python_can(path: Path) -> tuple[list[LoggedFrame], list[str]]:
         with (
             _told_to(warnings),
             tempfile.TemporaryDirectory() as folder,
-            can.LogReader(_rewritten(path, Path(folder))) as reader,
+            _reader(_rewritten(path, Path(folder))) as reader,
         ):
             for message in reader:
                 if not abs(message.timestamp) < LATEST:
@@ -273,7 +281,9 @@ class _Kept(logging.Handler):
         self._records = records
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Keep one record."""
+        """Keep one record; of too many the reading ends."""
+        if len(self._records) == MOST_WARNINGS:
+            raise ValueError("hardly a line can be read")
         self._records.append(record)
 
 
@@ -288,6 +298,23 @@ def _told_to(records: list[logging.LogRecord]) -> Generator[None]:
     finally:
         logger.removeHandler(handler)
         logger.propagate = passed_on
+
+
+class _BlfReader(can.BLFReader):
+    """python-can's reader, which goes round and round at an object that says it has no length."""
+
+    def _parse_data(self, data: bytes) -> Iterator[can.Message]:
+        at = 0
+        while (at := data.find(BLF_OBJECT, at, at + 8)) >= 0 and at + BLF_HEADER <= len(data):
+            (size,) = struct.unpack_from("<I", data, at + 8)
+            if size < BLF_HEADER:
+                raise ValueError("an object without a length")
+            at += size
+        yield from super()._parse_data(data)
+
+
+def _reader(path: Path) -> Any:
+    return _BlfReader(path) if path.suffix == ".blf" else can.LogReader(path)
 
 
 def _rewritten(path: Path, folder: Path) -> Path:
@@ -307,7 +334,7 @@ def _rewritten(path: Path, folder: Path) -> Path:
         _write(target, _absolute(_lines(path)))
     elif suffix == ".trc":
         _write(target, _newer_trc(_lines(path)))
-    elif suffix == path.suffix.lower() or path.suffix.lower() == ".gz":
+    elif suffix == path.suffix or (path.suffix.lower() == ".gz" and suffix != ".blf"):
         return path
     else:
         with unpacked(path) as stream:

@@ -5,6 +5,7 @@ import os
 import random
 from datetime import UTC, datetime, timedelta
 
+import can
 import numpy as np
 import pytest
 
@@ -205,3 +206,33 @@ def test_a_damaged_log_is_read_or_refused_in_one_line(tmp_path, tool):
             said = [str(refused)]
         assert all(len(frame.data) <= 8 and abs(frame.stamp) < 2**63 for frame in frames)
         assert not any("\n" in words for words in said)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_blf_log_whose_objects_have_no_length_or_late_times_ends(tmp_path, seed):
+    path = tmp_path / "bus.blf"
+    with can.BLFWriter(path, compression_level=0) as writer:
+        for time, identifier, data in FRAMES:
+            message = can.Message(time + 1, identifier, is_extended_id=False, data=data, channel=1)
+            writer.on_message_received(message)
+    whole = bytearray(path.read_bytes())
+    objects = [place for place in range(len(whole)) if whole[place : place + 4] == b"LOBJ"]
+    place = objects[2 + 7 * seed]
+    whole[place + 8 : place + 12] = bytes(4)  # its length
+    whole[place + 6 : place + 7] = bytes([seed])  # the version of its header
+    whole[place + 12 : place + 13] = bytes([seed])  # its kind
+    path.write_bytes(bytes(whole))
+    try:
+        frames, said = read_frames(path)
+    except InputError as refused:
+        frames, said = [], [str(refused)]
+    assert len(frames) <= len(FRAMES)
+    assert any("damaged or cut short" in words for words in said)
+
+
+def test_a_time_beyond_any_clock_is_a_damaged_line(tmp_path):
+    lines = LOGS["candump -L"].splitlines(keepends=True)
+    (tmp_path / "bus.log").write_text("".join([*lines, "(9900000000.000000) can0 080#\n"]))
+    frames, remarks = read_frames(tmp_path / "bus.log")
+    assert len(frames) == len(lines)
+    assert remarks[-1] == "1 line without a whole frame passed over"
