@@ -228,7 +228,7 @@ def _with_header(text: TextFile, head: list[str], reading: _Reading, options: Cs
     above = [
         row for number, row in enumerate(cells[: first - 1], start=1) if not is_comment(head[number - 1])
     ]
-    if options.header_line is None and is_scope_header(above):
+    if options.header_line is None and is_scope_header(above, reading.width):
         names, units = scope_names(above, reading.width)
         passed.append("an export of TwinCAT Scope: times in ms before each group of channels")
         return Dialect(

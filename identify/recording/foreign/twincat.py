@@ -49,17 +49,23 @@ START = "Starttime of export"
 TIME = "time"
 
 
-def is_scope_header(rows: list[list[str]]) -> bool:
-    """Whether rows above the samples name channels as Scope does: Name, and another key or group, or the start."""
-    names = next((row for row in rows if row and row[0] == NAME and len(row) > 1), None)
+def is_scope_header(rows: list[list[str]], width: int) -> bool:
+    """Whether rows above the samples name their channels as Scope does: Name, and another key or group, or the start."""
+    names = _names_row(rows, width)
     keys = {row[0] for row in rows if row} & KEYS
     project = any(row and row[0].startswith(START) for row in rows)
     return names is not None and (len(keys) > 1 or names.count(NAME) > 1 or project)
 
 
+def _names_row(rows: list[list[str]], width: int) -> list[str] | None:
+    """The row that names the channels: the nearest to the samples that is as wide as they are."""
+    fitting = [row for row in rows if row and row[0] == NAME and len(row) >= max(width - 1, 2)]
+    return fitting[-1] if fitting else None
+
+
 def scope_names(rows: list[list[str]], width: int) -> tuple[list[str], list[str]]:
     """Names of all columns, those of times being time, time:2 ..., and their units; from the rows above the samples."""
-    row = next(row for row in reversed(rows) if row and row[0] == NAME and len(row) >= width - 1)
+    row = _names_row(rows, width) or []
     stated = next((each for each in rows if each and each[0] == UNIT), [])
     names: list[str] = []
     units: list[str] = []

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from identify.recording import InputError
 from identify.recording.foreign import ColumnMap, measure, read_foreign
 
 FAST = np.arange(400) * 1.0
@@ -30,6 +31,17 @@ def pairs(sign, decimal, second):
             row += [f"{second[k]:g}", f"{current(second[k]):.6f}"]
         rows.append([cell.replace(".", decimal) for cell in row])
     return "\r\n".join(sign.join(row) for row in [*rows, ["EOF"]])
+
+
+def test_a_header_that_is_damaged_is_no_traceback(tmp_path):
+    text = pairs("\t", ",", FAST).replace("Name\tAxis1.ActPos\tName\tAxis1.ActCurr", "Nam\x02")
+    (tmp_path / "scope.csv").write_text(text)
+    with pytest.raises(InputError):
+        measure(
+            read_foreign(tmp_path / "scope.csv"),
+            ColumnMap(("Axis1.ActPos",), ("Axis1.ActCurr",), "time"),
+            [False],
+        )
 
 
 def grouped():
