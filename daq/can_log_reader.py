@@ -38,7 +38,7 @@ LOOKED_AT = 200
 LATEST = 4.2e9
 """s; a later time, of the year 2103, is a damaged one (and some beyond would not fit into 64 bits of ns)."""
 MOST_WARNINGS = 100_000
-"""Lines or objects that cannot be read, at which a log counts as damaged from there on."""
+"""Lines or objects that cannot be read, beyond one for every byte of a log, at which it counts as damaged from there on."""
 ERROR_BIT = 0x2000_0000
 """Of an id of candump: a frame that tells of an error on the bus."""
 
@@ -236,7 +236,7 @@ def _frame(match: re.Match[str], stamp: int, layout: Layout) -> LoggedFrame:
 def _by_python_can(path: Path) -> tuple[list[LoggedFrame], list[str]]:
     frames: list[LoggedFrame] = []
     remarks: list[str] = []
-    warnings: list[logging.LogRecord] = []
+    warnings = _Counted(MOST_WARNINGS + path.stat().st_size)
     kind = Path(path.name.removesuffix(".gz")).suffix.lower()
     try:
         with (
@@ -270,27 +270,28 @@ def _by_python_can(path: Path) -> tuple[list[LoggedFrame], list[str]]:
             ) from None
         seconds = (frames[-1].stamp - frames[0].stamp) * 1e-9
         remarks.append(f"the log is damaged or cut short after {seconds:.6g} s: read up to there")
-    return frames, [*_passed_over(len(warnings)), *remarks]
+    return frames, [*_passed_over(warnings.count), *remarks]
 
 
-class _Kept(logging.Handler):
-    """Keeps what is logged."""
+class _Counted(logging.Handler):
+    """Counts what is logged, up to `most`; of more the reading ends."""
 
-    def __init__(self, records: list[logging.LogRecord]) -> None:
+    def __init__(self, most: int) -> None:
         super().__init__(logging.WARNING)
-        self._records = records
+        self._most = most
+        self.count = 0
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Keep one record; of too many the reading ends."""
-        if len(self._records) == MOST_WARNINGS:
+        """Count one record."""
+        if self.count == self._most:
             raise ValueError("hardly a line can be read")
-        self._records.append(record)
+        self.count += 1
 
 
 @contextmanager
-def _told_to(records: list[logging.LogRecord]) -> Generator[None]:
-    """What python-can warns of, a line that it cannot read for one, is kept instead of shown."""
-    logger, handler = logging.getLogger("can"), _Kept(records)
+def _told_to(handler: _Counted) -> Generator[None]:
+    """What python-can warns of, a line that it cannot read for one, is counted instead of shown."""
+    logger = logging.getLogger("can")
     passed_on, logger.propagate = logger.propagate, False
     logger.addHandler(handler)
     try:
