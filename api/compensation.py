@@ -16,7 +16,10 @@ from daq.excitation.excitation_plan import ExcitationPlan
 from daq.rig import Rig
 from daq.torque_offset import torque_offset
 from identify.dynamics.inverse_dynamics import InverseDynamics
+from identify.effects.catalogue import built_in
+from identify.effects.conditions import SHARED_MOTOR
 from identify.effects.model import motor_shares
+from identify.effects.picture import OVER_SPEED
 from identify.export.bodies import feasible_standard
 from identify.export.exported_model import ExportedModel, exported_model
 from identify.export.planned_torque import PlannedTorque, planned_torque
@@ -26,7 +29,6 @@ from identify.identification import Identification
 from identify.recording import InputError
 from identify.recording.experiment_file import Payload
 
-COUPLED = "coupled-friction"
 BEYOND = 1.05
 """times the largest speed or load of the record, up to which a model is believed"""
 
@@ -66,9 +68,19 @@ def torque_ahead(
 
 def _shared_motors_without_friction(result: Identification) -> list[str]:
     slots = result.fitted.slots
-    present = {slot.term.joint for slot in slots if slot.term.effect.name == COUPLED}
+    friction = _friction_of_a_shared_motor()
+    present = {slot.term.joint for slot in slots if slot.term.effect.name == friction}
     names = [joint.name for joint in result.experiment.robot.joints]
     return shared_motor_remarks(names, result.experiment.drive_gain, present)
+
+
+def _friction_of_a_shared_motor() -> str:
+    """The name of the effect: over the speed of a motor, where that is another than the joint's."""
+    return next(
+        effect.name
+        for effect in built_in()
+        if SHARED_MOTOR in effect.conditions and effect.picture is OVER_SPEED
+    )
 
 
 def shared_motor_remarks(
@@ -85,7 +97,7 @@ def shared_motor_remarks(
         if others and motor not in present:
             remarks.append(
                 f"{names[motor]}: its motor turns with {', '.join(others)} too, and the model has no friction of that motor; "
-                f"these joints may follow no better. Add {COUPLED}@{names[motor]} and fit again"
+                f"these joints may follow no better. Add {_friction_of_a_shared_motor()}@{names[motor]} and fit again"
             )
     return remarks
 

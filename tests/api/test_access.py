@@ -32,6 +32,7 @@ TABLE: dict[tuple[str, str], Role | None] = {
     ("GET", "/experiments"): VIEWER,
     ("POST", "/experiments"): OPERATOR,
     ("POST", "/experiments/import"): OPERATOR,
+    ("POST", "/experiments/import/can-logs"): OPERATOR,
     ("POST", "/experiments/import/columns"): OPERATOR,
     ("POST", "/experiments/import/records"): OPERATOR,
     ("GET", "/experiments/{experiment}"): VIEWER,
