@@ -1,5 +1,6 @@
 """Jobs on the pages: what is being computed, how far it is, and how a page follows it."""
 
+from collections.abc import Callable
 from urllib.parse import urlencode
 
 from fastapi import Request
@@ -79,17 +80,27 @@ def job_progress(job: Job) -> Context:
     return {"fraction": job.fraction, "words": job.words, "title": JOB_TITLES.get(job.kind, job.kind)}
 
 
-def follow(request: Request, identifier: str, title: str, link: str) -> HTMLResponse:
-    """The progress of a job in place of the button that asked for it, polled at `link`; a fresh page when it is done."""
+def follow(
+    request: Request,
+    identifier: str,
+    title: str,
+    link: str,
+    failure: str = "Nothing was found",
+    result_link: Callable[[Job], str] | None = None,
+) -> HTMLResponse:
+    """The progress of a job in place of the button that asked for it, polled at `link`; when it is done the page of its result,
+    or the page afresh where it has none of its own."""
     job = access.service_of(request).jobs.get(identifier)
     if job is None:
         raise Problem(404, "That computation is not known any more; ask again.")
     if job.state.final and job.state != "done":
-        return page(request, "problem_message.html", detail=f"Nothing was found: {job.words}.")
+        return page(request, "problem_message.html", detail=f"{failure}: {job.words}.")
     poll = f"{link}?{urlencode({'job': job.id})}"
     shown: Context = job_progress(job)
     shown |= {"title": title, "poll_link": poll}
     response = page(request, "plan_progress.html", **shown)
-    if job.state.final:
+    if job.state.final and result_link is not None:
+        response.headers["HX-Redirect"] = result_link(job)
+    elif job.state.final:
         response.headers["HX-Refresh"] = "true"
     return response

@@ -12,7 +12,7 @@ from api.pages.error_figures import JointUnits
 from api.pages.experiment_frame import experiment_context, no_model_page
 from api.pages.figures.following_error import Following, draw_following_error
 from api.pages.form_input import input_errors_as_problems
-from api.pages.job_views import JOB_TITLES, job_progress
+from api.pages.job_views import JOB_TITLES, follow
 from api.pages.layout import experiment_link, frame, session_link
 from api.pages.proof_words import joint_rows, proof_row
 from api.pages.rendering import PREFIX, Context, page
@@ -20,7 +20,6 @@ from api.pages.session_words import outcome
 from api.pages.stored_models import StoredExperiment
 from api.service import access
 from api.service.database import SessionRow
-from api.service.problems import Problem
 from api.service.proof_drives import Drive
 from api.service.proofs import ProofState
 from api.service.service import Service
@@ -55,9 +54,10 @@ def proofs_page(
     measured_on = service.catalogue.rigs(experiment)
     rig_id = rig if rig in rigs else next((each for each in reversed(measured_on) if each in rigs), None)
     rig_id = rig_id or next(iter(rigs), None)
+    proofs, damaged = service.proofs.listed(experiment)
     context |= {
-        "rows": [proof_row(experiment, each) for each in service.proofs.all(experiment)],
-        "damaged": service.proofs.damaged(experiment),
+        "rows": [proof_row(experiment, each) for each in proofs],
+        "damaged": damaged,
         "shown": shown,
         "versions": [stored.model(each.id) for each in stored.story.versions],
         "rigs": list(rigs),
@@ -109,18 +109,14 @@ def progress(
 
 
 def _progress(request: Request, experiment: str, identifier: str) -> HTMLResponse:
-    job = access.service_of(request).jobs.get(identifier)
-    if job is None:
-        raise Problem(404, "That computation is not known any more; ask again.")
-    if job.state.final and job.state != "done":
-        return page(request, "problem_message.html", detail=f"No proof was prepared: {job.words}.")
-    poll = f"{experiment_link(experiment, 'proofs/progress')}?job={job.id}"
-    shown: Context = job_progress(job)
-    shown |= {"title": JOB_TITLES["compensate"], "poll_link": poll}
-    response = page(request, "plan_progress.html", **shown)
-    if job.state.final:
-        response.headers["HX-Redirect"] = experiment_link(experiment, f"proofs/{job.result['proof']}")
-    return response
+    return follow(
+        request,
+        identifier,
+        JOB_TITLES["compensate"],
+        experiment_link(experiment, "proofs/progress"),
+        "No proof was prepared",
+        lambda job: experiment_link(experiment, f"proofs/{job.result['proof']}"),
+    )
 
 
 @router.get("/{proof}")

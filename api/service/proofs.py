@@ -156,11 +156,26 @@ class Proofs:
 
     def all(self, experiment: str) -> list[ProofState]:
         """All proofs that can be read, the newest first. Raises the problem 404."""
-        return [each for each in self._listed(experiment) if isinstance(each, ProofState)]
+        return self.listed(experiment)[0]
 
-    def damaged(self, experiment: str) -> list[str]:
-        """What is wrong with each proof that cannot be read, and what to do. Raises the problem 404."""
-        return [each for each in self._listed(experiment) if isinstance(each, str)]
+    def listed(self, experiment: str) -> tuple[list[ProofState], list[str]]:
+        """All proofs that can be read, the newest first, and what is wrong with each of the others, which hides none.
+
+        Raises the problem 404.
+        """
+        states: list[ProofState] = []
+        damaged: list[str] = []
+        for folder in reversed(proof_folders(self._experiments.folder(experiment))):
+            if not _readable(folder):
+                continue
+            try:
+                states.append(self._state(experiment, folder))
+            except (InputError, OSError) as error:
+                what = self._experiments.shown(str(error))
+                damaged.append(
+                    f"Proof {folder.name} cannot be read: {what}. Put its folder back from a backup."
+                )
+        return states, damaged
 
     def get(self, experiment: str, number: str) -> ProofState:
         """One of them. Raises the problem 404."""
@@ -259,21 +274,6 @@ class Proofs:
         proof.conclude(self._recording(without), self._recording(row), _done(row), reason)
 
     # --- inside
-
-    def _listed(self, experiment: str) -> list[ProofState | str]:
-        """One that was damaged does not hide the others: it is words."""
-        listed: list[ProofState | str] = []
-        for folder in reversed(proof_folders(self._experiments.folder(experiment))):
-            if not _readable(folder):
-                continue
-            try:
-                listed.append(self._state(experiment, folder))
-            except (InputError, OSError) as error:
-                what = self._experiments.shown(str(error))
-                listed.append(
-                    f"Proof {folder.name} cannot be read: {what}. Put its folder back from a backup."
-                )
-        return listed
 
     def _state(self, experiment: str, folder: Path) -> ProofState:
         number = folder.name
