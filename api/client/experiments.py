@@ -1,0 +1,122 @@
+"""Experiments and their recordings: listed, made, imported, downloaded."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from api.client.connection import Connection, Signals, opened
+from api.service.record_documents import CanLogImport, Dialect, RecordDescription, RecordImport
+from identify.results.document import Json
+
+
+class ExperimentCalls(Connection):
+    """What a client can ask about experiments."""
+
+    def experiments(self) -> list[Json]:
+        """All experiments, the one changed last first."""
+        return self._get("/experiments")
+
+    def experiment(self, experiment: str) -> Json:
+        """One experiment with its payloads and sessions."""
+        return self._get(f"/experiments/{experiment}")
+
+    def create_experiment(self, name: str, rig: str) -> Json:
+        """An experiment without sessions on a rig."""
+        return self._post("/experiments", {"name": name, "rig": rig})
+
+    def import_experiment(self, archive: Path | str) -> Json:
+        """Store an experiment measured elsewhere: a .zip of experiment.yaml and its sessions.
+
+        Returns the experiment and the job of its first identification.
+        """
+        with Path(archive).open("rb") as stream:
+            return self._answer(self._http.post("/experiments/import", files={"file": stream}))
+
+    def import_session(
+        self,
+        experiment: str,
+        file: Path | str,
+        payload: str,
+        role: Literal["identification", "validation"] = "identification",
+        mass: float | None = None,
+    ) -> Json:
+        """Add a session measured elsewhere (.csv, .csv.gz, .h5); `mass` in kg adds a payload of that name."""
+        fields = {"payload": payload, "role": role} | ({"mass": str(mass)} if mass is not None else {})
+        with Path(file).open("rb") as stream:
+            files = {"file": (Path(file).name, stream)}
+            answer = self._http.post(f"/experiments/{experiment}/sessions/import", data=fields, files=files)
+        return self._answer(answer)
+
+    def describe_records(
+        self, files: Sequence[Path | str], dialect: Dialect | None = None
+    ) -> list[RecordDescription]:
+        """What other people's records hold, and what their columns probably are; nothing is kept there."""
+        fields = dialect.model_dump(exclude_none=True) if dialect else {}
+        with opened(files) as parts:
+            answer = self._answer(self._http.post("/experiments/import/columns", data=fields, files=parts))
+        return [RecordDescription.model_validate(each) for each in answer]
+
+    def import_records(
+        self, files: Sequence[Path | str], settings: RecordImport, robot: Path | str | None = None
+    ) -> Json:
+        """Make an experiment of other people's records; `robot` is a URDF, SDF or MJCF.
+
+        Returns the experiment, what was decided on the way, and the job of its first identification.
+        """
+        fields = {"settings": settings.model_dump_json()}
+        with opened(files) as parts, opened([robot] if robot else [], "robot") as described:
+            sent = [*parts, *described]
+            return self._answer(self._http.post("/experiments/import/records", data=fields, files=sent))
+
+    def import_can_logs(self, files: Sequence[Path | str], settings: CanLogImport) -> Json:
+        """Make an experiment of logs of a CAN bus by the mapping of a rig, or add them to one.
+
+        Returns the same as `import_records`.
+        """
+        with opened(files) as parts:
+            sent = self._http.post(
+                "/experiments/import/can-logs", data={"settings": settings.model_dump_json()}, files=parts
+            )
+        return self._answer(sent)
+
+    def recordings(self, experiment: str) -> list[Json]:
+        """The recordings of an experiment, also those that ended badly."""
+        return self._get(f"/experiments/{experiment}/recordings")
+
+    def download(
+        self,
+        experiment: str,
+        session: str,
+        target: Path | str,
+        format: Literal["original", "hdf5", "csv", "raw", "mat", "parquet", "hdf5-si"] = "original",
+    ) -> Path:
+        """Write a recording to the file `target`, which must not exist yet; returns its path."""
+        path = Path(target)
+        address = f"/experiments/{experiment}/recordings/{session}"
+        with self._http.stream("GET", address, params={"format": format}) as answer:
+            if answer.is_error:
+                answer.read()
+                self._answer(answer)
+            with path.open("xb") as stream:
+                for block in answer.iter_bytes():
+                    stream.write(block)
+        return path
+
+    def recorded_signals(
+        self,
+        experiment: str,
+        session: str,
+        joint: int = 1,
+        start: float | None = None,
+        end: float | None = None,
+        points: int = 2000,
+    ) -> tuple[NDArray[np.float64], Signals]:
+        """Time (M,) s and `position`, `command` (M,) of a joint counted from 1, between `start` and `end` s.
+
+        More than `points` samples come as pairs of smallest and largest value.
+        """
+        address = f"/experiments/{experiment}/recordings/{session}/signals"
+        return self._signals(address, {"joint": joint, "from": start, "to": end, "points": points})

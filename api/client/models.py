@@ -1,0 +1,143 @@
+"""Model versions of an experiment: fitted, changed, diagnosed, simulated, exported."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from api.client.connection import Connection, ServiceError, Signals
+from identify.results.certificate import Certificate
+from identify.results.diagnosis import DiagnosisDocument
+from identify.results.document import Json
+from identify.results.effect import CatalogueEffect
+from identify.results.identification import IdentificationDocument
+from identify.results.next_experiment import NextExperimentDocument
+from identify.results.reading import document_of
+from identify.results.simulation import SimulationDocument
+
+BESIDE_RESULTS = ("version", "stale", "job", "diagnosis")
+"""What `/results` answers beside the identification: where it comes from, and the diagnosis, which has a call of its own."""
+
+
+class ModelCalls(Connection):
+    """What a client can ask about the models of an experiment."""
+
+    def results(self, experiment: str) -> IdentificationDocument:
+        """What the identifier says over all sessions so far.
+
+        Raises ServiceError with status 404 before the first session, and 202 while the first results are
+        computed.
+        """
+        answer = self._http.get(f"/experiments/{experiment}/results")
+        if answer.status_code == 202:
+            raise ServiceError(202, {"detail": "the first results are being computed", **answer.json()})
+        fields = {name: value for name, value in self._answer(answer).items() if name not in BESIDE_RESULTS}
+        return document_of(IdentificationDocument, fields, str(answer.url))
+
+    def models(self, experiment: str) -> Json:
+        """All model versions and which of them is current."""
+        return self._get(f"/experiments/{experiment}/models")
+
+    def model(self, experiment: str, model: str) -> Json:
+        """One model version with its newest fit and diagnosis."""
+        return self._get(f"/experiments/{experiment}/models/{model}")
+
+    def compare(self, experiment: str, first: str, second: str) -> Json:
+        """Two model versions side by side."""
+        return self._get(f"/experiments/{experiment}/models/compare", first=first, second=second)
+
+    def fit(self, experiment: str, model: str = "usual", add: list[str] | None = None) -> Json:
+        """Fit a model (a job); it becomes the current one."""
+        return self._post(f"/experiments/{experiment}/models", {"model": model, "add": add or []})
+
+    def add_effect(self, experiment: str, effect: str, joint: str | None = None) -> Json:
+        """Add an effect to the current model (a job)."""
+        return self._post(f"/experiments/{experiment}/models/effects", {"effect": effect, "joint": joint})
+
+    def remove_effect(self, experiment: str, effect: str, joint: str | None = None) -> Json:
+        """Remove an effect from the current model (a job)."""
+        change = {"effect": effect, "joint": joint}
+        return self._post(f"/experiments/{experiment}/models/effects/remove", change)
+
+    def undo(self, experiment: str) -> Json:
+        """Go back to the model before."""
+        return self._post(f"/experiments/{experiment}/models/undo")
+
+    def redo(self, experiment: str) -> Json:
+        """Take back the last undo."""
+        return self._post(f"/experiments/{experiment}/models/redo")
+
+    def diagnose(self, experiment: str, model: str, motion: bool = False) -> Json:
+        """Find what a model version misses (a job); with `motion`, also what that does to motion predicted a second ahead."""
+        asked = "?motion=true" if motion else ""
+        return self._post(f"/experiments/{experiment}/models/{model}/diagnosis{asked}")
+
+    def diagnosis(self, experiment: str, model: str) -> DiagnosisDocument:
+        """What was found to be missing in a model version."""
+        address = f"/experiments/{experiment}/models/{model}/diagnosis"
+        return document_of(DiagnosisDocument, self._get(address), address)
+
+    def improve(self, experiment: str, motion: bool = False) -> Json:
+        """Diagnose and add until nothing more is justified (a job); with `motion`, predict motion a second ahead too."""
+        asked = "?motion=true" if motion else ""
+        return self._post(f"/experiments/{experiment}/improvement{asked}")
+
+    def find_next_experiment(self, experiment: str, model: str, joint: str) -> Json:
+        """Find the experiment that tells apart what the diagnosis left open on a joint (a job)."""
+        return self._post(f"/experiments/{experiment}/models/{model}/next-experiment", {"joint": joint})
+
+    def next_experiment(self, experiment: str, model: str, joint: str) -> NextExperimentDocument:
+        """The experiment that would tell the rivals of a joint apart."""
+        address = f"/experiments/{experiment}/models/{model}/next-experiment"
+        return document_of(NextExperimentDocument, self._get(address, joint=joint), address)
+
+    def plan_next_experiment(
+        self, experiment: str, model: str, joint: str, proposal: int = 1, rig: str | None = None
+    ) -> Json:
+        """Plan a proposed experiment; `plan`, `rig` and `payload` are what a session takes."""
+        wanted = {"joint": joint, "proposal": proposal, "rig": rig}
+        return self._post(f"/experiments/{experiment}/models/{model}/next-experiment/plan", wanted)
+
+    def simulate(self, experiment: str, model: str) -> Json:
+        """Run a model version forward along its record (a job)."""
+        return self._post(f"/experiments/{experiment}/models/{model}/simulation")
+
+    def simulation(self, experiment: str, model: str) -> SimulationDocument:
+        """How well a model version predicts motion."""
+        address = f"/experiments/{experiment}/models/{model}/simulation"
+        return document_of(SimulationDocument, self._get(address), address)
+
+    def export(self, experiment: str, model: str, ending: str) -> Json:
+        """Write a model version for another program: urdf, sdf, xml, py, c, st, fmu or json (a job)."""
+        return self._post(f"/experiments/{experiment}/models/{model}/exports/{ending}")
+
+    def certificate(self, experiment: str, model: str, ending: str) -> Certificate:
+        """What an exported file keeps of the model, and what that costs."""
+        address = f"/experiments/{experiment}/models/{model}/exports/{ending}"
+        return document_of(Certificate, self._get(address), address)
+
+    def exported_file(self, experiment: str, model: str, ending: str) -> bytes:
+        """The exported file; of C a ZIP archive of source, header and certificate."""
+        answer = self._http.get(f"/experiments/{experiment}/models/{model}/exports/{ending}/file")
+        if answer.is_error:
+            self._answer(answer)
+        return answer.content
+
+    def model_signals(
+        self,
+        experiment: str,
+        model: str,
+        session: str,
+        joint: int = 1,
+        start: float | None = None,
+        end: float | None = None,
+        points: int = 2000,
+    ) -> tuple[NDArray[np.float64], Signals]:
+        """Time (M,) s and `measured`, `predicted`, `error` torque, `position`, `velocity`, `load` (M,) of
+        a joint.
+        """
+        address = f"/experiments/{experiment}/models/{model}/signals"
+        query = {"session": session, "joint": joint, "from": start, "to": end, "points": points}
+        return self._signals(address, query)
+
+    def effects(self) -> list[CatalogueEffect]:
+        """The catalogue of physical effects."""
+        return [CatalogueEffect.model_validate(entry) for entry in self._get("/effects")]

@@ -1,0 +1,49 @@
+"""Proofs on the drive: torque computed by a model, sent ahead of a plan, and what that did."""
+
+from typing import Literal
+
+from api.client.connection import Connection, ServiceError
+from identify.results.compensation import CompensationDocument
+from identify.results.document import Json
+from identify.results.reading import document_of
+
+
+class ProofCalls(Connection):
+    """What a client can ask about proofs on the drive."""
+
+    def prepare_proof(
+        self,
+        experiment: str,
+        rig: str,
+        plan: str,
+        payload: str,
+        model: str | None = None,
+        part: Literal["whole", "friction"] = "whole",
+        share: float = 0.6,
+    ) -> Json:
+        """Compute the torque that is sent ahead of a plan (a job whose result is {"proof": number}); nothing moves."""
+        wanted = {"rig": rig, "plan": plan, "payload": payload, "model": model, "part": part, "share": share}
+        return self._post(f"/experiments/{experiment}/proofs", wanted)
+
+    def proofs(self, experiment: str) -> list[Json]:
+        """All proofs on the drive, the newest first."""
+        return self._get(f"/experiments/{experiment}/proofs")
+
+    def proof(self, experiment: str, proof: str) -> Json:
+        """One proof: what is sent, its two drives, and which comes next."""
+        return self._get(f"/experiments/{experiment}/proofs/{proof}")
+
+    def proof_result(self, experiment: str, proof: str) -> CompensationDocument:
+        """What a proof did to the following error.
+
+        Raises ServiceError with status 404 until torque was sent ahead.
+        """
+        address = f"/experiments/{experiment}/proofs/{proof}"
+        result = self._get(address)["result"]
+        if result is None:
+            raise ServiceError(404, {"detail": f"proof {proof}: no torque was sent ahead yet"})
+        return document_of(CompensationDocument, result, address)
+
+    def prepare_drive(self, experiment: str, proof: str, drive: Literal["without", "with"]) -> Json:
+        """A session for one of a proof's drives, to be taken through its steps as any other (`step`)."""
+        return self._post(f"/experiments/{experiment}/proofs/{proof}/drives/{drive}")
