@@ -64,13 +64,8 @@ class Stream:
         return producer.statistics
 
     def values(self, name):
-        return self.stamped(name)[1]
-
-    def stamped(self, name):
-        """Times of the answers in s, as the kernel took them, and the values in them."""
         pdo, entry = self.layout.find(name)
-        answers = self.answers(pdo)
-        return answers["stamp"] * 1e-9, column(answers, entry.byte_offset, entry.kind)
+        return column(self.answers(pdo), entry.byte_offset, entry.kind)
 
     def answers(self, pdo):
         while True:
@@ -128,10 +123,10 @@ def test_velocity_and_torque_modes_move_the_axis(drive, stream):
     session = stream(Mode.CYCLIC_SYNCHRONOUS_VELOCITY)
     speed = round(0.5 * COUNTS_PER_RADIAN)
     session.run(150, lambda k: speed)
-    # By the time of each answer: on a busy machine the cycles come late, and the axis turns on meanwhile.
-    time, position = session.stamped("position")
-    slope, _ = np.polyfit(time[-100:] - time[-1], position[-100:], 1)
-    assert slope == pytest.approx(speed, rel=0.05)
+    # A SYNC moves the simulated axis on by one cycle, however late it comes; only after a silence of 20 ms the
+    # wall clock does. On a busy machine some cycles have such a silence: the median is one without.
+    step = np.median(np.diff(session.values("position")[-100:]))
+    assert step / PERIOD == pytest.approx(speed, rel=0.05)
     drive.disable()
     drive.set_nmt_state("PRE-OPERATIONAL")
     session = stream(Mode.CYCLIC_SYNCHRONOUS_TORQUE)
