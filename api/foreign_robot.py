@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from identify.recording import InputError, Robot
-from identify.recording.experiment_file import check_settings
+from identify.recording.experiment_file import PriorBodies, check_settings
 from identify.recording.foreign import ForeignTable
 
 Ask = Callable[[str, str], str]
@@ -78,8 +78,8 @@ def typed_robot(
 
 def urdf_robot(
     urdf: Path, tip: str | None, gravity: str | None, gains: list[str] | None, scalars: dict[str, float]
-) -> Robot:
-    """The robot of a URDF; without gains the commands are joint torques.
+) -> tuple[Robot, PriorBodies | None]:
+    """The robot of a URDF, and its links' bodies where it states any; without gains the commands are joint torques.
 
     Raises InputError: names the file and element, or the option.
     """
@@ -87,10 +87,10 @@ def urdf_robot(
 
     down = parse_three(gravity, "--gravity") if gravity else EARTH
     read = read_urdf(urdf, tip=tip, gravity=down)
-    if not gains:
-        return read.robot
-    values = gain_values(scalars, gains, len(read.robot.joints))
-    return read_urdf(urdf, tip=tip, gravity=down, drive_gains=values).robot
+    if gains:
+        values = gain_values(scalars, gains, len(read.robot.joints))
+        read = read_urdf(urdf, tip=tip, gravity=down, drive_gains=values)
+    return read.robot, read.prior(urdf.name)
 
 
 def columns_of_joints(table: ForeignTable, joints: Sequence[str]) -> tuple[list[str], list[str]]:

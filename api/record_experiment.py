@@ -45,7 +45,7 @@ def _imported(path: Path, robot: Path, tip: str | None, folder: Path) -> Experim
     from identify.recording.foreign_import import NewSession, import_sessions
 
     table = read_foreign(path)
-    made = urdf_robot(robot, tip, None, None, {})
+    made, prior = urdf_robot(robot, tip, None, None, {})
     if not table.joints:
         raise InputError(
             f"{path}: does not say which column belongs to which joint; name them once: coulomb import {path.name}"
@@ -58,4 +58,4 @@ def _imported(path: Path, robot: Path, tip: str | None, folder: Path) -> Experim
         print(f"{path.name}: {remark}", file=sys.stderr)
     carried = Payload(name="none", mass=0.0)
     session = NewSession("session-00.csv", measured, carried, "identification")
-    return import_sessions([session], folder, made, path.name, columns)
+    return import_sessions([session], folder, made, path.name, columns, prior)

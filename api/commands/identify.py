@@ -43,7 +43,9 @@ def identify_command(
     robot: Annotated[
         Path | None,
         typer.Option(
-            "--robot", help="URDF, SDF or MJCF of the robot: its inertias beside the identified ones"
+            "--robot",
+            help="URDF, SDF or MJCF of the robot: its inertias beside the identified ones, instead of those that the experiment"
+            " was imported with",
         ),
     ] = None,
     tip: RecordTip = None,
@@ -73,9 +75,10 @@ def identify_command(
 
         document = document.changed(feasible=feasible_parameters(result))
     if robot is not None:
-        from identify.validation.prior_inertias import compared_with_file
+        from identify.validation.prior_inertias import compared_with_prior, prior_of_file
 
-        document = document.changed(prior=compared_with_file(result, document, robot, tip))
+        prior = prior_of_file(robot, tip, result.experiment.robot)
+        document = document.changed(prior=compared_with_prior(result, document.parameters, prior))
     if as_json:
         print(document.json_text())
     else:

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from identify.recording import Experiment, Robot
+    from identify.recording.experiment_file import PriorBodies
     from identify.recording.foreign import ColumnMap, CsvOptions, ForeignTable
     from identify.recording.foreign.repair import Repair
 
@@ -167,8 +168,9 @@ def import_(
     if recorded is None and tables[0].time is not None and not time and rate is None:
         time = [tables[0].time]
     made: Robot | None = None
+    prior: PriorBodies | None = None
     if known is None and robot is not None:
-        made = urdf_robot(robot, tip, gravity, gain, tables[0].scalars)
+        made, prior = urdf_robot(robot, tip, gravity, gain, tables[0].scalars)
     if recorded is None and tables[0].joints and not position and not command:
         wanted = [each.name for each in made.joints] if made else list(tables[0].joints)
         position, command = columns_of_joints(tables[0], wanted)
@@ -226,7 +228,7 @@ def import_(
         )
         for index, table in enumerate(tables)
     ]
-    experiment = import_sessions(sessions, folder, made, name or folder.resolve().name, columns)
+    experiment = import_sessions(sessions, folder, made, name or folder.resolve().name, columns, prior)
     decided = [
         (table.path, each.payload.name, each.role, each.measured.remarks)
         for table, each in zip(tables, sessions, strict=True)

@@ -17,6 +17,7 @@ from api.service.record_documents import (
     RecordImport,
 )
 from identify.recording import InputError, Payload, Robot
+from identify.recording.experiment_file import PriorBodies
 from identify.recording.foreign import (
     ColumnMap,
     CsvOptions,
@@ -64,7 +65,9 @@ def import_records(
     """
     with _Words(folder):
         tables = _read(folder, files, wanted.dialect)
-        made = known or _robot(wanted, Path(folder) / robot if robot else None, tables[0])
+        made, prior = (
+            (known, None) if known else _robot(wanted, Path(folder) / robot if robot else None, tables[0])
+        )
         columns = _columns(wanted, len(tables))
         if wanted.join and len(tables) > 1:
             joined, columns = join_session(tables, wanted.time, columns, wanted.repair)
@@ -84,7 +87,7 @@ def import_records(
             )
             for place, table in enumerate(tables)
         ]
-        import_sessions(sessions, Path(target), made, wanted.name, columns)
+        import_sessions(sessions, Path(target), made, wanted.name, columns, prior)
         return tuple(remark for each in sessions for remark in each.measured.remarks)
 
 
@@ -179,26 +182,26 @@ def _stated(field: str, given: list[str | None]) -> tuple[str, ...]:
     return tuple(each for each in given if each)
 
 
-def _robot(wanted: RecordImport, file: Path | None, table: ForeignTable) -> Robot:
+def _robot(wanted: RecordImport, file: Path | None, table: ForeignTable) -> tuple[Robot, PriorBodies | None]:
     gravity = ",".join(str(each) for each in wanted.gravity) if wanted.gravity else None
     gains = [str(joint.gain) for joint in wanted.joints if joint.gain is not None]
     missing = next((place for place, joint in enumerate(wanted.joints) if joint.gain is None), None)
     if missing is not None and (file is None or gains):
         raise InputError(f"joints.{missing}.gain: is missing; joint torque for one unit of command")
     if file is not None:
-        made = urdf_robot(file, wanted.tip, gravity, gains or None, table.scalars)
+        made, prior = urdf_robot(file, wanted.tip, gravity, gains or None, table.scalars)
         if len(made.joints) != len(wanted.joints):
             names = ", ".join(joint.name for joint in made.joints)
             raise InputError(
                 f"joints: {len(wanted.joints)} given; the robot of {file.name} has {len(made.joints)}: {names}"
             )
-        return made
+        return made, prior
     if gravity is None:
         raise InputError("gravity: is missing; gravity in the base frame, x, y, z in m/s²")
     names = [joint.name or f"j{place}" for place, joint in enumerate(wanted.joints, start=1)]
     frames = [",".join(str(each) for each in joint.dh) for joint in wanted.joints]
     kinds: list[str] = [joint.type for joint in wanted.joints]
-    return typed_robot(table.scalars, kinds, gains, names, frames, gravity, _nobody_asked)
+    return typed_robot(table.scalars, kinds, gains, names, frames, gravity, _nobody_asked), None
 
 
 def _nobody_asked(option: str, what: str) -> str:

@@ -15,7 +15,8 @@ from identify.dynamics.geometry import NOMINAL_ANGLE_TOLERANCE, Geometry
 from identify.dynamics.rotations import roll_pitch_yaw
 from identify.dynamics.standard_parameters import PARAMETERS_PER_JOINT
 from identify.dynamics.urdf_chain import ChainJoint, carried_inertia, read_chain
-from identify.recording.experiment_file import Joint, JointLimits, Robot
+from identify.recording.experiment_file import Joint, JointLimits, LinkBody, PriorBodies, Robot
+from identify.recording.plain_text import printable
 
 Array = NDArray[np.float64]
 EARTH = (0.0, 0.0, -9.81)
@@ -39,6 +40,17 @@ class UrdfRobot:
     first_frame: Array
     last_frame: Array
     remarks: tuple[str, ...] = ()
+
+    def prior(self, source: str) -> PriorBodies | None:
+        """The links' bodies as an experiment declares them; None where the file states no mass at all."""
+        links = self.standard.reshape(-1, PARAMETERS_PER_JOINT)[:, :10]
+        if not links.any():
+            return None
+        return PriorBodies(
+            source=printable(source) or "file",
+            links=tuple(_body(link) for link in links),
+            remarks=tuple(map(printable, self.remarks)),
+        )
 
 
 def read_urdf(
@@ -130,12 +142,20 @@ def write_urdf(
     Path(path).write_text("\n".join(text) + "\n", encoding="utf-8")
 
 
-def _link_text(name: str, link: Array) -> list[str]:
-    mass, moment = link[9], link[6:9]
-    x, y, z = moment / mass
-    xx, xy, xz, yy, yz, zz = link[:6] - mass * np.array(
+def _body(link: Array) -> LinkBody:
+    """(10,) link parameters about the frame's origin as mass, centre and the inertia about the centre."""
+    mass, moment = float(link[9]), link[6:9]
+    x, y, z = moment / mass if mass else np.zeros(3)
+    about_centre = link[:6] - mass * np.array(
         [y * y + z * z, -x * y, -x * z, x * x + z * z, -y * z, x * x + y * y]
     )
+    xx, xy, xz, yy, yz, zz = about_centre.tolist()
+    return LinkBody(mass=mass, com=(float(x), float(y), float(z)), inertia=(xx, xy, xz, yy, yz, zz))
+
+
+def _link_text(name: str, link: Array) -> list[str]:
+    body = _body(link)
+    mass, (x, y, z), (xx, xy, xz, yy, yz, zz) = body.mass, body.com, body.inertia
     return [
         f'  <link name="{name}">',
         "    <inertial>",

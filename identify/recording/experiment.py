@@ -15,6 +15,7 @@ from identify.recording.experiment_file import (
     EXPERIMENT_FILE,
     ExperimentFile,
     Payload,
+    PriorBodies,
     Robot,
     SignalCutoffs,
     read_experiment_file,
@@ -43,6 +44,8 @@ class Experiment:
     """Files of the user's own effects."""
     excluded: tuple[SessionEntry, ...] = ()
     """Sessions that the file lists and excludes: models neither use them nor are checked on them."""
+    prior: PriorBodies | None = None
+    """The links as a file of the robot states them, to be compared with what is identified."""
     _held: SessionCache[SessionEntry, Session] = field(
         default_factory=lambda: SessionCache(), compare=False, repr=False
     )
@@ -127,6 +130,7 @@ def experiment_from(declared: ExperimentFile, file: Path) -> Experiment:
         signals=declared.signals,
         effects=tuple(file.parent / name for name in declared.effects),
         excluded=tuple(entry for entry in listed if entry.excluded is not None),
+        prior=declared.prior,
     )
 
 

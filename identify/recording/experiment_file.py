@@ -134,6 +134,28 @@ class Payload(_Settings):
     """About the centre of mass: XX XY XZ YY YZ ZZ, kg m²."""
 
 
+class LinkBody(_Settings):
+    """A link with all that is fixed to it, in the frame of its joint."""
+
+    mass: NotNegative
+    """kg"""
+    com: tuple[Number, Number, Number] = (0.0, 0.0, 0.0)
+    """Centre of mass, m."""
+    inertia: tuple[Number, Number, Number, Number, Number, Number] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    """About the centre of mass: XX XY XZ YY YZ ZZ, kg m²."""
+
+
+class PriorBodies(_Settings):
+    """The links as a file of the robot or a drawing states them; what is identified is shown beside them."""
+
+    source: Word
+    """Where they are from: the file's name."""
+    links: Annotated[tuple[LinkBody, ...], Field(min_length=1)]
+    """One for each joint, base to tip."""
+    remarks: tuple[Printable, ...] = ()
+    """What was decided while the file was read."""
+
+
 class DeclaredSession(_Settings):
     """One line of `sessions`: a file of samples and the payload that was carried."""
 
@@ -165,6 +187,8 @@ class ExperimentFile(_Settings):
     signals: SignalCutoffs = SignalCutoffs()
     effects: tuple[Word, ...] = ()
     """Files of the user's own effects, relative to the experiment's folder."""
+    prior: PriorBodies | None = None
+    """Nothing is fitted to them."""
 
     @model_validator(mode="after")
     def _consistent(self) -> ExperimentFile:
@@ -186,6 +210,10 @@ class ExperimentFile(_Settings):
         if isinstance(cutoff, tuple) and len(cutoff) != n:
             raise ValueError(
                 f"signals.position_cutoff: has {len(cutoff)} values for {n} joints; give one, or {n}"
+            )
+        if self.prior is not None and len(self.prior.links) != n:
+            raise ValueError(
+                f"prior.links: has {len(self.prior.links)} bodies for {n} joints; give one for each"
             )
         return self
 

@@ -17,6 +17,7 @@ from identify.recording.experiment_file import (
     DeclaredSession,
     ExperimentFile,
     Payload,
+    PriorBodies,
     Robot,
     append_session,
     check_settings,
@@ -41,9 +42,16 @@ class NewSession:
 
 
 def import_sessions(
-    sessions: Sequence[NewSession], folder: Path, robot: Robot | None, name: str, columns: ColumnMap
+    sessions: Sequence[NewSession],
+    folder: Path,
+    robot: Robot | None,
+    name: str,
+    columns: ColumnMap,
+    prior: PriorBodies | None = None,
 ) -> Experiment:
     """Write sessions and the experiment that declares them; with `robot` None they are added to the experiment there.
+
+    prior : the links by the file that the robot is from, kept with a new experiment
 
     Every session is read back. Nothing is left behind, and nothing changed, if something is wrong.
 
@@ -72,6 +80,7 @@ def import_sessions(
                 "robot": robot.model_dump(),
                 "payloads": [payload.model_dump() for payload in payloads],
                 "sessions": [each.model_dump() for each in declared],
+                "prior": prior and prior.model_dump(),
             }
             write_experiment(folder, check_settings(ExperimentFile, document, {}, "options"))
             _write_columns(folder / COLUMNS_FILE, columns)

@@ -281,5 +281,6 @@ class IdentificationDocument(Document):
     )
     feasible: FeasibleParameters | None = Field(default=None, description="where `--feasible` asked for them")
     prior: PriorComparison | None = Field(
-        default=None, description="where `--robot` named a file of the robot to compare with"
+        default=None,
+        description="where the experiment declares the links' bodies, or `--robot` names their file",
     )

@@ -19,6 +19,7 @@ from identify.results.identification import (
 )
 from identify.validation.excitation import excitation
 from identify.validation.noise_floor import noise_floors
+from identify.validation.prior_inertias import compared_with_prior
 from identify.validation.relative_error import by_payload, by_speed
 
 
@@ -45,6 +46,8 @@ def identification_document(result: Identified) -> IdentificationDocument:
             relative_error=result.structured.fitted.fit.relative_error,
             parameters=tuple(parameter.document() for parameter in result.structured_parameters),
         )
+    parameters = tuple(parameter.document() for parameter in result.parameters)
+    prior = result.experiment.prior
     return IdentificationDocument(
         experiment=result.experiment.name,
         model=result.model,
@@ -78,7 +81,7 @@ def identification_document(result: Identified) -> IdentificationDocument:
             ExcludedSession(file=entry.file, payload=entry.payload.name, reason=entry.excluded or "")
             for entry in result.experiment.excluded
         ),
-        parameters=tuple(parameter.document() for parameter in result.parameters),
+        parameters=parameters,
         condition_number=fitted.fit.condition_number,
         samples=int(fitted.fit.rows.sum()),
         form=result.form,
@@ -103,6 +106,7 @@ def identification_document(result: Identified) -> IdentificationDocument:
         remarks=tuple(result.all_remarks),
         excitation=excitation(result),
         structured=structured,
+        prior=None if prior is None else compared_with_prior(result, parameters, prior),
     )
 
 

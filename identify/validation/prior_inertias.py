@@ -1,16 +1,21 @@
-"""Identified base parameters beside those that a file of the robot (URDF, SDF, MJCF; mostly from CAD) states."""
+"""Identified base parameters beside those of the links that the experiment declares, or a file of the robot states (URDF, SDF,
+MJCF; mostly from CAD).
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
+from identify.dynamics.payload import payload_parameters
+from identify.dynamics.standard_parameters import PARAMETERS_PER_JOINT
 from identify.dynamics.urdf import read_urdf
 from identify.estimation.identified import Identified
 from identify.recording.errors import InputError
-from identify.recording.experiment_file import Robot
-from identify.results.identification import IdentificationDocument, PriorComparison, PriorParameter
+from identify.recording.experiment_file import PriorBodies, Robot
+from identify.results.identification import Parameter, PriorComparison, PriorParameter
 
 SAME_FRAME = 1e-4
 """rad or m by which the experiment's frames may differ from the file's: numbers of a robot are typed with four digits."""
@@ -18,20 +23,31 @@ FAR = 3.0
 """standard deviations beyond which a difference is no chance"""
 
 
-def compared_with_file(
-    result: Identified, document: IdentificationDocument, path: Path, tip: str | None = None
-) -> PriorComparison:
-    """The base parameters by the bodies in a file beside those in `document`.
+def prior_of_file(path: Path, tip: str | None, robot: Robot) -> PriorBodies:
+    """The links of a file of the experiment's robot.
 
-    A file has no rotors: where a parameter groups an Ia, the file's value lacks it.
-
-    Raises InputError: the file is not of the experiment's robot, by joint and field; or cannot be read.
+    Raises InputError: the file is not of that robot, by joint and field; states no mass; or cannot be read.
     """
     read = read_urdf(path, tip=tip)
-    _refuse_another_robot(path, read.robot, result.experiment.robot)
+    _refuse_another_robot(path, read.robot, robot)
+    prior = read.prior(str(path))
+    if prior is None:
+        raise InputError(f"{path}: states no mass of any link; there is nothing to compare with")
+    return prior
+
+
+def compared_with_prior(
+    result: Identified, parameters: Sequence[Parameter], prior: PriorBodies
+) -> PriorComparison:
+    """The base parameters by the bodies of a file beside those in `parameters`.
+
+    A file has no rotors: where a parameter groups an Ia, the file's value lacks it.
+    """
     base = result.fitted.record.body.base
-    stated = dict(zip(base.names, base.from_standard(read.standard), strict=True))
-    estimated = {parameter.name: parameter for parameter in document.parameters if parameter.name in stated}
+    standard = np.zeros((len(prior.links), PARAMETERS_PER_JOINT))
+    standard[:, :10] = [payload_parameters(link) for link in prior.links]
+    stated = dict(zip(base.names, base.from_standard(standard.ravel()), strict=True))
+    estimated = {parameter.name: parameter for parameter in parameters if parameter.name in stated}
     rows: list[PriorParameter] = []
     for name, unit, joint, grouping in zip(base.names, base.units, base.joints, base.groupings, strict=True):
         estimate = estimated.get(name)
@@ -53,7 +69,7 @@ def compared_with_file(
     far = [
         row.name for row in rows if not row.rotor and row.deviations is not None and abs(row.deviations) > FAR
     ]
-    remarks = [*read.remarks]
+    remarks = [*prior.remarks]
     if any(row.rotor for row in rows):
         remarks.append("the file knows no rotors: values by it lack the Ia that are grouped into them")
     if far:
@@ -61,7 +77,7 @@ def compared_with_file(
             f"identified differently by more than {FAR:g} standard deviations: {', '.join(far)}; masses or centres in the"
             " file are not those of the robot (cables, covers, tools), or the drive gains are wrong"
         )
-    return PriorComparison(file=str(path), parameters=tuple(rows), remarks=tuple(remarks))
+    return PriorComparison(file=prior.source, parameters=tuple(rows), remarks=tuple(remarks))
 
 
 def _refuse_another_robot(path: Path, file: Robot, experiment: Robot) -> None:

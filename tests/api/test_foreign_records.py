@@ -19,7 +19,8 @@ SETTINGS = {
     "gravity": [0.0, -9.81, 0.0],
     "joints": [JOINT],
 }
-URDF = """<robot name="arm"><link name="base"/><link name="arm"/>
+URDF = """<robot name="arm"><link name="base"/>
+<link name="arm"><inertial><mass value="2.5"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>
 <joint name="shoulder" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/>
 <limit effort="1" velocity="1" lower="-1" upper="1"/></joint></robot>"""
 
@@ -96,6 +97,8 @@ def test_files_are_joined_and_the_robot_may_be_a_urdf(operator, service):
     experiment = load_experiment(service.service.experiments.folder(answer.json()["experiment"]["id"]))
     assert [joint.name for joint in experiment.robot.joints] == ["shoulder"]
     assert experiment.robot.joints[0].drive_gain == 10.0
+    assert experiment.prior is not None
+    assert (experiment.prior.source, experiment.prior.links[0].mass) == ("arm.urdf", 2.5)
     assert len(experiment.sessions) == 1
 
 

@@ -1,15 +1,18 @@
 """`coulomb identify --robot FILE`: what was identified beside what the file of the robot states."""
 
 import json
+import re
 
 import numpy as np
 import pinocchio as pin
 import pytest
 import typer
+import yaml
 from typer.testing import CliRunner
 
 from api.commands import identify, import_
-from identify.recording import InputError
+from identify.dynamics.urdf import read_urdf
+from identify.recording import InputError, load_experiment
 
 application = typer.Typer()
 application.callback()(lambda: None)
@@ -95,11 +98,37 @@ def test_a_forearm_that_is_lighter_in_the_file_is_named(experiment, tmp_path):
     assert "MX2" in remark
 
 
-def test_the_tables_hold_it_and_without_the_option_it_is_null(experiment):
+def test_the_tables_hold_it(experiment):
     done = run("identify", experiment, "--model", "rigid", "--robot", experiment.parent / "arm.urdf")
     assert "By the bodies in" in done.stdout
+
+
+def test_what_the_robot_was_imported_with_is_compared_without_the_option(experiment):
+    by_file = compared(experiment, experiment.parent / "arm.urdf")
     plain = run("identify", experiment, "--model", "rigid", "--json")
-    assert json.loads(plain.stdout)["prior"] is None
+    kept = json.loads(plain.stdout)["prior"]
+    assert kept["file"] == "arm.urdf"
+    assert kept["remarks"] == by_file["remarks"]
+    for row, same in zip(kept["parameters"], by_file["parameters"], strict=True):
+        assert row["by_file"] == pytest.approx(same["by_file"], abs=1e-12)
+        assert row["identified"] == same["identified"]
+
+
+def test_bodies_that_are_not_one_for_each_joint_are_refused(experiment, tmp_path):
+    settings = (experiment / "experiment.yaml").read_text()
+    document = yaml.safe_load(settings)
+    document["prior"]["links"].pop()
+    (tmp_path / "experiment.yaml").write_text(yaml.safe_dump(document))
+    with pytest.raises(InputError, match=r"line \d+: prior.links: has 1 bodies for 2 joints"):
+        load_experiment(tmp_path)
+
+
+def test_a_file_without_masses_leaves_nothing_to_compare(tmp_path, experiment):
+    massless = re.sub("<inertial>.*?</inertial>", "", ARM, flags=re.DOTALL)
+    (tmp_path / "thin.urdf").write_text(massless)
+    assert read_urdf(tmp_path / "thin.urdf").prior("thin.urdf") is None
+    done = run("identify", experiment, "--robot", tmp_path / "thin.urdf")
+    assert "states no mass" in str(done.exception)
 
 
 @pytest.mark.parametrize(

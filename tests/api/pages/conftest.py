@@ -27,6 +27,8 @@ from identify.results.identification import (
     JointError,
     Parameter,
     PayloadError,
+    PriorComparison,
+    PriorParameter,
     SessionError,
 )
 from tests.api.served import served
@@ -156,6 +158,30 @@ class SampleIdentification:
             signals=(),
             not_identifiable=(),
             remarks=(),
+            prior=self._prior(),
+        )
+
+    def _prior(self) -> PriorComparison:
+        """As if the experiment had been made with a file whose first moment is wrong."""
+        value, std = self.parameters["MX1"]
+        rows = [
+            PriorParameter(
+                name=name,
+                joint=JOINT,
+                unit=unit,
+                by_file=by_file,
+                identified=self.parameters[name][0],
+                std_robust=2.7 * self.parameters[name][1],
+                deviations=(self.parameters[name][0] - by_file) / (2.7 * self.parameters[name][1]),
+                rotor=rotor,
+            )
+            for name, unit, by_file, rotor in (
+                ("ZZ1R", "kg m^2", 28.5, True),
+                ("MX1", "kg m", value - 20 * std, False),
+            )
+        ]
+        return PriorComparison(
+            file="arm.urdf", parameters=tuple(rows), remarks=("identified differently: MX1",)
         )
 
     @property

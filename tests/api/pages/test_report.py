@@ -4,6 +4,7 @@ import csv
 import io
 
 import httpx
+import pytest
 import yaml
 
 EXPERIMENT = "/pages/experiments/rx130l-joint3"
@@ -16,6 +17,18 @@ def test_every_parameter_stands_with_both_deviations_and_its_grouping(
     for parameter in models["with load"].document().parameters:
         assert f"<b>{parameter.name}</b>" in text
     assert "ZZ1 + Ia1" in text
+
+
+@pytest.mark.parametrize("page", ["results", "report"])
+def test_the_bodies_of_the_robots_file_stand_beside_what_was_identified(
+    browser_client: httpx.Client, models: dict, page: str
+) -> None:
+    text = browser_client.get(f"{EXPERIMENT}/{page}").text
+    part = text[text.index("Beside the bodies in arm.urdf") :]
+    part = part[: part.index("</ul>")]
+    assert part.index("ZZ1R") < part.index("28.50") < part.index(">rotor<") < part.index("MX1")
+    assert 'class="number loose">7.4<' in part  # 20 / 2.7 deviations apart
+    assert "identified differently: MX1" in part
 
 
 def test_the_downloads_hold_the_document_of_the_fit(browser_client: httpx.Client, models: dict) -> None:
