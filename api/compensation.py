@@ -38,10 +38,11 @@ def torque_ahead(
 ) -> TorqueAhead:
     """A model's torque along a plan, ready to be sent.
 
-    Raises InputError: the model is of another robot, impossible, or not known at the plan's speeds and loads; the rig file
-        lacks what the torque is scaled by; the extra `feasible` is not installed.
+    Raises InputError: the model is of another robot, of the links alone, impossible, or not known at the plan's speeds and
+        loads; the rig file lacks what the torque is scaled by; the extra `feasible` is not installed.
     """
     require_same_robot(result, rig)
+    require_torque_of_motors(result)
     cycles = int(np.floor(plan.duration / rig.cycle)) + 1
     # a target is reached one cycle after it has taken effect; the torque beside it acts meanwhile
     times = np.maximum((np.arange(cycles) - 0.5) * rig.cycle, 0.0)
@@ -114,6 +115,16 @@ def require_same_robot(result: Identification, rig: Rig) -> None:
     if not np.allclose(experiment.drive_gain, rig.drive_gain, rtol=1e-3):
         raise InputError(
             f"experiment {experiment.name}: its drive gains are not those of rig {rig.name}; torque would be scaled wrongly"
+        )
+
+
+def require_torque_of_motors(result: Identification) -> None:
+    """Raises InputError: the model was identified from torques behind motor and gear."""
+    if not result.fitted.record.body.base.rotors:
+        raise InputError(
+            f"model {result.model}: it was identified from torques measured on the links' side, so that it has neither rotor"
+            " inertia nor the friction of motor and gear; a drive is sent the motor's torque. Identify a model of the motors'"
+            " current or torque, e.g. load-velocity"
         )
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from api.compensation import require_same_robot
+from api.compensation import require_same_robot, require_torque_of_motors
 from daq.drive_tables import ObjectWrite, write_tables
 from daq.rig import Axis, Rig, ampere_per_unit
 from drivers.compensation_objects import CompensationObjects, CurrentRow, FrictionObjects, SpeedRow
@@ -36,9 +36,11 @@ class _Record:
 def drive_tables(result: Identification, rig: Rig, model: str) -> DriveTablesDocument:
     """The tables of all drives of a rig; nothing is written.
 
-    Raises InputError: the model is of another robot; no drive of the rig takes tables; a value does not fit its object.
+    Raises InputError: the model is of another robot or of the links alone; no drive of the rig takes tables; a value does
+        not fit its object.
     """
     require_same_robot(result, rig)
+    require_torque_of_motors(result)
     profiles = _profiles_with_tables(rig)
     exported = exported_model(result)
     record = _record(exported, result, rig)

@@ -38,6 +38,7 @@ class BaseParameters:
     independent             : (b,) index of each among the standard parameters
     matrix                  : (b, 11 n): base = matrix @ standard
     acts                    : (n, b) bool: whether the parameter makes a torque on the joint
+    rotors                  : whether the torque moves the motors' rotors too; False where it is measured on the links' side
     """
 
     geometry: Geometry
@@ -48,6 +49,7 @@ class BaseParameters:
     independent: NDArray[np.intp]
     matrix: NDArray[np.float64]
     acts: NDArray[np.bool_]
+    rotors: bool = True
 
     def __len__(self) -> int:
         return len(self.names)
@@ -142,6 +144,7 @@ def base_parameters(geometry: Geometry, rotors: bool = True) -> BaseParameters:
         independent=independent,
         matrix=matrix,
         acts=acts,
+        rotors=rotors,
     )
 
 

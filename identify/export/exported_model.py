@@ -13,6 +13,7 @@ from identify.dynamics.geometry import Geometry
 from identify.effects.effect import number
 from identify.effects.load_velocity import LoadVelocity
 from identify.estimation.context import rows_of
+from identify.estimation.structured import GEAR, StructuredFit
 from identify.identification import Identification
 from identify.recording import InputError
 
@@ -20,6 +21,12 @@ Array = NDArray[np.float64]
 
 RIGID = "rigid body"
 """what certificates call the inertial and gravity part of the model"""
+
+STRUCTURED = "the structured estimate of eq. (30): one value for each parameter of arm and gear"
+LINKS_ALONE = (
+    "identified from torques measured on the links' side (link-side): rotor inertia and the friction of motor and gear are not"
+    " in the model, so that it is no torque of the motors"
+)
 
 
 @dataclass(frozen=True)
@@ -102,30 +109,34 @@ def exported_model(result: Identification) -> ExportedModel:
 
     Of `load-velocity` it is the structured estimate, which has one value for each physical parameter.
     """
-    record = result.fitted.record
+    record, structured = result.fitted.record, result.structured
     base = record.body.base
+    fitted = result.fitted if structured is None else structured.fitted
+    chi = np.array(fitted.fit.chi if structured is None else structured.theta, float)[: len(base)]
+    gears = {} if structured is None else _gears(structured)
     torques: list[Torque] = []
     lost: list[tuple[str, int]] = []
-    remarks: list[str] = []
-    fitted = result.fitted
-    chi = np.array(fitted.fit.chi[: len(base)])
-    if result.structured is not None:
-        chi, torques, remarks = _structured(result)
-    listed = zip(fitted.slots, fitted.observation.slot_columns, strict=True)
-    for slot, columns in [] if result.structured is not None else listed:
+    remarks = [] if structured is None else [STRUCTURED]
+    if not base.rotors:
+        remarks.append(LINKS_ALONE)
+    for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True):
         effect, joint = slot.term.effect, slot.term.joint
-        if effect.reported_offset(slot.values):  # a ratio of declared loads
+        if effect.reported_offset(slot.values):
             remarks.append(
-                f"{effect.name} corrects known loads of the record; the exported model carries none of them"
+                f"{effect.name} was estimated beside the model: it corrects the loads of the record and is no part of the"
+                " exported model"
             )
             continue
         formulas = effect.formulas(slot.values)
+        values = tuple(float(value) for value in fitted.fit.chi[columns])
+        if isinstance(effect, LoadVelocity) and structured is not None:
+            formulas = _gear_formulas(slot.values["stribeck_velocity"])
+            values = gears[record.joint_names[joint]]
         if formulas is None:
             lost.append((effect.name, joint))
             continue
-        values = tuple(float(value) for value in fitted.fit.chi[columns])
         distance = slot.values.get("presliding_distance") if effect.simulated == "state" else None
-        rubs = effect.dissipates or effect.rows == "motor"
+        rubs = effect.dissipates or effect.rows == "motor" or isinstance(effect, LoadVelocity)
         torques += [
             Torque(effect.name, row, joint, formulas, values, rubs, effect.in_link_files, distance)
             for row in rows_of(record, slot.term)
@@ -145,62 +156,35 @@ def exported_model(result: Identification) -> ExportedModel:
     )
 
 
-def _structured(result: Identification) -> tuple[Array, list[Torque], list[str]]:
-    """Base parameters and gear friction of the structured estimate of eq. (30)."""
-    structured, record = result.structured, result.fitted.record
-    assert structured is not None
-    count = len(record.body.base)
-    by_name: dict[tuple[str, str], float] = {}
-    for (name, joint, _, _), value in zip(structured.names, structured.values, strict=True):
-        by_name[name.partition("@")[0], joint] = float(value)
-    torques = []
-    for slot in structured.fitted.slots:
-        joint = slot.term.joint
-        name = record.joint_names[joint]
-        if not isinstance(slot.term.effect, LoadVelocity):
-            continue
-        gear = {
-            symbol: by_name[symbol, name]
-            for symbol in ("a_m", "b_m", "a_g", "b_g", "c_m", "d_m", "c_g", "d_g")
-        }
-        fading = f"exp(-abs(dq) / {number(slot.values['stribeck_velocity'])})"
-        driving = "0.5 * (1.0 + sign(load) * direction)"
-        driven = "0.5 * (1.0 - sign(load) * direction)"
-        ahead = "0.5 * (direction + sign(load))"
-        back = "0.5 * (direction - sign(load))"
-        formulas = (
-            f"{driving} * load",
-            f"{driving} * {fading} * load",
-            f"{driven} * load",
-            f"-{driven} * {fading} * load",
-            ahead,
-            f"{fading} * {ahead}",
-            back,
-            f"{fading} * {back}",
-        )
-        # the load itself is the rigid robot's torque, so that a_m and a_g count from one
-        values = (gear["a_m"] - 1.0, gear["b_m"], gear["a_g"] - 1.0, gear["b_g"])
-        values += (gear["c_m"], gear["d_m"], gear["c_g"], gear["d_g"])
-        torques.append(Torque(slot.term.effect.name, joint, joint, formulas, values, rubs=True))
-    for slot, columns in zip(
-        structured.fitted.slots, structured.fitted.observation.slot_columns, strict=True
-    ):
-        formulas = (
-            None if isinstance(slot.term.effect, LoadVelocity) else slot.term.effect.formulas(slot.values)
-        )
-        if formulas is not None:
-            values = tuple(float(value) for value in structured.fitted.fit.chi[columns])
-            torques += [
-                Torque(
-                    slot.term.effect.name,
-                    row,
-                    slot.term.joint,
-                    formulas,
-                    values,
-                    slot.term.effect.dissipates,
-                    slot.term.effect.in_link_files,
-                )
-                for row in rows_of(record, slot.term)
-            ]
-    remark = "the structured estimate of eq. (30): one value for each parameter of arm and gear"
-    return np.asarray(structured.theta[:count], float), torques, [remark]
+def _gears(structured: StructuredFit) -> dict[str, tuple[float, ...]]:
+    """By joint the parameters of `_gear_formulas` in the structured estimate of eq. (30)."""
+    by_name = {
+        (name.partition("@")[0], joint): float(value)
+        for (name, joint, _, _), value in zip(structured.names, structured.values, strict=True)
+    }
+    # the load itself is the rigid robot's torque, so that a_m and a_g count from one
+    start = {"a_m": 1.0, "a_g": 1.0}
+    return {
+        joint: tuple(by_name[symbol, joint] - start.get(symbol, 0.0) for symbol in GEAR)
+        for symbol, joint in by_name
+        if symbol == GEAR[0]
+    }
+
+
+def _gear_formulas(stribeck_velocity: float) -> tuple[str, ...]:
+    """Columns of eq. (30) of a gear whose load is known, in the order of `GEAR`."""
+    fading = f"exp(-abs(dq) / {number(stribeck_velocity)})"
+    driving = "0.5 * (1.0 + sign(load) * direction)"
+    driven = "0.5 * (1.0 - sign(load) * direction)"
+    ahead = "0.5 * (direction + sign(load))"
+    back = "0.5 * (direction - sign(load))"
+    return (
+        f"{driving} * load",
+        f"{driving} * {fading} * load",
+        f"{driven} * load",
+        f"-{driven} * {fading} * load",
+        ahead,
+        f"{fading} * {ahead}",
+        back,
+        f"{fading} * {back}",
+    )

@@ -261,7 +261,7 @@ def _loaded(path: Path) -> ModuleType:
 
 def _link_file(result: Identification, model: ExportedModel, target: Path, kind: str) -> _Export:
     """Formats with bodies, whose friction is damping and dry friction."""
-    standard, kept = feasible_standard(result, model, rotors=kind in HAS_ROTORS)
+    standard, kept = feasible_standard(result, model, rotors=kind in HAS_ROTORS and model.base.rotors)
     rigid = InverseDynamics(model.geometry, [model.standard])
     whole = module_torque(module_of(model), model)
 

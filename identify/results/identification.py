@@ -238,6 +238,12 @@ class IdentificationDocument(Document):
     experiment: str = Field(description="name of the experiment", examples=["rx130l-joint3"])
     model: str = Field(description="as requested: rigid, usual, load-velocity, rigid+…", examples=["usual"])
     effects: tuple[EffectOnJoint, ...] = Field(description="every effect of the model, on every joint")
+    rotors: bool = Field(
+        default=True,
+        description="whether the torque is the motors'; false where it was measured on the links' side (link-side): the"
+        " model then has no rotor inertia and no friction of motor and gear",
+        examples=[True],
+    )
     relative_error: Figure = Field(
         description="‖Y − Wχ‖ / ‖Y‖ over all joints and sessions of the fit, part of the measured torque",
         examples=[0.0733],

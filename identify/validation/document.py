@@ -55,6 +55,7 @@ def identification_document(result: Identified) -> IdentificationDocument:
             EffectOnJoint(effect=term.effect.name, joint=record.joint_names[term.joint])
             for term in result.effects
         ),
+        rotors=record.body.base.rotors,
         relative_error=result.relative_error,
         relative_error_validation=result.relative_error_validation,
         joints=tuple(

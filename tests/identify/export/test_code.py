@@ -120,6 +120,14 @@ def test_the_structured_text_is_opened_by_a_parser_of_the_standard_that_is_not_o
     assert parse.parse_source_code(broken).exception is not None
 
 
+def test_effects_beside_eq_30_are_kept_with_their_memory_or_told_as_lost(plant):
+    model = exported_model(identify(plant, "load-velocity", ["presliding", "elasticity"]))
+    names = [torque.effect for torque in model.torques]
+    assert {"load-velocity", "viscous", "offset", "presliding"} == set(names)
+    assert [torque.effect for torque in model.memories] == ["presliding"]
+    assert model.lost == (("elasticity", 0),)
+
+
 @pytest.mark.parametrize("name", sorted(effects()))
 def test_every_effect_with_formulas_has_one_for_each_column_that_parses(name):
     effect = effects()[name]

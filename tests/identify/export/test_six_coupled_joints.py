@@ -1,0 +1,187 @@
+"""Exports of a robot of six joints whose last motor turns with two of them, opened by the programs that they are for: the
+certificate's figures are what those programs' torques give."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from identify.dynamics.geometry import Geometry
+from identify.estimation.context import contexts
+from identify.export.exported_model import RIGID
+from identify.export.link_files import read_back
+from identify.export.write import write_export
+from identify.identification import identify
+from identify.recording.experiment_file import ExperimentFile
+from identify.recording.samples import RawSamples
+from identify.recording.session import SessionEntry
+from tests.identify.dynamics.random_robots import pinocchio_model
+from tests.identify.estimation.simulated_arm import MemoryExperiment
+
+RATE = 200.0
+SECONDS = 20.0
+ROTORS = np.array([0.5, 0.4, 0.3, 0.12, 0.08, 0.05])
+"""kg m^2, at the joints"""
+MASSES = (9.0, 6.0, 3.0, 1.5, 0.8, 0.4)
+VISCOUS = np.array([8.0, 7.0, 5.0, 3.0, 2.0, 1.0])
+DRY = np.array([6.0, 5.0, 4.0, 2.0, 1.5, 1.0])
+ON_MOTOR_6 = (1.2, 0.9)
+"""N m s/rad and N m over q̇5 + q̇6, on j5 and on j6"""
+LOAD_FRICTION = 0.08
+"""of j2's load"""
+
+
+def declared() -> ExperimentFile:
+    frames = [
+        (0.0, 0.0, 0.32),
+        (-np.pi / 2, 0.0, 0.0),
+        (0.0, 0.225, 0.035),
+        (np.pi / 2, 0.0, 0.225),
+        (-np.pi / 2, 0.0, 0.0),
+        (np.pi / 2, 0.0, 0.0),
+    ]
+    gain = np.diag([32.0, 32.0, 45.0, -48.0, 45.0, 32.0])
+    gain[4, 5] = 32.0
+    joints = [
+        {"name": f"j{j + 1}", "type": "revolute", "alpha": alpha, "d": d, "r": r}
+        for j, (alpha, d, r) in enumerate(frames)
+    ]
+    return ExperimentFile.model_validate(
+        {
+            "format": 1,
+            "name": "six joints",
+            "robot": {
+                "gravity": [0.0, 0.0, -9.81],
+                "joints": joints,
+                "drive_gain_matrix": gain.tolist(),
+            },
+            "payloads": [{"name": "none", "mass": 0.0}],
+            "sessions": [{"file": "s0.csv", "payload": "none"}],
+        }
+    )
+
+
+def measured_torque(geometry: Geometry, q, dq, ddq):
+    """(N, 6) N m by Pinocchio, with friction written out here."""
+    model = pinocchio_model(geometry)
+    for joint, mass in enumerate(MASSES):
+        centre = np.array([0.05, 0.03, 0.04]) if joint != 1 else np.array([0.15, 0.02, 0.03])
+        model.inertias[joint + 1] = pin.Inertia(mass, centre, np.diag([0.02, 0.03, 0.025]) * mass)
+    data = model.createData()
+    rigid = np.array([pin.rnea(model, data, *sample).copy() for sample in zip(q, dq, ddq, strict=True)])
+    friction = VISCOUS * dq + DRY * np.sign(dq)
+    friction[:, 1] += LOAD_FRICTION * np.abs(rigid[:, 1]) * np.sign(dq[:, 1])
+    motor = dq[:, 4] + dq[:, 5]
+    shared = ON_MOTOR_6[0] * motor + ON_MOTOR_6[1] * np.sign(motor)
+    friction[:, 4] += shared
+    friction[:, 5] += shared
+    return rigid + ROTORS * ddq + friction
+
+
+@pytest.fixture(scope="module")
+def result():
+    experiment_file = declared()
+    time = np.arange(round(SECONDS * RATE)) / RATE
+    random = np.random.default_rng(12)
+    omega = 2 * np.pi * np.array([0.13, 0.29, 0.53, 0.87])
+    amplitude = random.uniform(0.15, 0.4, (6, 4))
+    angle = omega * time[:, None, None] + random.uniform(0, 2 * np.pi, (6, 4))
+    q = (amplitude * np.sin(angle)).sum(-1)
+    dq = (amplitude * omega * np.cos(angle)).sum(-1)
+    ddq = (-amplitude * omega**2 * np.sin(angle)).sum(-1)
+    torque = measured_torque(Geometry.from_robot(experiment_file.robot), q, dq, ddq)
+    command = torque @ np.linalg.inv(np.array(experiment_file.robot.drive_gain_matrix)).T
+    entry = SessionEntry("s0.csv", Path("memory/s0.csv"), experiment_file.payloads[0], "identification")
+    experiment = MemoryExperiment(
+        experiment_file.name,
+        Path("memory/experiment.yaml"),
+        experiment_file.robot,
+        (entry,),
+        experiment_file.payloads,
+        experiment_file.signals,
+        (),
+        raw={"s0.csv": RawSamples(time, q, command)},
+    )
+    return identify(experiment, "usual", ["coupled-friction@j6", "load-friction@j2"])
+
+
+def by_pinocchio(file: Path, gravity):
+    model = pin.buildModelFromUrdf(str(file))
+    model.gravity.linear = np.asarray(gravity)
+    data = model.createData()
+
+    def torque(q, dq, ddq):
+        places = np.stack([np.cos(q), np.sin(q)], axis=2).reshape(len(q), -1)  # continuous joints
+        rows = zip(places, dq, ddq, strict=True)
+        rigid = np.array([pin.rnea(model, data, *row).copy() for row in rows])
+        return rigid + model.damping * dq + model.friction * np.sign(dq)
+
+    return torque
+
+
+def by_mujoco(file: Path, gravity):
+    model = mujoco.MjModel.from_xml_path(str(file))
+    dry = model.dof_frictionloss.copy()
+    model.dof_frictionloss[:] = 0.0  # a soft constraint, which takes a speed to be itself
+    data = mujoco.MjData(model)
+
+    def torque(q, dq, ddq):
+        found = []
+        for row in zip(q, dq, ddq, strict=True):
+            data.qpos[:], data.qvel[:], data.qacc[:] = row
+            mujoco.mj_inverse(model, data)
+            found.append(data.qfrc_inverse.copy())
+        return np.array(found) + dry * np.sign(dq)
+
+    return torque
+
+
+def by_python(file: Path, gravity):
+    spec = importlib.util.spec_from_file_location("six_joints", file)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return lambda q, dq, ddq: module.torque(q.T, dq.T, ddq.T).T
+
+
+@pytest.mark.parametrize(
+    ("ending", "opened"), [("urdf", by_pinocchio), ("xml", by_mujoco), ("py", by_python)]
+)
+def test_the_certificate_s_figures_are_those_of_the_program_that_opens_the_file(
+    result, tmp_path, ending, opened
+):
+    file = tmp_path / f"arm.{ending}"
+    certificate = write_export(result, file)
+    torque = opened(file, result.fitted.record.body.base.geometry.gravity)
+    record = result.fitted.record
+    (entry,) = result.fitted.entries
+    samples, done = record.samples[entry.file], 0
+    off, size = np.zeros(6), np.zeros(6)
+    for context in contexts(record, entry, None):
+        block = context.block
+        rows = slice(done, done + block.count)
+        found = block.decimate(torque(block.q, block.dq, block.ddq))
+        moving = samples.moving[rows]
+        off += ((samples.measured[rows] - found) ** 2 * moving).sum(axis=0)
+        size += (samples.measured[rows] ** 2 * moving).sum(axis=0)
+        done += block.count
+    figures = [joint.relative_error_export for joint in certificate.joints]
+    assert figures == pytest.approx(np.sqrt(off / size), rel=1e-6)
+    for joint in certificate.joints[4:]:
+        assert "coupled-friction" in (joint.kept if ending == "py" else joint.approximated)
+    assert "load-friction" in (
+        certificate.joints[1].kept if ending == "py" else certificate.joints[1].approximated
+    )
+
+
+def test_bodies_that_can_have_the_identified_base_parameters_keep_them_to_1e_9(result, tmp_path):
+    certificate = write_export(result, tmp_path / "arm.xml")
+    base, chi = result.fitted.record.body.base, result.fitted.fit.chi
+    again = read_back("xml", (tmp_path / "arm.xml").read_text(), base.geometry).standard()
+    off = np.abs(base.from_standard(again) - chi[: len(base)]).max() / np.abs(chi[: len(base)]).max()
+    assert all(RIGID in joint.kept for joint in certificate.joints)
+    assert off <= 1e-9
