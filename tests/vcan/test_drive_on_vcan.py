@@ -27,7 +27,7 @@ COUNTS_PER_RADIAN = 65536 * 50 / (2 * math.pi)
 @pytest.fixture
 def drive(fake_drive, bus):
     with CanopenNetwork(bus) as network:
-        timeouts = Timeouts(sdo=0.5, transition=1.0, mode=0.5)
+        timeouts = Timeouts(sdo=2.0, transition=5.0, mode=1.0)  # a simulated kernel may stand still meanwhile
         drive = Drive(network, NODE, load_profile("simulated"), timeouts)
         yield drive
         drive.sdo.write(FAULT_COMMAND, 3, "int32", 1)  # heartbeat on
