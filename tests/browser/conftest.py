@@ -72,6 +72,9 @@ def write_rig(folder: Path, name: str = RIG, **changes: object) -> None:
     rig["name"] = name
     rig["description"] = "Joint 3 with something hidden"
     rig["bus"]["channel"] = f"{name}-{os.getpid()}"
+    # The service shares this process with the test and the machine with a browser; tests/faults/test_dead_man.py has the
+    # time-out that a robot needs.
+    rig["supervision"] = {"parent_timeout": 20.0}
     friction = rig["simulated"]["plant"]["axis"]["friction"]
     friction |= HIDDEN
     if "faults" in changes:
