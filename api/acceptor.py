@@ -37,11 +37,11 @@ from starlette.types import Scope
 
 from api.connections import HEAD_TIMEOUT, Connections, Link
 from api.descriptors import OUT_OF_DESCRIPTORS, Reserve
-from api.request_head import head_of, in_origin_form, request_of
+from api.request_head import head_of, in_origin_form, objection_to, request_of
 from api.service.accounts import Role, User
 from api.service.problems import PROBLEM_MEDIA_TYPE, Problem
 from api.service.pulse import PERIOD, Pulse
-from api.service.stop_desk import StopAnswer, StopDesk, StopOrder, problem_of
+from api.service.stop_desk import STOP_REQUEST, StopAnswer, StopDesk, StopOrder, problem_of
 
 WAITING_ROOM = 128
 """connections at one door of which no whole request has come yet"""
@@ -89,6 +89,7 @@ class _Visitor:
     handshaken: bool = True
     read: bytearray = field(default_factory=bytearray)
     answered: bool = False
+    listened_to: bool = False
 
 
 class Acceptor:
@@ -219,8 +220,19 @@ class Acceptor:
         if sum(each.listener is listener for each in self._visitors) >= WAITING_ROOM:
             self._leave(self._longest_waiting(listener))
         self._visitors.add(visitor)
-        self._selector.register(visitor.socket, selectors.EVENT_READ, visitor)
         self._hear(visitor)  # what it says has mostly come with it
+        if visitor in self._visitors:
+            self._listen_to(visitor)
+
+    def _listen_to(self, visitor: _Visitor) -> None:
+        if not visitor.listened_to:
+            self._selector.register(visitor.socket, selectors.EVENT_READ, visitor)
+            visitor.listened_to = True
+
+    def _listen_no_more(self, visitor: _Visitor) -> None:
+        if visitor.listened_to:
+            visitor.listened_to = False
+            self._selector.unregister(visitor.socket)
 
     def _longest_waiting(self, listener: Listener) -> _Visitor:
         """At this door the oldest of the address that has most, so that one crowd displaces itself before anybody else."""
@@ -230,8 +242,7 @@ class Acceptor:
 
     def _leave(self, visitor: _Visitor) -> None:
         self._visitors.discard(visitor)
-        with contextlib.suppress(KeyError, ValueError):
-            self._selector.unregister(visitor.socket)
+        self._listen_no_more(visitor)
         visitor.socket.close()
 
     # --- what they say
@@ -258,15 +269,21 @@ class Acceptor:
             self._leave(visitor)
 
     def _judge(self, visitor: _Visitor) -> None:
-        """The head of the first request is there."""
+        """The head of the first request is there, or as much of it as no stop has."""
         head = bytes(visitor.read)
-        request = request_of(head)
+        if (objection := objection_to(head_of(head) or head)) is not None:
+            # Here, where it costs one look at its bytes: the event loop, and a connection's way into it, cost ten times that.
+            self._refuse(visitor, Problem(objection.status, objection.detail), None)
+            return
+        door = visitor.listener.door
+        # What is no stop, the loop parses.
+        request = request_of(head) if door is not Door.SERVICE or STOP_REQUEST.match(head) else None
         if request is not None:
             answer = self._stopped(request, visitor.address, visitor.listener, visitor.socket)
             if answer is not None:
                 self._answer(visitor, answer, request)
                 return
-        if visitor.listener.door is not Door.SERVICE:
+        if door is not Door.SERVICE:
             self._refuse(visitor, _not_here(request), request)
         elif visitor.listener.tls is not None:
             # Its TLS is here, where nobody but the stop is served, and will not be the loop's any more.
@@ -292,11 +309,12 @@ class Acceptor:
 
     def _hand_over(self, visitor: _Visitor, head: bytes) -> None:
         link = Link(visitor.socket, visitor.address, head)
-        self._selector.unregister(visitor.socket)
+        # Before the event loop has it, which registers it with a selector of its own.
+        self._listen_no_more(visitor)
         if self._connections.admit(link):
             self._visitors.discard(visitor)
         else:
-            self._selector.register(visitor.socket, selectors.EVENT_READ, visitor)
+            self._listen_to(visitor)
             self._refuse(visitor, Problem(503, "There are too many connections; try again."), None)
 
     # --- answers

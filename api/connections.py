@@ -13,11 +13,13 @@ import select
 import socket
 import ssl
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field
 from http import HTTPStatus
 
 import h11
+from starlette.types import Receive, Scope, Send
 from uvicorn import Config
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.server import ServerState
@@ -64,11 +66,6 @@ class Link:
         """Whether it is closed, or on its way out."""
         return self.shown_out or self.socket.fileno() == -1
 
-    @property
-    def idle(self) -> bool:
-        """Whether it waits for a request; not while one is answered, and never as a WebSocket."""
-        return self.protocol is not None and self.protocol.waits
-
     def peek(self) -> bytes:
         """What has come and was not read yet, at most a request's head; without reading it. Needs no descriptor."""
         descriptor = self.socket.fileno()
@@ -92,22 +89,17 @@ class LinkedProtocol(H11Protocol):
     """uvicorn's HTTP protocol that says when it waits, begins with what was read before, and lets a request begin when it is
     its turn and its head may be parsed."""
 
-    def __init__(
-        self,
-        link: Link,
-        config: Config,
-        state: ServerState,
-        lifespan_state: dict,
-        turnstile: Turnstile,
-        answer_stop: AnswerStop,
-    ) -> None:
-        super().__init__(config=config, server_state=state, app_state=lifespan_state)
+    def __init__(self, link: Link, connections: "Connections", turnstile: Turnstile) -> None:
+        super().__init__(connections.config, connections.state, connections.lifespan_state)
         self.link = link
         self.upgraded = False
+        self._answers, self.app = self.app, self._counted
+        self._connections = connections
         self._turnstile = turnstile
-        self._answer_stop = answer_stop
         self._queued = False
         self._refused = False
+        self._gone = False
+        self._under_way = 0
 
     @property
     def waits(self) -> bool:
@@ -117,9 +109,31 @@ class LinkedProtocol(H11Protocol):
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Read first what the acceptor had read."""
         super().connection_made(transport)
+        self._connections.now_idle(self.link)
         prefix, self.link.prefix = self.link.prefix, b""
         if prefix:
             self.data_received(prefix)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Whoever waited for its turn waits no more; what is under way goes on for nobody."""
+        super().connection_lost(exc)
+        self._gone = True
+        self._turnstile.leave(self._begin)
+        for _ in range(self._under_way):
+            self._turnstile.abandon()
+        self._connections.forget(self.link)
+
+    async def _counted(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """The application, with its requests counted while they are under way."""
+        if self._gone:
+            return  # before its task's first step: nothing was begun
+        self._under_way += 1
+        try:
+            await self._answers(scope, receive, send)
+        finally:
+            self._under_way -= 1
+            if self._gone:
+                self._turnstile.end_abandoned()
 
     def data_received(self, data: bytes) -> None:
         """What comes buys time; a new request has all of it, and after a refusal nothing counts."""
@@ -144,10 +158,11 @@ class LinkedProtocol(H11Protocol):
             super().handle_events()  # which says so where it cannot become one
         else:
             is_stop = STOP_REQUEST.match(head) is not None
-            if is_stop and (answer := self._answer_stop(head, self.link.address)) is not None:
+            if is_stop and (answer := self._connections.answer_stop(head, self.link.address)) is not None:
                 self._end_with(answer)
                 return
             self._queued = True
+            self._connections.now_busy(self.link)
             self.flow.pause_reading()
             self._turnstile.wait(self._begin, is_stop=is_stop)
 
@@ -187,7 +202,7 @@ class LinkedProtocol(H11Protocol):
 
     def on_response_complete(self) -> None:
         """The connection waits for its next request."""
-        self.link.idle_since = time.monotonic()
+        self._connections.now_idle(self.link)
         super().on_response_complete()
 
 
@@ -195,18 +210,25 @@ class Connections:
     """All admitted connections of one server.
 
     most : at the same time; from one address at most half of them
+
+    A crowd makes the acceptor ask for room for each newcomer: what that needs is counted as it changes, not looked for.
     """
 
     def __init__(self, config: Config, state: ServerState, most: int) -> None:
-        self._config = config
-        self._state = state
-        self._most = most
-        self._links: set[Link] = set()
-        self._loop: asyncio.AbstractEventLoop | None = None
-        self._turnstile: Turnstile | None = None
+        self.config = config
+        self.state = state
+        self.lifespan_state: dict = {}
         self.answer_stop: AnswerStop = lambda _head, _address: None
         """Of a stop that came on a connection that the event loop has; the acceptor's."""
-        self._lifespan_state: dict = {}
+        self._most = most
+        self._links: set[Link] = set()  # with the count of each address, the acceptor's alone to change
+        self._of_address: Counter[str] = Counter()
+        self._left: set[Link] = set()
+        self._idle: dict[
+            Link, None
+        ] = {}  # since when they are, the first first; the event loop's alone to change
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._turnstile: Turnstile | None = None
         self._sweeper: asyncio.TimerHandle | None = None
         self._adopting: set[asyncio.Task[None]] = set()
 
@@ -214,7 +236,7 @@ class Connections:
         """Serve from now on, in the running event loop."""
         self._loop = asyncio.get_running_loop()
         self._turnstile = Turnstile(self._loop)
-        self._lifespan_state = lifespan_state
+        self.lifespan_state = lifespan_state
         self._sweep()
 
     def end(self) -> None:
@@ -229,6 +251,7 @@ class Connections:
         if self._loop is None or self._loop.is_closed() or not self._make_room(link.address):
             return False
         self._links.add(link)
+        self._of_address[link.address] += 1
         self._loop.call_soon_threadsafe(self._begin, link, tls)
         return True
 
@@ -238,23 +261,48 @@ class Connections:
 
     def show_out_longest_idle(self) -> bool:
         """Close the connection that has waited longest; False if none waits."""
-        return self._show_out([link for link in self.served() if link.idle])
+        return self._show_out_idle(None)
 
     def _make_room(self, address: str) -> bool:
-        served = list(self.served())
-        same = [link for link in served if link.address == address]
-        crowd = same if len(same) >= self._most // 2 else served if len(served) >= self._most else None
-        return crowd is None or self._show_out([link for link in crowd if link.idle])
+        while self._left:
+            self._count_out(self._left.pop())
+        if self._of_address[address] >= self._most // 2:
+            return self._show_out_idle(address)
+        return len(self._links) < self._most or self._show_out_idle(None)
 
-    def _show_out(self, idle: list[Link]) -> bool:
-        if not idle or self._loop is None:
-            return False
-        link = min(idle, key=lambda link: link.idle_since)
-        link.shown_out = True
-        self._loop.call_soon_threadsafe(self._close, link)
-        return True
+    def _show_out_idle(self, address: str | None) -> bool:
+        """Likewise, of those from this address."""
+        for link in list(self._idle):
+            if self._loop is not None and not link.gone and address in (None, link.address):
+                link.shown_out = True
+                self._count_out(link)
+                self._loop.call_soon_threadsafe(self._close, link)
+                return True
+        return False
+
+    def _count_out(self, link: Link) -> None:
+        if link in self._links:
+            self._links.remove(link)
+            self._of_address[link.address] -= 1
+            if not self._of_address[link.address]:
+                del self._of_address[link.address]
 
     # --- in the event loop
+
+    def now_idle(self, link: Link) -> None:
+        """It waits for a request from now on."""
+        link.idle_since = time.monotonic()
+        self._idle.pop(link, None)
+        self._idle[link] = None
+
+    def now_busy(self, link: Link) -> None:
+        """It has asked; whoever waits for an answer makes room for nobody."""
+        self._idle.pop(link, None)
+
+    def forget(self, link: Link) -> None:
+        """It is closed."""
+        self._idle.pop(link, None)
+        self._left.add(link)
 
     def _begin(self, link: Link, tls: ssl.SSLContext | None) -> None:
         task = asyncio.ensure_future(self._adopt(link, tls))
@@ -267,9 +315,7 @@ class Connections:
         assert turnstile is not None
 
         def protocol() -> LinkedProtocol:
-            link.protocol = LinkedProtocol(
-                link, self._config, self._state, self._lifespan_state, turnstile, self.answer_stop
-            )
+            link.protocol = LinkedProtocol(link, self, turnstile)
             return link.protocol
 
         try:
@@ -277,6 +323,7 @@ class Connections:
                 protocol, link.socket, ssl=tls, ssl_handshake_timeout=HEAD_TIMEOUT if tls else None
             )
         except (OSError, ssl.SSLError):
+            self.forget(link)
             link.socket.close()  # it went before it was there, or speaks no TLS
 
     def _sweep(self) -> None:
@@ -284,7 +331,7 @@ class Connections:
         now = time.monotonic()
         for link in list(self._links):
             if link.socket.fileno() == -1:
-                self._links.discard(link)
+                self.forget(link)
             elif link.protocol is not None and self._keeps_us_waiting(link, link.protocol, now):
                 self._close(link)
         self._sweeper = self._loop.call_later(SWEEP_EVERY, self._sweep)

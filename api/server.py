@@ -28,6 +28,10 @@ from identify.recording.errors import InputError
 SHUTDOWN = 5
 """s that open connections have to end after an interrupt; the robot is at rest before."""
 
+INTERPRETER_TURN = 0.0005
+"""s that a busy thread keeps the interpreter from one that asks for it. The acceptor gives it up in each of its system calls and
+has to ask for it again: at Python's 5 ms, a hundred newcomers before a stop held it up for a second while the loop was busy."""
+
 
 class ServiceServer(uvicorn.Server):
     """uvicorn whose connections come from the acceptor.
@@ -77,6 +81,7 @@ class ServiceServer(uvicorn.Server):
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Called by uvicorn in the event loop: the application's own start, then its doors."""
+        sys.setswitchinterval(INTERPRETER_TURN)
         await self.lifespan.startup()
         if self.lifespan.should_exit:
             sys.exit(STARTUP_FAILURE)

@@ -14,6 +14,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from api.application import create_application
+from api.connections import Connections
 from api.quiet_websocket import SAID_AT_ONCE
 from api.request_head import (
     LONGEST_HEAD,
@@ -26,7 +27,7 @@ from api.request_head import (
     request_of,
 )
 from api.service.settings import ServiceSettings
-from api.turnstile import AT_ONCE, Turnstile
+from api.turnstile import AT_ONCE, MOST_ABANDONED, Turnstile
 from tests.api.served import served
 from tests.api.test_acceptor import ask, raw
 
@@ -58,6 +59,16 @@ def test_a_bomb_is_turned_away_at_the_first_request_and_on_a_kept_connection(lis
     with socket.create_connection((place.hostname, place.port), timeout=10) as kept:
         assert ask(kept, GET + b"\r\n").startswith(b"HTTP/1.1 200")
         assert ask(kept, head + b"\r\n").startswith(b"HTTP/1.1 %d" % status)
+
+
+@pytest.mark.parametrize("bomb", [bomb for bomb in BOMBS if bomb != "long"])
+def test_a_bomb_is_refused_before_the_event_loop_hears_of_it(listening, monkeypatch, bomb):
+    """A way into the loop costs ten times the look at its bytes, and a busy loop holds up the thread that answers stops."""
+    monkeypatch.setattr(
+        Connections, "admit", lambda *_arguments: pytest.fail("it was handed to the event loop")
+    )
+    status, head = BOMBS[bomb]
+    assert raw(listening, head + b"\r\n").startswith(b"HTTP/1.1 %d" % status)
 
 
 def test_bombs_of_who_is_gone_before_the_answer_fill_no_log(listening, caplog):
@@ -143,6 +154,31 @@ def test_requests_begin_a_few_in_a_turn_and_stops_first():
 
     asyncio.run(crowd())
     assert begun[1:] == [f"{number}" for number in range(3 * AT_ONCE)]
+
+
+def test_requests_that_go_on_for_nobody_keep_the_next_ones_waiting_until_they_end():
+    begun: list[str] = []
+
+    async def crowd() -> None:
+        turnstile = Turnstile(asyncio.get_running_loop())
+        for _ in range(MOST_ABANDONED):
+            turnstile.abandon()
+
+        def gone() -> None:
+            begun.append("gone")
+
+        turnstile.wait(gone, is_stop=False)
+        turnstile.wait(lambda: begun.append("next"), is_stop=False)
+        turnstile.leave(gone)
+        for _ in range(5):
+            await asyncio.sleep(0)
+        assert begun == []
+        turnstile.end_abandoned()
+        for _ in range(3):
+            await asyncio.sleep(0)
+        assert begun == ["next"]
+
+    asyncio.run(crowd())
 
 
 def _read_to_the_end(viewer):
