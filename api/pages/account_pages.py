@@ -77,7 +77,9 @@ def issue_token(
 ) -> HTMLResponse:
     """Make a token and show it this once."""
     with input_errors_as_problems():
-        token = access.service_of(request).accounts.issue_token(user.name, label, scope, days * 86400.0)
+        token = access.service_of(request).accounts.issue_token(
+            user.name, label, scope, days * 86400.0, sign_in=request.session.get(access.SIGN_IN_KEY)
+        )
     return page(request, "new_token.html", token=token)
 
 
@@ -93,9 +95,9 @@ def revoke_token(request: Request, user: access.Person, token: str) -> Response:
 def change_password(request: Request, user: access.Person, old: Password, new: Password) -> Response:
     """Change one's own password; every browser signs in again."""
     service = access.service_of(request)
-    access.verify_password(request, user.name, old)
+    checked = access.verify_password(request, user.name, old)
     with input_errors_as_problems():
-        service.accounts.change_user(user.name, password=new)
+        service.accounts.change_user(user.name, password=new, by=checked)
     return Response(status_code=204, headers={"HX-Redirect": f"{PREFIX}/sign-in"})
 
 

@@ -11,9 +11,10 @@ from typing import Annotated, Any
 from fastapi import Depends
 from starlette.requests import HTTPConnection
 
-from api.service.accounts import Role, User
+from api.service.accounts import CheckedPassword, Role, User
 from api.service.problems import Problem
 from api.service.service import Service
+from identify.recording.errors import InputError
 
 CSRF_HEADER = "X-CSRF-Token"
 SIGN_IN_KEY = "sign_in"
@@ -97,7 +98,7 @@ def csrf_token(connection: HTTPConnection) -> str:
     return session[CSRF_KEY]
 
 
-def verify_password(connection: HTTPConnection, name: str, password: str) -> User:
+def verify_password(connection: HTTPConnection, name: str, password: str) -> CheckedPassword:
     """The user whose name and password these are; attempts are throttled.
 
     Raises the problem 401 (wrong name or password), 429 (too many attempts, with Retry-After) or 503 (too many sign-ins).
@@ -105,11 +106,11 @@ def verify_password(connection: HTTPConnection, name: str, password: str) -> Use
     service = service_of(connection)
     address = client_address(connection)
     with service.throttle.attempt(name, address):
-        user = service.accounts.check_password(name, password)
-    if user is None:
+        checked = service.accounts.check_password(name, password)
+    if checked is None:
         raise Problem(401, "The name or the password is wrong.", {"WWW-Authenticate": "Bearer"})
     service.throttle.succeeded(name, address)
-    return user
+    return checked
 
 
 def sign_in(connection: HTTPConnection, name: str, password: str) -> User:
@@ -118,14 +119,18 @@ def sign_in(connection: HTTPConnection, name: str, password: str) -> User:
     Raises the problem 401 (wrong name or password) or 429 (too many attempts, with Retry-After).
     """
     connection.scope["audit_details"] = {"name": name}
-    user = verify_password(connection, name, password)
-    connection.scope["user"] = user
+    checked = verify_password(connection, name, password)
+    connection.scope["user"] = checked.user
     service = service_of(connection)
+    try:
+        secret = service.accounts.open_sign_in(checked, service.settings.sign_in_lasts)
+    except InputError as error:
+        raise Problem(401, f"{error}.", {"WWW-Authenticate": "Bearer"}) from error
     # A cookie from before the sign-in gains no rights: everything in it is replaced.
     connection.session.clear()
-    connection.session[SIGN_IN_KEY] = service.accounts.open_sign_in(user, service.settings.sign_in_lasts)
+    connection.session[SIGN_IN_KEY] = secret
     csrf_token(connection)
-    return user
+    return checked.user
 
 
 def sign_out(connection: HTTPConnection) -> None:

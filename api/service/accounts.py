@@ -7,6 +7,7 @@ texts of which only the SHA-256 is stored, which is enough for a secret that nob
 import hashlib
 import re
 import secrets
+from base64 import b64encode
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
@@ -51,6 +52,14 @@ class User:
     via: str
 
 
+@dataclass(frozen=True)
+class CheckedPassword:
+    """A user whose password was right, and the hash that it was right for: a change in the same moment voids it."""
+
+    user: User
+    password_hash: str
+
+
 LOCAL_OPERATOR = User("local operator", Role.OPERATOR, "local")
 
 
@@ -74,8 +83,13 @@ def digest(secret: str) -> str:
 
 @cache
 def _hash_of_nobody() -> str:
-    """The hash of a password that nobody knows."""
-    return PasswordHasher().hash(secrets.token_hex(16))
+    """A hash that no password has: to check one against it takes as long as against any other, from the first time on."""
+    cost = PasswordHasher()
+    salt, hashed = (
+        b64encode(secrets.token_bytes(length)).decode().rstrip("=")
+        for length in (cost.salt_len, cost.hash_len)
+    )
+    return f"$argon2id$v=19$m={cost.memory_cost},t={cost.time_cost},p={cost.parallelism}${salt}${hashed}"
 
 
 class Accounts:
@@ -114,12 +128,24 @@ class Accounts:
         with self._database.transaction() as session:
             return list(session.scalars(select(UserRow).order_by(UserRow.name)))
 
-    def change_user(self, name: str, *, role: Role | None = None, password: str | None = None) -> UserRow:
+    def change_user(
+        self,
+        name: str,
+        *,
+        role: Role | None = None,
+        password: str | None = None,
+        by: CheckedPassword | None = None,
+    ) -> UserRow:
         """Change role or password; the user's browsers have to sign in again, and after a new password the
-        tokens are void too."""
+        tokens are void too.
+
+        by : the person's own password, which must still be that; None for an administrator
+        """
         hashed = None if password is None else self._hash(name, password)
         with self._database.transaction(alone=True) as session:
             row = self._existing(session, name)
+            if by is not None:
+                self._refuse_old_password(row, by)
             if role is not None and role != Role.ADMIN:
                 self._refuse_losing_last_admin(session, row)
             row.role = role or row.role
@@ -144,6 +170,11 @@ class Accounts:
             raise InputError(f"there is no user {name}")
         return row
 
+    @staticmethod
+    def _refuse_old_password(row: UserRow, checked: CheckedPassword) -> None:
+        if row.password_hash != checked.password_hash:
+            raise InputError(f"the password of {row.name} was changed in the same moment; sign in again")
+
     def _refuse_losing_last_admin(self, session, row: UserRow) -> None:
         if row.role != Role.ADMIN:
             return
@@ -157,7 +188,7 @@ class Accounts:
 
     # --- browsers
 
-    def check_password(self, name: str, password: str) -> User | None:
+    def check_password(self, name: str, password: str) -> CheckedPassword | None:
         """The user if the password is right, else None; takes as long for an unknown name."""
         row = None
         if re.fullmatch(NAME_PATTERN, name):
@@ -169,16 +200,20 @@ class Accounts:
             self._hasher.verify(stored, password[:LONGEST_PASSWORD])
         except (VerificationError, InvalidHashError):
             return None
-        return User(row.name, Role(row.role), "cookie") if row else None
+        return CheckedPassword(User(row.name, Role(row.role), "cookie"), row.password_hash) if row else None
 
-    def open_sign_in(self, user: User, lasts: float) -> str:
-        """A new sign-in; the text returned is what the browser's cookie carries. Raises InputError if the user was removed."""
+    def open_sign_in(self, checked: CheckedPassword, lasts: float) -> str:
+        """A new sign-in; the text returned is what the browser's cookie carries.
+
+        Raises InputError if the user was removed or has another password since it was checked.
+        """
         secret = secrets.token_urlsafe(32)
         now = self._clock()
         with self._database.transaction(alone=True) as session:
-            self._existing(session, user.name)
+            row = self._existing(session, checked.user.name)
+            self._refuse_old_password(row, checked)
             session.execute(delete(SignInRow).where(SignInRow.expires < now))
-            session.add(SignInRow(id_hash=digest(secret), user=user.name, expires=now + lasts))
+            session.add(SignInRow(id_hash=digest(secret), user=row.name, expires=now + lasts))
         return secret
 
     def user_of_sign_in(self, secret: str) -> User | None:
@@ -197,8 +232,13 @@ class Accounts:
 
     # --- tokens
 
-    def issue_token(self, user_name: str, label: str, scope: Role, lasts: float) -> IssuedToken:
-        """A bearer token for `lasts` seconds; its scope cannot exceed the user's role."""
+    def issue_token(
+        self, user_name: str, label: str, scope: Role, lasts: float, *, sign_in: str | None = None
+    ) -> IssuedToken:
+        """A bearer token for `lasts` seconds; its scope cannot exceed the user's role.
+
+        sign_in : by which it is asked for, and which must not have ended meanwhile; None on the command line
+        """
         if not 0 < lasts <= LONGEST_TOKEN_LIFE:
             raise InputError(f"token: it lasts between 0 and {LONGEST_TOKEN_LIFE / 86400:.0f} days")
         if not label.isprintable():
@@ -207,6 +247,8 @@ class Accounts:
         now = self._clock()
         with self._database.transaction(alone=True) as session:
             user = self._existing(session, user_name)
+            if sign_in is not None and session.get(SignInRow, digest(sign_in)) is None:
+                raise InputError(f"token: the sign-in of {user_name} has ended; sign in again")
             if not Role(user.role).covers(scope):
                 raise InputError(f"token: scope {scope} exceeds the role {user.role} of {user_name}")
             row = TokenRow(

@@ -57,7 +57,9 @@ def test_a_restored_folder_is_the_same_and_gives_the_same_results(
     assert documents[0] == documents[1]
     with open_data(restored, None) as opened:
         assert opened.experiments.reindex() == 1
-        assert opened.accounts.check_password("the-operator", "correct horse battery").role == Role.OPERATOR
+        assert (
+            opened.accounts.check_password("the-operator", "correct horse battery").user.role == Role.OPERATOR
+        )
         assert opened.audit.check().ok
     from api.application import create_application
     from api.service.settings import ServiceSettings

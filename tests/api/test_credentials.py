@@ -6,6 +6,7 @@ import threading
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
+from argon2 import PasswordHasher, extract_parameters
 from sqlalchemy import event
 
 from api.service.accounts import Accounts, Role
@@ -160,3 +161,59 @@ def test_who_is_removed_while_signing_in_has_no_sign_in(accounts):
     known.remove_user("ada")
     with pytest.raises(InputError, match="there is no user ada"):
         known.open_sign_in(ada, 3600.0)
+
+
+def test_what_a_password_let_in_ends_with_it_however_close_the_two_come(accounts):
+    """Between the check of the old password and what it was checked for, somebody else changes it."""
+    known, _database = accounts
+    known.add_user("ada", "correct horse battery", Role.ADMIN)
+    old = known.check_password("ada", "correct horse battery")
+    sign_in = known.open_sign_in(old, 3600.0)
+    known.change_user("ada", password="staple battery horse")
+    with pytest.raises(InputError, match="was changed in the same moment"):
+        known.open_sign_in(old, 3600.0)
+    with pytest.raises(InputError, match="was changed in the same moment"):
+        known.change_user("ada", password="horse of another colour", by=old)
+    with pytest.raises(InputError, match="has ended"):
+        known.issue_token("ada", "notebook", Role.ADMIN, 3600.0, sign_in=sign_in)
+    assert known.let_in() == {}
+    new = known.check_password("ada", "staple battery horse")
+    assert known.issue_token("ada", "notebook", Role.ADMIN, 3600.0, sign_in=known.open_sign_in(new, 3600.0))
+
+
+def test_whoever_signs_in_while_the_password_changes_is_told_to_sign_in_again(ada, monkeypatch):
+    accounts = ada.service.accounts
+    check = accounts.check_password
+
+    def changed_meanwhile(name, password):
+        checked = check(name, password)
+        accounts.change_user(name, password="staple battery horse")
+        return checked
+
+    monkeypatch.setattr(accounts, "check_password", changed_meanwhile)
+    client = ada.client()
+    answer = client.post("/sign-in", json={"name": "ada", "password": "correct horse battery"})
+    assert answer.status_code == 401
+    assert "sign in again" in answer.json()["detail"]
+    assert client.get("/me").status_code == 401
+
+
+def test_an_unknown_name_costs_the_same_check_as_a_known_one(accounts):
+    """The same work, from the first attempt on: one check with the same cost, and no hash made for the purpose."""
+    known, _database = accounts
+    known.add_user("ada", "correct horse battery", Role.VIEWER)
+    checked = []
+
+    class Noting(PasswordHasher):
+        def verify(self, hash, password):
+            checked.append(extract_parameters(hash))
+            return super().verify(hash, password)
+
+        def hash(self, *_arguments, **_named):
+            pytest.fail("a hash was made while a password was checked")
+
+    known._hasher = Noting()
+    for name in ("ada", "eve", "No Name!"):
+        assert known.check_password(name, "a wrong password") is None
+    assert len(checked) == 3
+    assert len({(each.type, each.memory_cost, each.time_cost, each.parallelism) for each in checked}) == 1

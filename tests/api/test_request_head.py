@@ -1,6 +1,5 @@
 """Heads of requests that cost more than they say: turned away unparsed; and the forms in which one request can be written."""
 
-import asyncio
 import socket
 import struct
 from types import SimpleNamespace
@@ -27,7 +26,7 @@ from api.request_head import (
     request_of,
 )
 from api.service.settings import ServiceSettings
-from api.turnstile import AT_ONCE, MOST_ABANDONED, Turnstile
+from api.turnstile import Turnstile
 from tests.api.served import served
 from tests.api.test_acceptor import ask, raw
 
@@ -135,50 +134,6 @@ def test_no_bytes_are_too_odd_to_be_judged(read):
     request_of(read + b"\r\n\r\n")
     scope = {"type": "http", "path": "/", "raw_path": b"http://" + read, "headers": [(b"host", b"x")]}
     assert in_origin_form(scope)["path"].startswith("/")
-
-
-def test_requests_begin_a_few_in_a_turn_and_stops_first():
-    begun: list[str] = []
-
-    async def crowd() -> None:
-        turnstile = Turnstile(asyncio.get_running_loop())
-        for number in range(3 * AT_ONCE):
-            turnstile.wait(lambda number=number: begun.append(f"{number}"), is_stop=False)
-        turnstile.wait(lambda: begun.append("stop"), is_stop=True)
-        for _ in range(2):
-            await asyncio.sleep(0)
-        assert len(begun) == AT_ONCE
-        assert begun[0] == "stop"
-        while len(begun) < 3 * AT_ONCE + 1:
-            await asyncio.sleep(0)
-
-    asyncio.run(crowd())
-    assert begun[1:] == [f"{number}" for number in range(3 * AT_ONCE)]
-
-
-def test_requests_that_go_on_for_nobody_keep_the_next_ones_waiting_until_they_end():
-    begun: list[str] = []
-
-    async def crowd() -> None:
-        turnstile = Turnstile(asyncio.get_running_loop())
-        for _ in range(MOST_ABANDONED):
-            turnstile.abandon()
-
-        def gone() -> None:
-            begun.append("gone")
-
-        turnstile.wait(gone, is_stop=False)
-        turnstile.wait(lambda: begun.append("next"), is_stop=False)
-        turnstile.leave(gone)
-        for _ in range(5):
-            await asyncio.sleep(0)
-        assert begun == []
-        turnstile.end_abandoned()
-        for _ in range(3):
-            await asyncio.sleep(0)
-        assert begun == ["next"]
-
-    asyncio.run(crowd())
 
 
 def _read_to_the_end(viewer):

@@ -117,8 +117,8 @@ def me(request: Request, user: access.SignedIn) -> Me:
 @router.put("/me/password", status_code=204, responses=problems(429, 503))
 def change_own_password(request: Request, user: access.Person, passwords: OwnPassword) -> None:
     """Change one's own password; all browsers sign in again and all tokens are void."""
-    access.verify_password(request, user.name, passwords.old)
-    access.service_of(request).accounts.change_user(user.name, password=passwords.new)
+    checked = access.verify_password(request, user.name, passwords.old)
+    access.service_of(request).accounts.change_user(user.name, password=passwords.new, by=checked)
 
 
 @router.get("/users")
@@ -174,7 +174,11 @@ def issue_token(request: Request, user: access.Person, wanted: TokenRequest) -> 
     if not user.role.covers(wanted.scope):
         raise Problem(403, f"The scope {wanted.scope} exceeds {user.role}.")
     issued = access.service_of(request).accounts.issue_token(
-        user.name, wanted.label, wanted.scope, wanted.days * 86400.0
+        user.name,
+        wanted.label,
+        wanted.scope,
+        wanted.days * 86400.0,
+        sign_in=request.session.get(access.SIGN_IN_KEY),
     )
     return NewToken.model_validate(issued, from_attributes=True)
 
