@@ -5,7 +5,8 @@ from typing import Annotated
 
 import typer
 
-Experiment = Annotated[
+Experiment = Annotated[str, typer.Argument(help="folder, experiment.yaml, or name of a stored experiment")]
+ExperimentOrRecord = Annotated[
     str,
     typer.Argument(
         help="folder, experiment.yaml, or name of a stored experiment; with --robot a record of joints (MCAP, rosbag)"

@@ -1,5 +1,7 @@
 """The two sessions of a proof on the drive from the command line, one after the other in one process."""
 
+import shutil
+from contextlib import suppress
 from pathlib import Path
 
 from api.compensation_picture import draw
@@ -31,6 +33,15 @@ class CompensationRun:
         """The session with it, its following error bounded by that of the first, which must have come to its end."""
         self._second = self._session(self.proof.sent(self._recorded()))
         return self._second
+
+    def forget_unless_driven(self) -> None:
+        """Remove the proof's folder where nothing was recorded: the first session never came to motion."""
+        first = self._first
+        if first is None or (first.file is not None and first.file.exists()):
+            return
+        shutil.rmtree(self.proof.folder, ignore_errors=True)
+        with suppress(OSError):  # other proofs stand beside it
+            self.proof.folder.parent.rmdir()
 
     def words(self) -> str:
         """What is about to be sent, for the operator."""

@@ -10,7 +10,7 @@ from api.compensation import require_same_robot, require_torque_of_motors
 from daq.drive_tables import ObjectWrite, write_tables
 from daq.rig import Axis, Rig, ampere_per_unit
 from drivers.compensation_objects import CompensationObjects, CurrentRow, FrictionObjects, SpeedRow
-from drivers.profile import DriveProfile
+from drivers.profile import DriveProfile, load_profile, profile_names
 from identify.export.exported_model import ExportedModel, Torque, exported_model
 from identify.export.planned_torque import planned_torque
 from identify.export.support_points import speed_line, turn_line, turn_line_at
@@ -120,9 +120,10 @@ def _profiles_with_tables(rig: Rig) -> Sequence[DriveProfile]:
     profiles = rig.profiles
     if all(profile.compensation is None for profile in profiles):
         named = ", ".join(dict.fromkeys(profile.name for profile in profiles))
+        with_tables = [name for name in profile_names() if load_profile(name).compensation is not None]
         raise InputError(
             f"rig {rig.name}: no compensation tables are described for its drives ({named}): a profile's section `compensation`"
-            " says which objects hold them"
+            f" says which objects hold them, as in {', '.join(with_tables)}"
         )
     return profiles
 

@@ -1,7 +1,6 @@
 """A model of the identifier as the planner sees it: regressor, loads and torques for planned motion."""
 
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -381,18 +380,6 @@ def usual_model(rig: Rig, payload: Payload, identified: Identified | None) -> Re
     if identified is not None and not identified.values.keys() >= set(names):
         identified = None
     return RegressorModel(rig, "usual", [payload], identified=identified)
-
-
-def predicting_model(rig: Rig, payload: Payload, document: IdentificationDocument | None) -> RegressorModel:
-    """The model of an identification with all its effects, as found; the usual one where an effect of it needs more than a
-    planned motion, or where nothing is identified."""
-    usual = usual_model(rig, payload, Identified.of(document) if document is not None else None)
-    if document is None or not usual.is_identified:
-        return usual
-    with suppress(InputError):
-        effects_of_model = [str(each) for each in document.effects]
-        return RegressorModel(rig, "rigid", [payload], effects_of_model, Identified.of(document))
-    return usual
 
 
 def _identified_base(names: Sequence[str], identified: Identified) -> Array:

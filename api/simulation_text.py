@@ -33,6 +33,8 @@ def _lines(document: SimulationDocument) -> Iterator[str]:
             if document.unseen.unseen == "validation"
             else "stretches left out of the fit"
         )
+        if document.controller is not None:
+            where += ", driven by the recorded torque"
         yield ""
         yield f"{document.unseen.horizon:g} s ahead where the fit did not see ({where}):"
         for joint in document.unseen.joints:

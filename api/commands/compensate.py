@@ -97,7 +97,11 @@ def compensate(
     run = CompensationRun(proof)
 
     console.print("First without torque sent ahead.", highlight=False)
-    if not conduct(console, run.without(), weigh, yes):
+    try:
+        driven = conduct(console, run.without(), weigh, yes)
+    finally:
+        run.forget_unless_driven()
+    if not driven:
         raise typer.Exit(1)
     console.print(f"Now with it: {run.words()}", highlight=False)
     conduct(console, run.with_torque(), weigh, yes)

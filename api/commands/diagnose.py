@@ -9,7 +9,7 @@ from api.command_arguments import (
     Additions,
     AsJson,
     Cluster,
-    Experiment,
+    ExperimentOrRecord,
     JudgeMotion,
     KeepLearned,
     ModelName,
@@ -30,7 +30,7 @@ def register(application: typer.Typer) -> None:
 
 
 def diagnose_command(
-    experiment: Experiment,
+    experiment: ExperimentOrRecord,
     model: ModelName = "usual",
     add: Additions = None,
     robot: RecordRobot = None,
@@ -55,7 +55,7 @@ def diagnose_command(
 
 
 def improve_command(
-    experiment: Experiment,
+    experiment: ExperimentOrRecord,
     model: ModelName = "usual",
     robot: RecordRobot = None,
     tip: RecordTip = None,

@@ -48,10 +48,11 @@ def export(
         return
     from api.certificate_text import certificate_text
     from api.stored_experiments import resolve
-    from identify.export.write import checked_target
+    from identify.export.write import checked_target, require_no_other_s_file
     from identify.export.write import export as export_model
     from identify.recording import load_experiment
 
     checked_target(target)
+    require_no_other_s_file(target)
     certificate = export_model(load_experiment(resolve(source)), target, model, add or [])
     print(certificate.json_text() if as_json else certificate_text(certificate))

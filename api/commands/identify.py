@@ -6,7 +6,15 @@ from typing import Annotated
 
 import typer
 
-from api.command_arguments import Additions, AsJson, Cluster, Experiment, ModelName, RecordTip, Workers
+from api.command_arguments import (
+    Additions,
+    AsJson,
+    Cluster,
+    ExperimentOrRecord,
+    ModelName,
+    RecordTip,
+    Workers,
+)
 
 
 def register(application: typer.Typer) -> None:
@@ -16,7 +24,7 @@ def register(application: typer.Typer) -> None:
 
 
 def identify_command(
-    experiment: Experiment,
+    experiment: ExperimentOrRecord,
     model: ModelName = "usual",
     add: Additions = None,
     estimator: Annotated[

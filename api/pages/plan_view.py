@@ -10,8 +10,9 @@ from api.pages.error_figures import JointUnits
 from api.pages.figures.plan_preview import draw_plan_signal
 from api.pages.number_format import listing, number, percent, significant
 from api.pages.plan_preview_times import preview_times
-from api.plan_model import Identified, RegressorModel, predicting_model, usual_model
+from api.plan_model import Identified, RegressorModel, usual_model
 from api.planned_motion import Determination, Repetition, determination, repetition
+from api.predicting_model import predicting_model
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.excitation.plan_limits import violations
 from daq.excitation.plan_model import PlannedMotion
@@ -107,8 +108,20 @@ def plan_view(
         findings(plan, rig, payload, masses_measured, model),
         "predicted with the current model, limits from the drive's current"
         if torque is not None
-        else "The torque cannot be predicted before a first model; the current is watched on every sample.",
+        else f"{_not_predicted(identification)}; the current is watched on every sample.",
     )
+
+
+def _not_predicted(identification: IdentificationDocument | None) -> str:
+    """Why no torque is drawn."""
+    if identification is None:
+        return "The torque cannot be predicted before a first model"
+    if not identification.rotors:
+        return (
+            "The torque cannot be predicted by a model of torques behind motor and gear (link-side), which has neither"
+            " rotor inertia nor motor friction"
+        )
+    return "The torque cannot be predicted: the current model is not of this rig's joints and drive"
 
 
 def purpose_words(report: Json | None) -> str | None:

@@ -20,9 +20,9 @@ from api.pages.session_words import outcome
 from api.pages.stored_models import StoredExperiment
 from api.service import access
 from api.service.database import SessionRow
-from api.service.proof_drives import Drive
 from api.service.proofs import ProofState
 from api.service.service import Service
+from api.service.session_ids import Drive
 from daq.rig import Rig
 from daq.session_events import SessionState
 from identify.recording.errors import InputError

@@ -6,7 +6,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from api.plan_model import RegressorModel, predicting_model
+from api.plan_model import RegressorModel
+from api.predicting_model import predicting_model
 from api.service.experiment_store import ExperimentStore
 from api.service.model_story import ModelStory
 from api.service.plan_store import PlanStore

@@ -25,10 +25,11 @@ from api.service.database import (
     ExperimentRow,
     SessionRow,
 )
-from api.service.folder_description import INCOMPLETE, FolderDescription, RecordingDescription, session_id
+from api.service.folder_description import INCOMPLETE, FolderDescription, RecordingDescription
 from api.service.problems import not_found
 from api.service.process_limits import GIBIBYTE, LimitExceeded, ProcessLimits
-from api.service.proof_drives import Drive, drive_id, drive_of_proof
+from api.service.proof_drives import drive_of_proof
+from api.service.session_ids import Drive, drive_id, session_id
 from api.stored_experiments import EXPERIMENT_ID
 from identify.recording import ExperimentFile, InputError, write_experiment
 from identify.recording.experiment_file import EXPERIMENT_FILE, DeclaredSession
@@ -144,7 +145,7 @@ class ExperimentStore:
         listed = {entry.file for entry in declared.sessions}
         for file, recording in recordings.items():
             if file not in listed:
-                stem = file.removeprefix(f"{INCOMPLETE}/").removesuffix(".h5")
+                stem = session_id(file.removeprefix(f"{INCOMPLETE}/"))
                 self._index_incomplete(session, identifier, file, stem, recording, rows.pop(stem, None))
         for row in rows.values():  # what is left has no file; it stays only while it is being prepared
             if drive_of_proof(row) is not None:

@@ -2,7 +2,6 @@
 from anybody."""
 
 import json
-import re
 from contextlib import suppress
 from dataclasses import dataclass, field
 from math import isfinite
@@ -28,11 +27,6 @@ LOOKED_AT = ("status", "status_reason", "weighed_mass", "payload", "role")
 """Attributes of a recording that the index wants."""
 LONGEST_ATTRIBUTE = 100_000
 """Letters of an attribute that are looked at."""
-
-
-def session_id(file: str) -> str:
-    """The id of a measured session: its file's name without the ending."""
-    return re.sub(r"(\.csv\.gz|\.csv|\.h5|\.hdf5)$", "", file)
 
 
 @dataclass(frozen=True)

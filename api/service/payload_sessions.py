@@ -18,7 +18,7 @@ from api.service.audit import AuditLog
 from api.service.bus_claims import BusClaim, BusClaims
 from api.service.database import LONGEST_WORDS, SessionRow
 from api.service.experiment_store import ExperimentStore
-from api.service.folder_description import INCOMPLETE, session_id
+from api.service.folder_description import INCOMPLETE
 from api.service.model_workflow import ModelWorkflow
 from api.service.plan_store import PlanStore
 from api.service.problems import Problem
@@ -26,6 +26,7 @@ from api.service.proof_drives import drive_of_proof
 from api.service.proofs import Proofs
 from api.service.rig_operators import RigOperators
 from api.service.rig_store import RigStore
+from api.service.session_ids import session_id
 from daq.excitation.plan_limits import require_within_limits
 from daq.session_events import SessionEvent, SessionState, StepOutOfTurn
 from identify.recording.errors import InputError

@@ -28,9 +28,10 @@ from api.service.jobs import Arguments, Job, JobRunner
 from api.service.model_story import ModelStory
 from api.service.plan_store import PlanStore
 from api.service.problems import Problem, not_found
-from api.service.proof_drives import Drive, drive_id, drive_of_proof
+from api.service.proof_drives import drive_of_proof
 from api.service.rig_operators import RigOperators
 from api.service.rig_store import RigStore
+from api.service.session_ids import Drive, drive_id
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.excitation.plan_limits import require_within_limits
 from daq.rig import Rig

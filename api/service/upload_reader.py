@@ -15,9 +15,10 @@ from typing import IO, Any
 import h5py
 
 from api.service.archive_members import ArchiveMembers, Member, known_ending, leads_out, plain_name
-from api.service.folder_description import HDF5_ENDINGS, session_id
+from api.service.folder_description import HDF5_ENDINGS
 from api.service.job_process import Progress
 from api.service.problems import Problem
+from api.service.session_ids import session_id
 from api.service.session_notes import NOTES, read_notes, write_notes
 from api.service.session_table import rewrite_by_contract
 from identify.recording import (

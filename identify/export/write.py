@@ -72,10 +72,11 @@ def export(
     """Identify a model and write it to `target`; beside it `TARGET.certificate.json`.
 
     target : a file ending in .urdf, .sdf, .xml (MJCF), .py, .c (a header is written beside it), .st, .fmu or .json
-    Raises InputError: the ending, the experiment, the model or an effect is wrong, or the extra `feasible` is not
-        installed, which formats with bodies need.
+    Raises InputError: the ending, the experiment, the model or an effect is wrong, somebody else's file stands there, or the
+        extra `feasible` is not installed, which formats with bodies need.
     """
     checked_target(target)
+    require_no_other_s_file(target)
     return write_export(identify(experiment, model, add), target)
 
 
@@ -94,7 +95,7 @@ def checked_target(target: Path) -> str:
         raise InputError(f"{target}: the folder {target.resolve().parent} cannot be written to")
     if target.suffix == ".c" and (not target.stem.isprintable() or set(target.stem) & set('"\\')):
         raise InputError(f"{target}: C cannot include a header of this name; use letters, digits and '_'")
-    beside = [target.with_name(f"{target.name}.certificate.json")]
+    beside = [_certificate_of(target)]
     if target.suffix == ".c":
         beside.append(target.with_suffix(".h"))
     try:
@@ -104,6 +105,22 @@ def checked_target(target: Path) -> str:
     if folders:
         raise InputError(f"{folders[0]}: is a folder, but a file of this name is to be written")
     return target.suffix
+
+
+def require_no_other_s_file(target: Path) -> None:
+    """Raises InputError: a file stands there that is no export, which has its certificate beside it; a robot's URDF, for
+    instance, is not written over."""
+    files = [target, *([target.with_suffix(".h")] if target.suffix == ".c" else [])]
+    there = [file for file in files if file.is_file() and file.stat().st_size > 0]
+    if there and not _certificate_of(target).is_file():
+        raise InputError(
+            f"{there[0]}: is there already and was not exported by coulomb (it has no certificate); remove it or choose another"
+            " name"
+        )
+
+
+def _certificate_of(target: Path) -> Path:
+    return target.with_name(f"{target.name}.certificate.json")
 
 
 def write_export(result: Identification, target: Path) -> Certificate:
@@ -123,7 +140,7 @@ def write_export(result: Identification, target: Path) -> Certificate:
             (Path(folder) / name).write_bytes(content.encode() if isinstance(content, str) else content)
         errors = errors_on_record(result, made.torque_of(Path(folder)))
         certificate = _certificate(result, model, target, made, errors)
-        name = f"{target.name}.certificate.json"
+        name = _certificate_of(target).name
         (Path(folder) / name).write_text(certificate.json_text(indent=1) + "\n", encoding="utf-8")
         for written in (*made.files, name):
             (Path(folder) / written).replace(target.resolve().parent / written)

@@ -74,9 +74,8 @@ def result(experiment):
     return identify(load_experiment(experiment), "load-velocity")
 
 
-def proof(rig, experiment, plan, ahead):
-    """Both drives of the plan, and what is stored of them."""
-    settings = ProofSettings(
+def settings_of(rig):
+    return ProofSettings(
         experiment="rx130l",
         rig=RIG,
         plan="standard plan",
@@ -87,7 +86,11 @@ def proof(rig, experiment, plan, ahead):
         operator="operator",
         created="2026-11-28T09:00:00+00:00",
     )
-    run = CompensationRun(Proof(next_folder(experiment), settings, rig, plan, ahead), seed=3)
+
+
+def proof(rig, experiment, plan, ahead):
+    """Both drives of the plan, and what is stored of them."""
+    run = CompensationRun(Proof(next_folder(experiment), settings_of(rig), rig, plan, ahead), seed=3)
     assert drive(run.without()) is SessionState.DONE
     state = drive(run.with_torque())
     return state, run, run.document()
@@ -224,6 +227,17 @@ def test_friction_that_drives_is_refused(rig, plan, experiment):
     turned = replace(usual, fitted=replace(usual.fitted, fit=replace(fit, chi=chi)))
     with pytest.raises(InputError, match="would drive"):
         torque_ahead(turned, rig, plan, rig.payload(PAYLOAD), "whole", 0.6)
+
+
+def test_a_proof_whose_first_run_never_began_leaves_nothing(rig, plan, result, tmp_path):
+    payload = rig.payload(PAYLOAD)
+    ahead = torque_ahead(result, rig, plan, payload, "whole", 0.6)
+    run = CompensationRun(Proof(next_folder(tmp_path), settings_of(rig), rig, plan, ahead))
+    with run.without() as session:
+        assert session.check().ok
+    assert next_folder(tmp_path).name == "01"
+    run.forget_unless_driven()
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_the_command_drives_twice_and_says_what_came_of_it(experiment):

@@ -9,10 +9,10 @@ from api.service import access
 from api.service.access import service_of
 from api.service.database import SessionRow
 from api.service.openapi import ResourceRoute, problems
-from api.service.proof_drives import Drive
 from api.service.proofs import ProofState
 from api.service.routes.experiments import ExperimentId, SessionSummary
 from api.service.routes.jobs import JobView
+from api.service.session_ids import Drive
 from identify.results.compensation import CompensationDocument
 
 router = APIRouter(tags=["proofs"], route_class=ResourceRoute)

@@ -20,7 +20,7 @@ from identify.export.expression_code import literal
 from identify.export.python_code import python_code
 from identify.export.record_error import Motion
 from identify.export.structured_text import TAKEN, block_name, structured_text
-from identify.export.write import module_torque, write_export
+from identify.export.write import export, module_torque, write_export
 from identify.identification import identify
 from identify.recording import InputError
 from identify.results.certificate import Certificate
@@ -242,6 +242,19 @@ def test_a_target_that_cannot_be_written_is_refused_before_anything_is(plant, tm
     with pytest.raises(InputError, match="is a folder" if folder else "include|cannot be written"):
         write_export(identify(plant, "usual"), tmp_path / target)
     assert [path.name for path in tmp_path.iterdir()] == ([folder] if folder else [])
+
+
+@pytest.mark.parametrize(("target", "there"), [("arm.urdf", "arm.urdf"), ("arm.c", "arm.h")])
+def test_a_file_that_was_not_exported_is_not_written_over(plant, tmp_path, target, there):
+    (tmp_path / there).write_text("the maker's own")
+    with pytest.raises(InputError, match="was not exported by coulomb"):
+        export(plant, tmp_path / target)
+    assert (tmp_path / there).read_text() == "the maker's own"
+    (tmp_path / there).write_text("")
+    export(plant, tmp_path / target, "rigid")
+    written = (tmp_path / target).read_text()
+    export(plant, tmp_path / target, "usual")  # an export is written anew
+    assert (tmp_path / target).read_text() != written
 
 
 @pytest.mark.parametrize(
