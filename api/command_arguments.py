@@ -14,6 +14,10 @@ ExperimentOrRecord = Annotated[
 ]
 RecordRobot = Annotated[Path | None, typer.Option("--robot", help="URDF, SDF or MJCF of a record's robot")]
 RecordTip = Annotated[str | None, typer.Option("--tip", help="link at which the chain ends")]
+RecordTopic = Annotated[
+    str | None,
+    typer.Option("--topic", help="of a recording of ROS, whose joints are the robot's, if several hold them"),
+]
 ModelName = Annotated[
     str,
     typer.Option(

@@ -96,8 +96,10 @@ def urdf_robot(
 def columns_of_joints(table: ForeignTable, joints: Sequence[str]) -> tuple[list[str], list[str]]:
     """Columns of the positions and efforts of joints, by their names in the robot.
 
-    Raises InputError: the recording has no positions or no efforts of one of them.
+    Raises InputError: the recording has no positions or no efforts of one of them, or has them on several topics.
     """
+    if table.undecided:
+        raise InputError(f"{table.path}: {table.undecided}; say which: --topic NAME")
     columns: tuple[list[str], list[str]] = ([], [])
     for joint in joints:
         for names, what in zip(columns, ("position", "effort"), strict=True):

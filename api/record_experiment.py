@@ -14,10 +14,13 @@ _SETTINGS = (".yaml", ".yml")
 
 
 @contextmanager
-def opened_experiment(given: str, robot: Path | None = None, tip: str | None = None) -> Iterator[Experiment]:
+def opened_experiment(
+    given: str, robot: Path | None = None, tip: str | None = None, topic: str | None = None
+) -> Iterator[Experiment]:
     """The experiment of a folder, a file or a name; or one made of a record for as long as the context lasts.
 
     robot, tip : URDF of the record's robot, and the link at which its chain ends
+    topic      : of a recording of ROS, whose joints are the robot's
 
     Raises InputError: it is none of these; a record lacks its robot, or columns of its joints.
     """
@@ -28,6 +31,8 @@ def opened_experiment(given: str, robot: Path | None = None, tip: str | None = N
     if not folder_of_record and not (path.is_file() and path.suffix.lower() not in _SETTINGS):
         if robot is not None:
             raise InputError(f"--robot: {given} is an experiment, which has its robot; leave it out")
+        if topic is not None:
+            raise InputError(f"--topic: {given} is an experiment, not a recording of ROS; leave it out")
         yield load_experiment(resolve(given))
         return
     if robot is None:
@@ -35,16 +40,16 @@ def opened_experiment(given: str, robot: Path | None = None, tip: str | None = N
             f"{path}: is a record; name its robot by --robot FILE.urdf, or make an experiment: coulomb import"
         )
     with tempfile.TemporaryDirectory(prefix="coulomb-record-") as folder:
-        yield _imported(path, robot, tip, Path(folder) / "experiment")
+        yield _imported(path, robot, tip, topic, Path(folder) / "experiment")
 
 
-def _imported(path: Path, robot: Path, tip: str | None, folder: Path) -> Experiment:
+def _imported(path: Path, robot: Path, tip: str | None, topic: str | None, folder: Path) -> Experiment:
     from api.foreign_robot import columns_of_joints, urdf_robot
     from identify.recording import Payload
     from identify.recording.foreign import ColumnMap, measure, read_foreign
     from identify.recording.foreign_import import NewSession, import_sessions
 
-    table = read_foreign(path)
+    table = read_foreign(path, topic=topic)
     made, prior = urdf_robot(robot, tip, None, None, {})
     if not table.joints:
         raise InputError(

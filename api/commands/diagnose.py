@@ -15,6 +15,7 @@ from api.command_arguments import (
     ModelName,
     RecordRobot,
     RecordTip,
+    RecordTopic,
     WorkersOfDiagnosis,
 )
 
@@ -35,6 +36,7 @@ def diagnose_command(
     add: Additions = None,
     robot: RecordRobot = None,
     tip: RecordTip = None,
+    topic: RecordTopic = None,
     motion: JudgeMotion = False,
     keep_learned: KeepLearned = False,
     workers: WorkersOfDiagnosis = None,
@@ -47,7 +49,10 @@ def diagnose_command(
     from api.record_experiment import opened_experiment
     from identify.diagnosis.diagnosis import diagnose
 
-    with Computing.of_diagnosis(workers, cluster)(), opened_experiment(experiment, robot, tip) as loaded:
+    with (
+        Computing.of_diagnosis(workers, cluster)(),
+        opened_experiment(experiment, robot, tip, topic) as loaded,
+    ):
         document = diagnose(loaded, model, add or [], motion=motion).document()
         if keep_learned:
             _keep(loaded, [joint.learned for joint in document.joints if joint.learned is not None])
@@ -59,6 +64,7 @@ def improve_command(
     model: ModelName = "usual",
     robot: RecordRobot = None,
     tip: RecordTip = None,
+    topic: RecordTopic = None,
     motion: JudgeMotion = False,
     keep_learned: KeepLearned = False,
     workers: WorkersOfDiagnosis = None,
@@ -71,7 +77,10 @@ def improve_command(
     from api.record_experiment import opened_experiment
     from identify.diagnosis.improvement import improve
 
-    with Computing.of_diagnosis(workers, cluster)(), opened_experiment(experiment, robot, tip) as loaded:
+    with (
+        Computing.of_diagnosis(workers, cluster)(),
+        opened_experiment(experiment, robot, tip, topic) as loaded,
+    ):
         document = improve(loaded, model, motion=motion).document()
         if keep_learned:
             _keep(loaded, list((document.learned or {}).values()))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from api.command_arguments import AsJson
+from api.command_arguments import AsJson, RecordTopic
 from identify.recording.errors import InputError
 
 if TYPE_CHECKING:
@@ -106,6 +106,7 @@ def import_(
         Path | None, typer.Option(help="URDF, SDF or MJCF of the robot, instead of --type, --dh and --joint.")
     ] = None,
     tip: Annotated[str | None, typer.Option(help="Link of it at which the chain ends.")] = None,
+    topic: RecordTopic = None,
     joint: Annotated[Several, typer.Option(help="Name of a joint; j1, j2 ... if left out.")] = None,
     kind: Annotated[
         Several, typer.Option("--type", help="revolute or prismatic; one, or one for each joint.")
@@ -161,7 +162,7 @@ def import_(
     from identify.recording.foreign_import import NewSession, import_sessions, read_columns
 
     mending = _repair(repair)
-    tables = _tables(files, CsvOptions(header_line, separator, decimal))
+    tables = _tables(files, CsvOptions(header_line, separator, decimal), topic)
     folder = out or Path(_asked("--out", "folder of the experiment to make"))
     known = read_experiment_file(folder / EXPERIMENT_FILE) if append else None
     recorded = read_columns(folder) if append else None
@@ -180,7 +181,8 @@ def import_(
             "--position", "position columns, base to tip", probable.position
         )
         commands = command or _asked_columns("--command", "columns of the commands", probable.command)
-        if not time and rate is None:
+        by_file = probable.time is None and tables[0].period is not None
+        if not time and rate is None and not by_file:
             answer = _asked("--time or --rate", "time column, or samples a second", probable.time)
             time, rate = ([answer], None) if tables[0].has(answer) else (None, parse_number(answer, "--rate"))
         recorded = ColumnMap(_in_order(positions, "q", "--position"), _in_order(commands, "v", "--command"))
@@ -236,10 +238,10 @@ def import_(
     _report(experiment, decided, as_json)
 
 
-def _tables(files: list[Path], options: "CsvOptions") -> "list[ForeignTable]":
+def _tables(files: list[Path], options: "CsvOptions", topic: str | None) -> "list[ForeignTable]":
     from identify.recording.foreign import read_foreign
 
-    tables = [read_foreign(file, options) for file in files]
+    tables = [read_foreign(file, options, topic) for file in files]
     if sys.stdin.isatty():
         for table in tables:
             typer.echo(f"{table.path} holds the columns {table.names()}", err=True)

@@ -3,6 +3,7 @@
 """
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -68,7 +69,7 @@ def import_records(
         made, prior = (
             (known, None) if known else _robot(wanted, Path(folder) / robot if robot else None, tables[0])
         )
-        columns = _columns(wanted, len(tables))
+        columns = _columns(wanted, tables)
         if wanted.join and len(tables) > 1:
             joined, columns = join_session(tables, wanted.time, columns, wanted.repair)
             tables = [joined]
@@ -150,11 +151,11 @@ def _read(folder: str, files: list[str], dialect: Dialect) -> list[ForeignTable]
     return [read_foreign(Path(folder) / file, options) for file in files]
 
 
-def _columns(wanted: RecordImport, tables: int) -> ColumnMap:
+def _columns(wanted: RecordImport, tables: Sequence[ForeignTable]) -> ColumnMap:
     joints = wanted.joints
-    if not wanted.time and wanted.rate is None:
+    if not wanted.time and wanted.rate is None and any(table.period is None for table in tables):
         raise InputError("time: is missing; name the time column, or give rate in Hz")
-    if len(wanted.time) > 1 and not (wanted.join and tables > 1):
+    if len(wanted.time) > 1 and not (wanted.join and len(tables) > 1):
         raise InputError(f"time: {len(wanted.time)} given; one is for all files, unless they are joined")
     given = [joint.resolution for joint in joints]
     return ColumnMap(
@@ -222,6 +223,7 @@ def _description(table: ForeignTable) -> RecordDescription:
         left_off=max(len(shown) - MOST_COLUMNS, 0),
         numbers={name: value for name, value in table.scalars.items() if np.isfinite(value)},
         time=roles.time,
+        rate=None if table.period is None else 1 / table.period.seconds,
         position=list(roles.position),
         command=list(roles.command),
     )

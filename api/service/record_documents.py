@@ -48,6 +48,9 @@ class RecordDescription(BaseModel):
     left_off: int = Field(description="columns beyond those that are described", examples=[0])
     numbers: dict[str, float] = Field(description="single numbers of the file", examples=[{"gain": 35.15}])
     time: str | None = Field(description="the column that is probably the time", examples=["Zeit [ms]"])
+    rate: float | None = Field(
+        default=None, description="Hz, where the file states it and has no time column", examples=[500.0]
+    )
     position: list[str] = Field(description="probable positions, base to tip", examples=[["Lage [Grad]"]])
     command: list[str] = Field(description="probable commands", examples=[["Motorstrom [mA]"]])
 

@@ -56,7 +56,12 @@ _WRITTEN: tuple[tuple[str, float, float, str], ...] = (
     ("angle", 1e-3, 0.0, "mrad"),
     ("angle", np.pi / 180, 0.0, "deg ° º degree degrees Grad"),
     ("angle", np.pi / 180e3, 0.0, "mdeg"),
-    ("angle", _TURN, 0.0, "turn turns rev revs revolution revolutions U Umdrehung Umdrehungen"),
+    (
+        "angle",
+        _TURN,
+        0.0,
+        "turn turns rev revs revolution revolutions U Umdr Umdrehung Umdrehungen tr tour tours giri",
+    ),
     ("length", 1.0, 0.0, "m metre metres meter meters"),
     ("length", 1e-2, 0.0, "cm"),
     ("length", 1e-3, 0.0, "mm"),
@@ -111,6 +116,12 @@ def unit_of(text: str) -> Unit | None:
     bare = re.sub(r"[\s·*⋅]", "", text.strip().strip("[](){}<>"))
     bare = bare.replace("N-m", "Nm").replace("N.m", "Nm").rstrip(".")
     return _EXACT.get(bare) or _FOLDED.get(bare.casefold())
+
+
+def in_brackets(name: str) -> str:
+    """What stands in brackets at the end of a column's name, where a unit mostly stands; "" for nothing."""
+    match = _BRACKETED.match(name)
+    return next((part for part in match.groups()[1:] if part), "") if match and match[1].strip() else ""
 
 
 def split_name(name: str) -> tuple[str, Unit | None]:

@@ -34,9 +34,9 @@ def run(*arguments):
     return CliRunner().invoke(application, ["import", *map(str, arguments)])
 
 
-def messages(swap=False, effort=True):
+def messages(swap=False, effort=True, count=None):
     """Joint states of the motion above; with `swap` the joints stand in another order in every second message."""
-    for k, time in enumerate(TIME):
+    for k, time in enumerate(TIME[:count]):
         order = [1, 0] if swap and k % 2 else [0, 1]
         names = [NAMES[joint] for joint in order]
         yield time, joint_state(time, names, POSITION[k, order], EFFORT[k, order] if effort else [])
@@ -150,3 +150,40 @@ def test_a_recording_is_diagnosed_in_one_line(tmp_path):
     assert [joint["joint"] for joint in said["joints"]] == ["shoulder"]
     refusal = CliRunner().invoke(diagnosing, ["diagnose", str(record)])
     assert "name its robot by --robot" in str(refusal.exception)
+
+
+def two_topics(tmp_path):
+    """The robot's states, and longer ones of a simulation with joints of the same names."""
+    return write_bag(
+        tmp_path / "bag",
+        "mcap",
+        {"/robot/joint_states": messages(count=300), "/sim/joint_states": messages()},
+    )
+
+
+def test_joints_on_several_topics_are_refused_until_one_is_named(tmp_path, arm):
+    bag = two_topics(tmp_path)
+    done = run(bag, "--out", tmp_path / "made", "--robot", arm)
+    assert isinstance(done.exception, InputError)
+    said = str(done.exception)
+    assert "/sim/joint_states (400 messages), /robot/joint_states (300 messages); say which: --topic" in said
+    assert not (tmp_path / "made").exists()
+    done = run(bag, "--out", tmp_path / "made", "--robot", arm, "--topic", "/robot/joint_states")
+    assert done.exit_code == 0, (done.exception, done.output)
+    experiment = load_experiment(tmp_path / "made")
+    assert len(experiment.read(experiment.sessions[0]).time) == 300
+    wrong = run(bag, "--out", tmp_path / "none", "--robot", arm, "--topic", "/joint_states")
+    assert "holds no joint states on '/joint_states'; it holds them on /" in str(wrong.exception)
+    (tmp_path / "log.csv").write_text("t,q,i\n0,1,2\n1,2,3\n")
+    wrong = run(tmp_path / "log.csv", "--out", tmp_path / "none", "--topic", "/joint_states")
+    assert "is no recording of ROS" in str(wrong.exception)
+
+
+def test_a_topic_without_efforts_is_no_rival(tmp_path, arm):
+    topics = {"/joint_states": messages(count=300), "/desired": messages(effort=False)}
+    done = run(
+        write_bag(tmp_path / "bag", "mcap", topics), "--out", tmp_path / "made", "--robot", arm, "--json"
+    )
+    assert done.exit_code == 0, (done.exception, done.output)
+    (said,) = json.loads(done.stdout)["sessions"]
+    assert any("topic /joint_states (" in words for words in said["decided"])

@@ -29,6 +29,8 @@ SEPARATOR_NAMES = {
 COMMENTS = ("#", "%", "//", "!")
 BLANKS_EXPLAIN_LESS = 0.95
 """Runs of blanks part cells at tabs too, and leave out cells that are empty: another sign that explains as much is meant."""
+END_OF_HEADER = "***End_of_Header***"
+"""LabVIEW's line between its settings, which are rows of numbers too, and the names."""
 TYPED_SHARE = 0.8
 """Of its cells: a column of samples, or a row of them."""
 TYPE_NAME = re.compile(
@@ -135,6 +137,8 @@ def choose_dialect(text: TextFile, options: CsvOptions) -> Dialect:
     if head and head[0].lower().startswith("sep=") and len(head[0]) >= 5:
         stated = stated or head[0][4]
         head[0] = ""
+    ended = max((place for place, line in enumerate(head, 1) if line.startswith(END_OF_HEADER)), default=0)
+    head[:ended] = [""] * ended
     body = [line for line in (*head, *text.tail) if not is_comment(line)]
     if not body:
         raise InputError(f"{text.path}: is empty")

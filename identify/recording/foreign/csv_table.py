@@ -30,9 +30,11 @@ from identify.recording.foreign.csv_dialect import (
     is_comment,
     split_line,
 )
+from identify.recording.foreign.cut_line import is_cut
 from identify.recording.foreign.instants import is_instant
+from identify.recording.foreign.stated_period import StatedPeriod, stated_period
 from identify.recording.foreign.table import ForeignColumn, ForeignTable
-from identify.recording.foreign.text_file import TextFile, open_text
+from identify.recording.foreign.text_file import LOOKED_AT, TextFile, open_text
 from identify.recording.foreign.twincat import one_clock
 from identify.recording.units import Unit, split_name, unit_of
 
@@ -76,13 +78,17 @@ class _Reader:
         """Lines at which rows with a line break inside quotes begin."""
         self.not_rows: list[int] = []
         self.cut_short: list[int] = []
-        """Lines at the end of the file that hold fewer cells than there are columns."""
+        """Lines at the end of the file that hold fewer cells than there are columns, or a cell that was cut."""
+        self._cells_above: list[list[str]] = []
+        self._decimal_signs: list[Decimal] = []
         self.wrong_rows: dict[int, str] = {}
 
     def table(self, options: CsvOptions) -> ForeignTable:
         """All columns."""
         sample = self._sample()
         decimals, decimal_remark = self._decimals(sample, options.decimal)
+        self._cells_above = sample[-LOOKED_AT:-1]
+        self._decimal_signs = decimals
         word = [self._holds_words(column) for column in zip(*sample, strict=True)] if sample else []
         word += [True] * (self.width - len(word))
         parts: list[list[Any]] = [[] for _name in self.names]
@@ -109,7 +115,15 @@ class _Reader:
         if all(column.numbers is None for column in columns):
             raise InputError(f"{self.text.path}: holds no column of numbers")
         remarks = self._remarks(decimals, word, decimal_remark)
-        return ForeignTable(self.text.path, tuple(columns), {}, tuple(remarks), np.concatenate(lines))
+        period = self._period()
+        return ForeignTable(
+            self.text.path, tuple(columns), {}, tuple(remarks), np.concatenate(lines), period=period
+        )
+
+    def _period(self) -> StatedPeriod | None:
+        head = self.text.head[: self.dialect.first_line - 1]
+        rows = [split_line(line, self.dialect.separator, self.dialect.quote) for line in head]
+        return stated_period(head, rows, self.dialect.separator)
 
     def _blocks(self) -> Iterator[tuple[list[list[str]], list[int]]]:
         rows: list[list[str]] = []
@@ -120,6 +134,9 @@ class _Reader:
                 self.over_lines.append(self.row_began)
             self.row_began = 0
             fitted = self._fitted(row, total)
+            if fitted is not None and self._is_cut(row):
+                self.cut_short.append(self.line)
+                continue
             if fitted is None:
                 continue
             rows.append(fitted)
@@ -183,6 +200,16 @@ class _Reader:
             )
         self.wrong_rows[index] = f"{len(row)} cells instead of {self.width}"
         return row + [""] * (self.width - len(row))
+
+    def _is_cut(self, row: list[str]) -> bool:
+        """Whether a row is the last one, not ended, and was cut inside its last cell."""
+        if self.line < self.text.count or self.text.ended:
+            return False
+        place = min(len(row), self.width) - 1
+        if not row[place] and not any(cells[place] for cells in self._cells_above):
+            return False  # each line ends with a separator, and so does this one
+        above = [cells[place] for cells in self._cells_above]
+        return is_cut(row[place], above, self._decimal_signs[place])
 
     def _sample(self) -> list[list[str]]:
         lines = self.text.head[self.dialect.first_line - 1 :] + self.text.tail
@@ -277,9 +304,7 @@ class _Reader:
         if self.over_lines:
             remarks.append(f"{_at_lines(self.over_lines)}: a cell goes over several lines, by its quotes")
         if self.cut_short:
-            remarks.append(
-                f"{_at_lines(self.cut_short)}: fewer than {self.width} cells at the end of the file, left out"
-            )
+            remarks.append(f"{_at_lines(self.cut_short)}: cut off at the end of the file, left out")
         return remarks
 
 

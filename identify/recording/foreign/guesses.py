@@ -153,6 +153,8 @@ def _time(table: ForeignTable) -> str | None:
         return table.time
     likely: list[tuple[int, str]] = []
     for place, column in enumerate(table.columns, start=1):
+        if column.numbers is not None and np.isnan(column.numbers).all():
+            continue
         name = (
             column.name
             if column.name and sum(column.name == c.name for c in table.columns) == 1
@@ -166,13 +168,18 @@ def _time(table: ForeignTable) -> str | None:
             continue
         elif spoken & TIME or of_time:
             likely.append((2 + of_time, name))
-        elif place == 1 and _increases(column):
+        elif place == 1 and _increases(column) and not (table.period is not None and _counts(column)):
             likely.append((1, name))
     for _, name in sorted(likely, key=lambda each: -each[0]):
         with suppress(InputError):
             table.clock(name, None)
             return name
     return None
+
+
+def _counts(column: ForeignColumn) -> bool:
+    """Whether a column numbers the samples one by one."""
+    return column.numbers is not None and bool(np.all(np.diff(column.numbers) == 1))
 
 
 def _increases(column: ForeignColumn) -> bool:

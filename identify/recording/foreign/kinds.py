@@ -17,8 +17,10 @@ HDF5 = b"\x89HDF"
 """How an HDF5 file begins; a MAT file of version 7.3 has a header of 512 bytes before it."""
 
 
-def read_foreign(path: Path, options: CsvOptions | None = None) -> ForeignTable:
+def read_foreign(path: Path, options: CsvOptions | None = None, topic: str | None = None) -> ForeignTable:
     """Read a table in text of any dialect (plain or gzip), a MAT file of any version, Parquet, MDF, or a recording of ROS.
+
+    topic : of a recording of ROS, whose joints are the robot's
 
     Raises InputError: the file cannot be read or holds no column of numbers; names what would help.
     """
@@ -34,7 +36,9 @@ def read_foreign(path: Path, options: CsvOptions | None = None) -> ForeignTable:
             if is_gzip(path):
                 _refuse_packed(path)
         if is_rosbag(path, start):
-            return read_rosbag(path)
+            return read_rosbag(path, topic)
+        if topic is not None:
+            raise InputError(f"--topic: {path} is no recording of ROS; leave it out")
         if path.is_dir():
             raise InputError(f"{path}: is a folder; give a file")
         if is_mdf(start):

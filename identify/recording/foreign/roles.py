@@ -22,10 +22,11 @@ from identify.recording.foreign.repair import (
 from identify.recording.foreign.table import Clock, ForeignColumn, ForeignTable, unit_words
 from identify.recording.sampling import SHORTEST_SEGMENT
 from identify.recording.session_csv import write_csv_session
-from identify.recording.units import SI_NAMES, Unit, unit_of
+from identify.recording.units import SI_NAMES, Unit, in_brackets, unit_of
 
 Array = NDArray[np.float64]
 
+NOT_STATED = "as no unit is stated"
 _OWN_NAMES = re.compile(r"^(t|(q|v|ext|temp)\d+)$")
 
 
@@ -38,7 +39,7 @@ class ColumnMap:
     time: str | None = None
     """None: the samples are uniform, `rate` of them a second."""
     rate: float | None = None
-    """Hz"""
+    """Hz; None: as the file states"""
     time_unit: str | None = None
     position_unit: tuple[str, ...] = ()
     """None (by the file, else rad or m), one for all joints, or one for each: a unit, or a number: SI for one."""
@@ -109,7 +110,7 @@ class _Role:
             return column.unit, f"by {column.unit_source}"
         unit = unit_of(self.default)
         assert unit is not None
-        return unit, "as no unit is stated"
+        return unit, NOT_STATED
 
 
 def _factor(text: str, role: _Role) -> Unit | None:
@@ -301,8 +302,11 @@ class _Taken:
         return plain
 
     def _time(self, repair: Repair | None) -> Array:
-        name, rate = self.columns.time, self.columns.rate
+        name, rate, stated = self.columns.time, self.columns.rate, self.table.period
         if name is None:
+            if rate is None and stated is not None:
+                self.remarks.append(f"no time column: {stated.said}")
+                return np.arange(self.length) * stated.seconds
             if rate is None or not rate > 0 or not np.isfinite(rate):
                 raise InputError(
                     f"{self.table.path}: no time column; give --time COLUMN, or --rate HZ above 0"
@@ -325,6 +329,8 @@ class _Taken:
         converted = unit_words(unit)
         if converted or source.startswith("by"):
             self._say(name, f"{converted or unit.name} {source}")
+        elif source == NOT_STATED and (unknown := in_brackets(name)):
+            self._say(name, f"'{unknown}' is no unit that is known; taken as {unit.name}")
 
     def _repaired(
         self, time: Array, groups: dict[str, Array], repair: Repair | None

@@ -134,13 +134,14 @@ def _moved(
     return np.where((new < distinct[0]) | (new > distinct[-1]), np.nan, moved)
 
 
-def read_rosbag(path: Path) -> ForeignTable:
+def read_rosbag(path: Path, wanted_topic: str | None = None) -> ForeignTable:
     """Read the joint states of a recording.
 
-    The topic of the likeliest kind with most messages gives the columns JOINT.position, JOINT.velocity, JOINT.effort and
-    time; those of other topics are called TOPIC:JOINT.position.
+    One topic gives the columns JOINT.position, JOINT.velocity, JOINT.effort and time: the wanted one, else of those that hold
+    efforts the one of the likeliest kind with most messages. Those of other topics are called TOPIC:JOINT.position.
 
-    Raises InputError: it cannot be read or holds no joint states; or the package that reads it is not installed.
+    Raises InputError: it cannot be read or holds no joint states, or none of the wanted topic; or the package that reads it is
+    not installed.
     """
     try:
         highlevel, typesys = (import_module(f"rosbags.{name}") for name in ("highlevel", "typesys"))
@@ -169,10 +170,22 @@ def read_rosbag(path: Path) -> ForeignTable:
             f"{path}: cannot be read as a recording of ROS: damaged, not ended, or a file of it is missing; copy it again,"
             " or mend it (ros2 bag reindex; mcap recover)"
         ) from None
-    ranked = sorted(topics.values(), key=lambda topic: (KNOWN.index(topic.kind), -len(topic.stamps)))
+    ranked = sorted(
+        topics.values(),
+        key=lambda topic: (
+            topic.name != wanted_topic,
+            not _driven(topic),
+            KNOWN.index(topic.kind),
+            -len(topic.stamps),
+        ),
+    )
     if not ranked:
         there = ", ".join(sorted(others)[:8]) or "nothing"
         raise InputError(f"{path}: holds no joint states ({', '.join(KNOWN)}); its topics are {there}")
+    if wanted_topic is not None and ranked[0].name != wanted_topic:
+        raise InputError(
+            f"--topic: {path} holds no joint states on '{wanted_topic}'; it holds them on {', '.join(map(_in_words, ranked))}"
+        )
     columns = [
         column
         for place, topic in enumerate(ranked)
@@ -191,15 +204,32 @@ def read_rosbag(path: Path) -> ForeignTable:
         remarks.append(
             f"further topics with columns TOPIC:...: {', '.join(topic.name for topic in ranked[1:])}"
         )
-        same = next(
-            (each for each in ranked[1:] if each.kind == main.kind and set(joints) & set(_joints(each))), None
+    undecided = ""
+    rivals = [each for each in ranked[1:] if each.kind == main.kind and _driven(main) & _driven(each)]
+    if rivals and wanted_topic is None:
+        undecided = (
+            f"several topics hold positions and efforts of {', '.join(sorted(_driven(main) & _driven(rivals[0])))}:"
+            f" {', '.join(_in_words(each) for each in (main, *rivals))}"
         )
-        if same is not None:
-            remarks.append(
-                f"{same.name} holds joints of the same names: if it is the robot, name its columns"
-                f" ({same.name}:{joints[0]}.position for example) and its time, {same.name}:time"
-            )
-    return ForeignTable(path, tuple(columns), {}, tuple(remarks), time=TIME, joints=joints)
+        remarks.append(f"{undecided}; {main.name} is taken unless columns of another are named")
+    return ForeignTable(
+        path, tuple(columns), {}, tuple(remarks), time=TIME, joints=joints, undecided=undecided
+    )
+
+
+def _driven(topic: _Topic) -> set[str]:
+    """Joints of which a topic holds a position and an effort."""
+    efforts = {
+        name.removesuffix(f".{EFFORT}")
+        for each in topic.values
+        for name, value in each.items()
+        if name.endswith(f".{EFFORT}") and np.isfinite(value)
+    }
+    return efforts & set(_joints(topic))
+
+
+def _in_words(topic: _Topic) -> str:
+    return f"{topic.name} ({len(topic.stamps)} messages)"
 
 
 def _joints(topic: _Topic) -> dict[str, None]:

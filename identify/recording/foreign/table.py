@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from identify.recording.errors import InputError
 from identify.recording.foreign.instants import NANOSECOND, epoch_of, parse_instants
+from identify.recording.foreign.stated_period import StatedPeriod
 from identify.recording.units import SI_NAMES, Unit, split_name, unit_of
 
 Array = NDArray[np.float64]
@@ -74,6 +75,10 @@ class ForeignTable:
     """The column that can only be the time, where the kind of file has one."""
     joints: tuple[str, ...] = ()
     """Joints that have columns JOINT.position and JOINT.effort, where the kind of file knows of joints."""
+    undecided: str = ""
+    """What the file leaves open of whose joints these are, in words; "" where nothing."""
+    period: StatedPeriod | None = None
+    """The time between samples where the file states it apart from its columns."""
 
     def names(self) -> str:
         """The columns in one line."""

@@ -42,11 +42,13 @@ class TextFile:
     """The last lines that are not in `head`."""
     count: int
     """Lines in all."""
+    ended: bool = True
+    """Whether the last line has an end."""
 
     def lines(self) -> Iterator[str]:
         """All lines, without their ends."""
         with _opened(self.path, self.encoding) as text:
-            yield from _bounded(text, self.path)
+            yield from map(_plain, _bounded(text, self.path))
 
 
 def open_text(path: Path) -> TextFile:
@@ -82,10 +84,10 @@ def _candidates(start: bytes) -> list[tuple[str, str]]:
 def _looked_at(path: Path, encoding: str, description: str) -> TextFile:
     head: list[str] = []
     tail: deque[str] = deque(maxlen=LOOKED_AT)
-    count = 0
+    count, last = 0, "\n"
     with _opened(path, encoding) as text:
-        for line in _bounded(text, path):
-            (head if count < LOOKED_AT else tail).append(line)
+        for last in _bounded(text, path):
+            (head if count < LOOKED_AT else tail).append(_plain(last))
             count += 1
     shown = "".join(head[:50])
     control = sum(sign < " " and sign not in "\t\x0b\x0c\x1a" for sign in shown)
@@ -93,7 +95,7 @@ def _looked_at(path: Path, encoding: str, description: str) -> TextFile:
         raise InputError(
             f"{path}: is neither text nor a kind of file that is known; export it as CSV in UTF-8"
         )
-    return TextFile(path, encoding, description, head, list(tail), count)
+    return TextFile(path, encoding, description, head, list(tail), count, last.endswith(("\n", "\x1a")))
 
 
 @contextmanager
@@ -108,4 +110,8 @@ def _bounded(text: IO[str], path: Path) -> Iterator[str]:
             raise InputError(
                 f"{path} line {number}: longer than {LONGEST_LINE} characters; not a table of samples"
             )
-        yield line.rstrip("\n").rstrip("\x1a")
+        yield line
+
+
+def _plain(line: str) -> str:
+    return line.rstrip("\n").rstrip("\x1a")

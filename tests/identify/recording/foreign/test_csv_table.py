@@ -99,7 +99,7 @@ def test_of_many_lines_passed_over_three_are_named(read):
 def test_a_line_cut_short_at_the_end_is_left_out_and_one_in_the_middle_is_wrong(read):
     table = read("t,q,i", *[f"{row},1" for row in ROWS], "9,4.5", end="")
     np.testing.assert_array_equal(table.columns[0].numbers, np.arange(1, 9))
-    assert "line 10: fewer than 3 cells at the end of the file, left out" in table.remarks
+    assert "line 10: cut off at the end of the file, left out" in table.remarks
     middle = read("t,q,i", *[f"{row},1" for row in ROWS[:3]], "3.5,4", *[f"{row},1" for row in ROWS[3:]])
     assert len(middle.columns[0]) == 9
     assert middle.columns[2].wrong == {3: "2 cells instead of 3"}

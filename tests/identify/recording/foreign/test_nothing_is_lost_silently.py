@@ -82,7 +82,7 @@ def test_names_that_a_spreadsheet_broke_over_lines_keep_their_units(tmp_path, pr
 def test_a_last_line_that_was_cut_is_said_with_its_number(tmp_path):
     found = table(tmp_path, [*rows()[:-1], "0.3980,0.38"])
     assert len(found.column("q", "test")) == 199
-    assert "line 201: fewer than 3 cells at the end of the file, left out" in found.remarks
+    assert "line 201: cut off at the end of the file, left out" in found.remarks
 
 
 def single_precision(seconds):

@@ -47,6 +47,15 @@ def test_without_a_unit_positions_are_radians_or_metres_and_commands_amperes():
     assert found.remarks == ("t: s (no unit is stated)",)
 
 
+def test_a_unit_that_is_not_known_is_said():
+    named = table(column("Lage (Strich)", 2 * T), column("Lage [deg]", 2 * T, "deg"))
+    found = measured(named, position=("Lage (Strich)",))
+    assert "Lage (Strich): 'Strich' is no unit that is known; taken as rad" in found.remarks
+    assert not any("no unit" in said for said in measured(named, position=("Lage [deg]",)).remarks[:-1])
+    given = measured(named, position=("Lage (Strich)",), position_unit=("0.001",))
+    assert not any("is known" in said for said in given.remarks)
+
+
 def test_units_of_the_file_hold_unless_others_are_given():
     found = measured(table(q="deg", i="mA"))
     np.testing.assert_allclose(found.position[:, 0], np.deg2rad(2 * T))
