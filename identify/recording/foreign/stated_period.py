@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -72,7 +73,7 @@ def _in_lines(head: Sequence[str], written: re.Pattern[str]) -> Iterator[StatedP
 
 def _in_cells_below(rows: Sequence[Sequence[str]], written: re.Pattern[str]) -> Iterator[StatedPeriod]:
     """A name of a column without samples, and the number in the cell below it."""
-    for number, (row, below) in enumerate(zip(rows, rows[1:], strict=False), start=1):
+    for number, (row, below) in enumerate(itertools.pairwise(rows), start=1):
         for cell, under in zip(row, below, strict=False):
             name, value = _NAME.fullmatch(cell.strip()), written.fullmatch(under.strip())
             seconds = (

@@ -82,7 +82,7 @@ def recording_file(folder):
 
 
 def objects_of_version_5(_folder):
-    """Structs, tables, timetables and a time series, their elements unpacked: a byte that is changed then changes what they say."""
+    """Structs, tables, timetables and a time series, unpacked, so that a changed byte changes what they say."""
     packed = (FOLDER / "objects-v7.mat").read_bytes()
     (objects_at,) = struct.unpack("<Q", packed[116:124])
     whole, at = bytearray(packed[:128]), 128
