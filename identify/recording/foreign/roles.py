@@ -306,7 +306,7 @@ class _Taken:
         if name is None:
             if rate is None and stated is not None:
                 self.remarks.append(f"no time column: {stated.said}")
-                return np.arange(self.length) * stated.seconds
+                return np.arange(self.length, dtype=np.float64) * stated.seconds
             if rate is None or not rate > 0 or not np.isfinite(rate):
                 raise InputError(
                     f"{self.table.path}: no time column; give --time COLUMN, or --rate HZ above 0"
