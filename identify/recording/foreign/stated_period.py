@@ -48,10 +48,10 @@ def stated_period(head: Sequence[str], rows: Sequence[Sequence[str]], separator:
     if any(_is_no_time(line) for line in head):
         return None
     value = _VALUE_BETWEEN_COMMAS if separator == "," else _VALUE
-    found = [*_in_lines(head, value), *_in_cells_below(rows, value)]
-    if not found or any(abs(each.seconds / found[0].seconds - 1) > _SAME for each in found):
+    periods = [*_in_lines(head, value), *_in_cells_below(rows, value)]
+    if not periods or any(abs(each.seconds / periods[0].seconds - 1) > _SAME for each in periods):
         return None
-    return found[0]
+    return periods[0]
 
 
 def _is_no_time(line: str) -> bool:
