@@ -79,7 +79,10 @@ def main() -> None:
             session.check()
             session.confirm_payload(0.0)
             session.arm()
-            processes = {"acquisition": session._acquisition.pid, "recorder": session._recorder.pid}
+            processes = {
+                "acquisition": session.processes.acquisition.pid,
+                "recorder": session.processes.recorder.pid,
+            }
             session.start()
             most = dict.fromkeys(processes, 0.0)
             while not session.wait(0.2).ended:

@@ -76,3 +76,20 @@ class SessionEvent:
             "data": self.data,
             "time": self.time.isoformat(timespec="milliseconds"),
         }
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far the plan has been driven."""
+
+    cycle: int
+    cycles: int
+    elapsed: float
+    """s of the rig's time"""
+    first: int | None = None
+    """SYNC of the plan's first row; None while that is not known"""
+
+    @property
+    def fraction(self) -> float:
+        """0 to 1."""
+        return self.cycle / self.cycles if self.cycles else 0.0

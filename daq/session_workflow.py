@@ -4,91 +4,48 @@ This is the side that holds the stop button. The bus belongs to the acquisition 
 recorder; both go on to a safe end without us.
 """
 
-import contextlib
 import json
 import secrets
-import select
-import subprocess
 import threading
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
-from dataclasses import dataclass
-from multiprocessing import Pipe
-from multiprocessing.connection import Connection
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
 from daq.acquisition import AcquisitionMessage, AcquisitionOrder
-from daq.child_process import start_process
 from daq.disk_space import require_space
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.excitation.plan_limits import require_within_limits
 from daq.experiment_folder import (
     Role,
-    admit,
     claim_recording,
     discard_unused,
-    give_back,
     next_recording,
     open_experiment,
 )
 from daq.live import LiveRows, LiveView
 from daq.plan_setpoints import plan_counts
-from daq.raw_log import raw_log_of
 from daq.recorder import RecorderOrder
 from daq.recording_file import SessionDescription
-from daq.recovery import RecordingState, recording_state, recover_recording
 from daq.rig import Rig
 from daq.rig_drives import RigCheck, take_power
 from daq.ring_buffer import RingReader, remove_abandoned_rings
 from daq.safety import StopCause, StopReason
-from daq.samples import SessionRows
-from daq.session_events import TRANSITIONS, SessionEvent, SessionState, StepOutOfTurn
+from daq.session_events import TRANSITIONS, Progress, SessionEvent, SessionState, StepOutOfTurn
+from daq.session_outcome import Recorded, error_in_words, outcome_of
+from daq.session_processes import SessionProcesses
 from daq.torque_offset import SentAhead
 from daq.weighed_mass import require_mass
-from drivers.errors import DriverError
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import Payload
 
-NOTHING_KEPT = (
-    "no sample of the plan was recorded yet; the rig's check says how the drives are and what to do"
-)
-"""of a session that a fault ended so early"""
 _BEAT = 0.2
 """s between two signs of life to the acquisition process"""
-_SAY_TIMEOUT = 0.1
-"""s that a word to the acquisition process may take; it empties its pipe in every cycle"""
 _CHECK_TIMEOUT = 60.0
 """s for the acquisition process to start and to look at every drive"""
 _CLOSE_TIMEOUT = 30.0
 """s for processes to end by themselves"""
-
-
-@dataclass(frozen=True)
-class Progress:
-    """How far the plan has been driven."""
-
-    cycle: int
-    cycles: int
-    elapsed: float
-    """s of the rig's time"""
-    first: int | None = None
-    """SYNC of the plan's first row; None while that is not known"""
-
-    @property
-    def fraction(self) -> float:
-        """0 to 1."""
-        return self.cycle / self.cycles if self.cycles else 0.0
-
-
-@dataclass(frozen=True)
-class Recorded:
-    """A complete session, for what runs after it."""
-
-    experiment: Path
-    file: Path
-    payload: str
 
 
 class PayloadSession:
@@ -148,12 +105,9 @@ class PayloadSession:
         self.remarks: tuple[str, ...] = ()
         """what is to be known of this computer and of the drives' set-up, once the rig was checked"""
         self._changed = threading.Condition()
-        self._sending = threading.Lock()
         self._closing = threading.Event()
-        self._connection: Connection | None = None
-        self._recorder_order: Connection | None = None
-        self._acquisition: subprocess.Popen[bytes] | None = None
-        self._recorder: subprocess.Popen[bytes] | None = None
+        self.processes: SessionProcesses | None = None
+        """once the rig was checked"""
         self._threads: list[threading.Thread] = []
         self._ended: AcquisitionMessage | None = None
         self._live: LiveView | None = None
@@ -181,7 +135,7 @@ class PayloadSession:
             except (StepOutOfTurn, InputError):
                 raise
             except Exception as error:
-                self._fail(f"cannot {step}: {_said(error)}")
+                self._fail(f"cannot {step}: {error_in_words(error)}")
                 raise StepOutOfTurn(f"cannot {step}: {self.reason}") from error
         finally:
             self._stepping.release()
@@ -214,15 +168,10 @@ class PayloadSession:
 
     def _launch(self) -> None:
         """Start the acquisition process and the recorder, and listen to the one."""
-        ours, theirs = Pipe()
-        recorder_end, acquisition_end = Pipe()
-        self._connection = ours
-        self._acquisition = start_process("daq.acquisition", theirs, acquisition_end)
-        # It only waits for its order, but by then it has started.
-        self._recorder_order, recorder_theirs = Pipe()
-        self._recorder = start_process("daq.recorder", recorder_end, recorder_theirs)
+        self.processes = SessionProcesses()
+        self.processes.start()
         seed = self._seed if self._seed is not None else _seed_of(next_recording(self.experiment))
-        ours.send(
+        self.processes.acquire(
             AcquisitionOrder(
                 self.rig,
                 self.payload,
@@ -254,7 +203,7 @@ class PayloadSession:
         Raises StepOutOfTurn, also when arming failed; the session has then ended with its reason.
         """
         with self._step(SessionState.CONFIRMED, "arm"):
-            assert self._recorder_order is not None
+            assert self.processes is not None
             description = SessionDescription(
                 rig=self.rig,
                 plan=json.loads(self.plan.to_json()),
@@ -271,14 +220,8 @@ class PayloadSession:
             order = RecorderOrder(
                 self.file, description, f"{self._ring}-rows", f"{self._ring}-frames", claimed=True
             )
-            try:
-                self._recorder_order.send(order)
-            except OSError:
-                raise _ProcessDied(
-                    "the recorder process died before the session was armed; look at memory and disk of this computer, then "
-                    "begin a new session"
-                ) from None
-            self._order("arm", str(self.file))
+            self.processes.record(order)
+            self.processes.order("arm", str(self.file))
             self._await(lambda: self.state is SessionState.ARMED, _CHECK_TIMEOUT, "arming took too long")
             if self.state is not SessionState.ARMED:
                 raise StepOutOfTurn(f"not armed: {self.reason}")
@@ -286,19 +229,18 @@ class PayloadSession:
     def start(self) -> None:
         """The robot moves. Returns at once. Raises StepOutOfTurn unless armed."""
         with self._step(SessionState.ARMED, "start"):
+            assert self.processes is not None
             self._enter(SessionState.RUNNING, "started by the operator")
-            self._order("start")
+            self.processes.order("start")
 
     def stop(self, reason: str = "operator's stop") -> None:
         """Bring the axes to rest and end the session; at any time, from any thread, harmless when repeated."""
         if self.state.ended:
             return
-        if self._connection is None:
+        if self.processes is None:
             self._end(SessionState.ABORTED, reason)
-        elif not self._say("stop", reason) and self._acquisition is not None:
-            # It does not take words any more: a signal needs neither room in a pipe nor a lock of ours.
-            with contextlib.suppress(ProcessLookupError):
-                self._acquisition.terminate()
+        else:
+            self.processes.stop(reason)
 
     def wait(self, timeout: float | None = None) -> SessionState:
         """Wait until the session has ended, at most `timeout` s; its state then."""
@@ -311,13 +253,8 @@ class PayloadSession:
         self.stop("the session was closed")
         self.wait(_CLOSE_TIMEOUT)
         self._closing.set()
-        for process in (self._acquisition, self._recorder):
-            if process is not None:
-                try:
-                    process.wait(_CLOSE_TIMEOUT)
-                except subprocess.TimeoutExpired:
-                    process.kill()
-                    process.wait()
+        if self.processes is not None:
+            self.processes.end(_CLOSE_TIMEOUT)
         for thread in self._threads:
             if thread is not threading.current_thread():
                 thread.join(_CLOSE_TIMEOUT)
@@ -327,8 +264,8 @@ class PayloadSession:
         if self._rows is not None:
             self._rows.close()
             self._rows = None
-        if self._connection is not None:
-            self._connection.close()
+        if self.processes is not None:
+            self.processes.close()
         if self._made_experiment and self.file is None:
             self._made_experiment = False
             discard_unused(self.experiment)
@@ -390,38 +327,19 @@ class PayloadSession:
             self.stop(reason)
             self.wait(_CLOSE_TIMEOUT)
 
-    def _say(self, word: str, argument: str = "") -> bool:
-        """Send a word to the acquisition; False if it could not take it within a moment. Never waits longer."""
-        assert self._connection is not None
-        if not self._sending.acquire(timeout=_SAY_TIMEOUT):
-            return False
-        try:
-            if not _has_room(self._connection):
-                return False
-            self._connection.send((word, argument))
-        except OSError:
-            pass  # it has died; the listener says so
-        finally:
-            self._sending.release()
-        return True
-
-    def _order(self, word: str, argument: str = "") -> None:
-        """Send a word that must arrive."""
-        if not self._say(word, argument):
-            raise _ProcessDied("the acquisition process takes no orders; begin a new session")
-
     def _beat(self) -> None:
+        assert self.processes is not None
         while not self._closing.wait(_BEAT) and self._ended is None:
             if self._could_stop_now():
-                self._say("beat")
+                self.processes.say("beat")
 
     def _listen(self) -> None:
         """The session's own thread: takes the acquisition process's words until its end."""
-        assert self._connection is not None
+        assert self.processes is not None
         try:
             while self._ended is None:
                 try:
-                    self._hear(self._connection.recv())
+                    self._hear(self.processes.hear())
                 except (EOFError, OSError):
                     died = StopReason(
                         StopCause.INTERNAL, f"the acquisition process died{self._power_after_death()}"
@@ -429,7 +347,9 @@ class PayloadSession:
                     self._ended = AcquisitionMessage("ended", died.words, reason=died, alarm=self.alarm)
             self._finish(self._ended.reason or StopReason(StopCause.INTERNAL, self._ended.words))
         except Exception as error:
-            self._end(SessionState.FAULTED, f"the session could not be brought to its end: {_said(error)}")
+            self._end(
+                SessionState.FAULTED, f"the session could not be brought to its end: {error_in_words(error)}"
+            )
 
     def _hear(self, message: AcquisitionMessage) -> None:
         match message.what:
@@ -468,8 +388,8 @@ class PayloadSession:
 
     def _power_after_death(self) -> str:
         """The process that owned the bus died: have the drives' power taken from here, and say what they said."""
-        if self._acquisition is not None:
-            self._acquisition.wait()
+        if self.processes is not None:
+            self.processes.wait_for_acquisition()
         if self.state not in (SessionState.ARMED, SessionState.RUNNING):
             return ""
         if self.rig.bus.interface == "virtual":
@@ -481,100 +401,29 @@ class PayloadSession:
         return "; power was taken from the drives and read back as off"
 
     def _finish(self, reason: StopReason) -> None:
-        """The motion has ended: see the files closed, list the session if it is complete."""
-        if self._acquisition is not None:
-            self._acquisition.wait()
-        if self._recorder_order is not None:
-            self._recorder_order.close()
-        if self._recorder is not None:
-            self._recorder.wait()
-        state = SessionState.ABORTED if reason.status == "aborted" else SessionState.FAULTED
-        sentence = reason.words
-        if self.file is None or not self.file.exists():
-            if self.file is not None:
-                give_back(self.file)
-                self.file = None
-            self._end(state, sentence)
+        """The motion has ended: see the files closed; what comes after a complete session runs before it is done."""
+        if self.processes is not None:
+            self.processes.wait_for_recording()
+        outcome = outcome_of(reason, self.experiment, self.file, self.payload, self.role, self._rows)
+        self.file = outcome.file
+        if outcome.state is SessionState.DONE and outcome.file is not None:
+            self._progress = Progress(
+                len(self._counts), len(self._counts), len(self._counts) * self.rig.cycle
+            )
+            self._run_after(Recorded(self.experiment, outcome.file, self.payload.name))
+        self._end(outcome.state, outcome.sentence)
+
+    def _run_after(self, recorded: Recorded) -> None:
+        if self._after_session is None:
             return
         try:
-            recording = recording_state(self.file)
-            if recording.status == "recording":
-                recording = self._rescue(self.file, reason)
-                state, sentence = SessionState.FAULTED, recording.reason
-        except InputError as error:
-            self._end(SessionState.FAULTED, f"{sentence}; the recording is damaged: {error}")
-            return
-        if recording.rows == 0:
-            # Leave no empty shells behind.
-            self.file.unlink()
-            raw_log_of(self.file).unlink(missing_ok=True)
-            self.file = None
-            self._end(state, f"{sentence}; {NOTHING_KEPT}" if state is SessionState.FAULTED else sentence)
-            return
-        if recording.status != "complete":
-            # The recorder is the last to judge: it knows what came to disk, and what is to be said against it.
-            kept = (
-                f"{recording.reason}; {recording.rows} samples are kept in {self.file.parent.name}/{self.file.name}; "
-                f"`coulomb recover {self.experiment}` lists them in the experiment if they may serve identification"
-            )
-            self._end(state if recording.status == "aborted" else SessionState.FAULTED, kept)
-            return
-        self._list(self.file, sentence, recording.rows)
-
-    def _rescue(self, file: Path, reason: StopReason) -> RecordingState:
-        """The recorder died: close its file, with the rows that it left in the ring."""
-        left = None if self._rows is None else SessionRows().take(self._rows.latest(self._rows.capacity))
-        sentence = (
-            reason.words
-            if reason.cause is StopCause.RECORDER
-            else f"the recorder process died; {reason.words}"
-        )
-        return recover_recording(file, "faulted", sentence, left)
-
-    def _list(self, file: Path, sentence: str, rows: int) -> None:
-        """Add a complete recording to the experiment, and let what comes after the session run."""
-        try:
-            self.file = admit(self.experiment, file, self.payload, self.role)
-        except (InputError, OSError) as error:
-            kept = (
-                f"{sentence}; {rows} samples, all of the plan, are in {file.parent.name}/{file.name}, but they could not be "
-                f"listed: {_said(error)}; put that right, then `coulomb recover {self.experiment}` lists them"
-            )
-            self._end(SessionState.FAULTED, kept)
-            return
-        self._progress = Progress(len(self._counts), len(self._counts), len(self._counts) * self.rig.cycle)
-        if self._after_session is not None:
-            try:
-                self._after_session(Recorded(self.experiment, self.file, self.payload.name))
-            except Exception as error:
-                self._on_event(
-                    SessionEvent("remark", self.state, f"after the session, nothing is lost: {_said(error)}")
+            self._after_session(recorded)
+        except Exception as error:
+            self._on_event(
+                SessionEvent(
+                    "remark", self.state, f"after the session, nothing is lost: {error_in_words(error)}"
                 )
-        self._end(SessionState.DONE, f"{sentence}; {rows} samples in {self.file.name}")
-
-
-class _ProcessDied(Exception):
-    """A process of the session is gone, in words."""
-
-
-def _said(error: BaseException) -> str:
-    """An error for an operator: its own words where it was made for one, else what kind it is and where it says more."""
-    if isinstance(error, (InputError, StepOutOfTurn, DriverError, _ProcessDied)):
-        return str(error)
-    if isinstance(error, OSError):
-        where = f"{error.filename}: " if error.filename else ""
-        return f"{where}{error.strerror or 'the system refused without a reason'}"
-    return f"an error of the software ({type(error).__name__}: {error or 'without words'}); please report it"
-
-
-def _has_room(connection: Connection) -> bool:
-    """Whether a short word can be sent without waiting, now or within a moment."""
-    writable = select.poll()
-    writable.register(connection.fileno(), select.POLLOUT)
-    return any(
-        event & (select.POLLOUT | select.POLLERR | select.POLLHUP)
-        for _, event in writable.poll(1000 * _SAY_TIMEOUT)
-    )
+            )
 
 
 def _unheard(event: SessionEvent) -> None:

@@ -51,7 +51,7 @@ def demo(
     from api.data_folder import default_data_folder
     from daq.excitation.excitation_plan import ExcitationPlan
     from daq.rig import Rig
-    from daq.session_workflow import Recorded
+    from daq.session_outcome import Recorded
     from identify.diagnosis.improvement import improve
     from identify.identification import identify
     from identify.recording import load_experiment

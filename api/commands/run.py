@@ -12,7 +12,8 @@ if TYPE_CHECKING:
     from daq.excitation.excitation_plan import ExcitationPlan
     from daq.rig import Rig
     from daq.session_events import SessionEvent
-    from daq.session_workflow import PayloadSession, Recorded
+    from daq.session_outcome import Recorded
+    from daq.session_workflow import PayloadSession
     from identify.results.identification import IdentificationDocument
 
 

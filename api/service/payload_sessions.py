@@ -28,7 +28,7 @@ from api.service.rig_operators import RigOperators
 from api.service.rig_store import RigStore
 from api.service.session_ids import session_id
 from daq.excitation.plan_limits import require_within_limits
-from daq.session_events import SessionEvent, SessionState, StepOutOfTurn
+from daq.session_events import Progress, SessionEvent, SessionState, StepOutOfTurn
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import Payload
 
@@ -36,7 +36,6 @@ if TYPE_CHECKING:
     from daq.excitation.excitation_plan import ExcitationPlan
     from daq.live import LiveRows
     from daq.rig_drives import RigCheck
-    from daq.session_workflow import Progress
     from daq.torque_offset import SentAhead
 
 RECORDING = "recording"
@@ -57,7 +56,7 @@ class SessionSteps(Protocol):
     rig_check: "RigCheck | None"
 
     @property
-    def progress(self) -> "Progress":
+    def progress(self) -> Progress:
         """How far the motion is."""
         ...
 

@@ -31,7 +31,7 @@ if __name__ == "__main__":
         session.check()
         session.confirm_payload(0.0)
         session.arm()
-        print(session._acquisition.pid, session._recorder.pid, flush=True)
+        print(session.processes.acquisition.pid, session.processes.recorder.pid, flush=True)
         session.start()
         while session.progress.cycle == 0:
             session.wait(0.01)

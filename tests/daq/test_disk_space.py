@@ -72,7 +72,7 @@ def test_a_disk_that_takes_no_more_of_the_file(rig, armed_session, long_plan):
         assert time.monotonic() < end
         pause.wait(0.01)
     size = session.file.stat().st_size
-    resource.prlimit(session._recorder.pid, resource.RLIMIT_FSIZE, (size + 4096, size + 4096))
+    resource.prlimit(session.processes.recorder.pid, resource.RLIMIT_FSIZE, (size + 4096, size + 4096))
     assert session.wait(60) is SessionState.FAULTED
     assert "disk" in session.reason
     state = recording_state(session.file)

@@ -91,8 +91,8 @@ def test_a_recorder_that_is_dead_when_the_session_is_armed_ends_it_in_words(rig,
     with PayloadSession(rig, tmp_path / "e", short_plan, rig.payload("none"), "operator") as session:
         assert session.check().ok
         session.confirm_payload(0.0)
-        session._recorder.kill()
-        session._recorder.wait()
+        session.processes.recorder.kill()
+        session.processes.recorder.wait()
         with pytest.raises(StepOutOfTurn, match="recorder process died"):
             session.arm()
         assert session.wait(30) is SessionState.FAULTED

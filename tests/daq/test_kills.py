@@ -64,7 +64,7 @@ def test_an_acquisition_process_killed_at_twelve_moments_loses_no_sample(rig, ar
             after = moments.uniform(0.0, 0.7)
             begun = time.monotonic()
             wait_until(lambda after=after, begun=begun: time.monotonic() - begun >= after)
-            session._acquisition.kill()
+            session.processes.acquisition.kill()
             assert session.wait(30) is SessionState.FAULTED
             assert "died" in session.reason
             cycle = last_planned_cycle(ring)
@@ -94,8 +94,8 @@ def test_with_recorder_and_acquisition_killed_together_at_most_the_last_flush_in
                 )
             )
             killed = time.monotonic()
-            session._recorder.kill()
-            session._acquisition.kill()
+            session.processes.recorder.kill()
+            session.processes.acquisition.kill()
             assert session.wait(30) is SessionState.FAULTED
         # What was in the ring one flush interval (and one of the recorder's turns) before the kill is on disk.
         safe = rig.storage.flush_interval + 0.1
@@ -107,7 +107,7 @@ def test_a_killed_recorder_ends_the_motion_and_its_file_is_recovered(rig, armed_
     session = armed_session(rig, plan=long_plan)
     session.start()
     wait_until(lambda: recording_state(session.file).rows > 1000)
-    session._recorder.kill()
+    session.processes.recorder.kill()
     assert session.wait(30) is SessionState.FAULTED
     assert session.reason.count("the recorder process died") == 1
     assert recording_state(session.file).status == "faulted"

@@ -59,8 +59,8 @@ def test_a_session_that_died_with_all_its_processes_is_recovered_listed_and_iden
 ):
     session = armed_session(rig, "disk-7", plan=long_plan)
     driven(session)
-    session._recorder.kill()
-    session._acquisition.kill()
+    session.processes.recorder.kill()
+    session.processes.acquisition.kill()
     assert session.wait(30) is SessionState.FAULTED
     assert "coulomb recover" in session.reason
     folder = session.experiment
@@ -83,7 +83,7 @@ def test_a_session_that_died_with_all_its_processes_is_recovered_listed_and_iden
 def test_a_session_whose_acquisition_died_is_listed(rig, armed_session, long_plan):
     session = armed_session(rig, plan=long_plan)
     driven(session)
-    session._acquisition.kill()
+    session.processes.acquisition.kill()
     assert session.wait(30) is SessionState.FAULTED
     (state,) = recover_experiment(session.experiment, "")
     assert state.admitted
@@ -130,7 +130,7 @@ def test_rows_that_a_killed_recorder_left_in_the_ring_are_saved(rig, armed_sessi
     session = armed_session(rig, plan=long_plan)
     with RingReader(f"{session._ring}-rows") as ring:
         driven(session, 4000)
-        session._recorder.kill()
+        session.processes.recorder.kill()
         assert session.wait(30) is SessionState.FAULTED
         rows = ring.latest(ring.capacity)
     measured = rows["cycle"][(rows["phase"] == Phase.PLAN) | (rows["phase"] == Phase.STOPPING)]
@@ -189,7 +189,7 @@ def test_an_experiment_file_that_is_harmed_in_motion_orphans_no_session(rig, arm
 def test_one_bad_file_keeps_no_other_from_being_recovered(rig, armed_session, long_plan):
     session = armed_session(rig, plan=long_plan)
     driven(session)
-    session._acquisition.kill()
+    session.processes.acquisition.kill()
     assert session.wait(30) is SessionState.FAULTED
     incomplete = session.experiment / "incomplete"
     (incomplete / "session-05.h5").write_bytes(b"no HDF5 at all")

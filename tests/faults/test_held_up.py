@@ -26,9 +26,9 @@ def test_an_acquisition_that_was_held_up_stops_the_motion_and_says_so(rig, armed
     while session.progress.cycle < 25 and not session.state.ended:
         pause.wait(0.02)
     assert not session.state.ended, session.reason
-    os.kill(session._acquisition.pid, signal.SIGSTOP)
+    os.kill(session.processes.acquisition.pid, signal.SIGSTOP)
     pause.wait(2.0)
-    os.kill(session._acquisition.pid, signal.SIGCONT)
+    os.kill(session.processes.acquisition.pid, signal.SIGCONT)
     assert session.wait(60) is SessionState.FAULTED
     assert "this computer was held up for" in session.reason
     assert "did not go out" in session.reason

@@ -5,7 +5,8 @@ import contextlib
 import pytest
 
 from daq.session_events import SessionState, StepOutOfTurn
-from daq.session_workflow import NOTHING_KEPT, PayloadSession
+from daq.session_outcome import NOTHING_KEPT
+from daq.session_workflow import PayloadSession
 from tests.faults.bench import bench_rig
 from tests.faults.sessions import SESSION_FAULTS, plan_within_limits, session_cell
 

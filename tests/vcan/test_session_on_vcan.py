@@ -258,7 +258,7 @@ def test_a_killed_acquisition_process_lets_the_drive_stop_by_itself(rig, mount, 
         session.start()
         wait_until(lambda: session.progress.cycle > 250 or session.state.ended)
         assert not session.state.ended, session.reason
-        session._acquisition.kill()
+        session.processes.acquisition.kill()
         assert session.wait(30) is SessionState.FAULTED
         assert_at_rest(rig, bus)
         assert recording_state(session.file).rows > 200
