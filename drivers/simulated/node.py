@@ -20,6 +20,7 @@ from drivers.simulated.guarded_node import GuardedNode
 from drivers.simulated.oddities import PDOS
 from drivers.simulated.pdo import PDO_OFF, Pdo
 from drivers.simulated.process_image import SLOT_OF_OBJECT, MappedSlots, bits_of
+from drivers.simulated.rating_objects import rating_objects
 from drivers.simulated.settings import SimulatedAxis
 from drivers.simulated.simulated_drive import SUPPORTED_MODES, SimulatedDrive
 
@@ -392,20 +393,7 @@ class SimulatedNode(canopen.LocalNode):
     def _load_drive_objects(self) -> None:
         """The drive's ratings into the object dictionary."""
         axis = self.axis
-        limit = round(axis.current_limit * 1000)
-        for index, subindex, value in (
-            (0x6072, 0, limit),
-            (0x6073, 0, limit),
-            (0x6075, 0, round(axis.rated_current * 1e3)),
-            (0x6076, 0, round(axis.rated_torque * 1e3)),
-            (0x6065, 0, round(axis.following_error * axis.counts_per_turn)),
-            (0x6066, 0, round(axis.following_error_time * 1e3)),
-            (0x6080, 0, round(axis.max_speed * 60 / 6.283185307179586)),
-            (0x6085, 0, round(axis.quick_stop_deceleration * axis.counts_per_radian)),
-            (0x6099, 1, round(0.2 * axis.counts_per_turn)),
-            (0x608F, 1, axis.counts_per_turn),
-            (0x608F, 2, 1),
-        ):
+        for (index, subindex), value in rating_objects(axis).items():
             self._store(index, subindex, value)
         for index, values in self.drive.compensation.raw.items():
             for place, value in enumerate(values, 1):
