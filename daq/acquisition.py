@@ -27,7 +27,8 @@ from daq.plan_setpoints import approach_counts
 from daq.process_priority import ask_for_real_time
 from daq.recorder import Ending
 from daq.rig import Rig
-from daq.rig_drives import RigCheck, RigDrives
+from daq.rig_check import RigCheck, check_rig
+from daq.rig_drives import RigDrives
 from daq.ring_buffer import RingWriter
 from daq.safety import StopCause, StopReason
 from daq.samples import Phase, sample_dtype
@@ -158,7 +159,7 @@ class Acquisition:
             remarks += ask_for_real_time()
         drives = RigDrives(self.rig)
         closing.callback(drives.close)
-        check = drives.check()
+        check = check_rig(drives)
         if not check.ok:
             self.tell(AcquisitionMessage("checked", check.problems, check=check))
             return StopReason(StopCause.BUS, check.problems), {}

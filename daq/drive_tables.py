@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from daq.rig import Rig
+from daq.rig_check import check_rig
 from daq.rig_drives import RigDrives
 from drivers.drive import Drive
 from drivers.errors import DriverError
@@ -36,7 +37,7 @@ def write_tables(rig: Rig, tables: Sequence[Sequence[ObjectWrite]]) -> list[list
     """
     drives = RigDrives(rig, "writing compensation tables")
     try:
-        check = drives.check()
+        check = check_rig(drives)
         if not check.ok:
             raise InputError(f"rig {rig.name}: nothing was written: {check.problems}")
         before = [

@@ -1,4 +1,4 @@
-"""The rig's drives over canopen: checked, configured, watched. Nothing here moves anything.
+"""The rig's drives over canopen: configured, watched, left without power. Nothing here moves anything.
 
 Process data go another way (`daq/sampling_loop.py`); canopen never sees a TPDO.
 """
@@ -7,28 +7,20 @@ import contextlib
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
-from pathlib import Path
 
 import numpy as np
 
-from daq.bus_load import bit_rate, bus_load
 from daq.power_off import AxisPower, PowerCut, PowerReport, read_power
 from daq.rig import Axis, Rig
 from daq.safety import StopCause, StopReason
-from daq.stopping_watch import expected_deceleration
-from drivers.bus import open_bus, pass_ids
 from drivers.bus_claim import BusClaim
 from drivers.canopen_network import CanopenNetwork
-from drivers.cia402 import HOMING_ATTAINED, HOMING_ERROR, Mode, State
+from drivers.cia402 import Mode, State
 from drivers.drive import Drive
 from drivers.emergency import Emergency, code_in_words
 from drivers.errors import DriveError, DriverError
 from drivers.process_data import DriveStream, was_refused
-from drivers.profile import DriveProfile
 from drivers.safety_output import SafetyOutput
-from drivers.standard_stream import standard_stream
-from drivers.sync_producer import SYNC_ID
 
 RESTARTED = (
     "it restarted (its boot-up was heard): look at its supply, its earth and its watchdog, then start again; or a second node "
@@ -36,7 +28,7 @@ RESTARTED = (
 )
 MASTER_NODE = 127
 """Our own node id: the heartbeat under it is what the drives watch."""
-_OUR_HEARTBEAT = 0x700 + MASTER_NODE
+OUR_HEARTBEAT = 0x700 + MASTER_NODE
 
 MODES = {
     "cyclic-synchronous-position": Mode.CYCLIC_SYNCHRONOUS_POSITION,
@@ -44,14 +36,8 @@ MODES = {
 }
 _EMERGENCY_POLL = 0.01
 """s"""
-_LISTEN = 0.1
-"""s to listen for another master before anything is sent"""
 _LOOK_TWICE = 0.02
 """s between two positions that tell whether an axis moves"""
-_REST_SHARE = 0.01
-"""of the velocity limit: slower than that between those two, it stands"""
-_REST_COUNTS = 4
-"""counts by which an encoder at rest may flicker"""
 _QUICK_STOP = 0.6
 """s in which drives are to rest by their quick stop, before power is cut"""
 _CLOSING_ANSWER = 0.1
@@ -62,38 +48,6 @@ _SIGNS_MISSED = 2.5
 """signs of life that a drive may miss whose heartbeat time is its own"""
 POWERED = frozenset({State.OPERATION_ENABLED, State.QUICK_STOP_ACTIVE, State.FAULT_REACTION_ACTIVE})
 """states in which a drive's power stage gives torque"""
-_RATED_TOLERANCE = 0.01
-"""relative; the drive holds its rated value as a whole number of mN m or mA"""
-
-
-@dataclass(frozen=True)
-class CheckItem:
-    """One thing that was looked at before a session."""
-
-    what: str
-    ok: bool
-    words: str
-
-
-@dataclass(frozen=True)
-class RigCheck:
-    """Everything that was looked at before a session."""
-
-    items: tuple[CheckItem, ...]
-
-    @property
-    def ok(self) -> bool:
-        """Whether the session may go on."""
-        return all(item.ok for item in self.items)
-
-    @property
-    def problems(self) -> str:
-        """What is wrong, in one line."""
-        return "; ".join(f"{item.what}: {item.words}" for item in self.items if not item.ok)
-
-    def to_json(self) -> dict[str, object]:
-        """Plain values."""
-        return {"ok": self.ok, "items": [asdict(item) for item in self.items]}
 
 
 class RigDrives:
@@ -130,150 +84,6 @@ class RigDrives:
         patience = 1.0 if rig.pacing == "real-time" else 10.0
         self._silence = rig.supervision.heartbeat_timeout * patience
 
-    def check(self) -> RigCheck:
-        """Look at every drive: is it there, is it what the rig file says, without fault, at rest, homed?
-
-        Nothing is written to a drive before it has said that it has no power and does not move.
-        """
-        items = self._others() + self._load()
-        if all(item.ok for item in items):
-            for axis, drive, profile in zip(self.rig.axes, self.drives, self.rig.profiles, strict=True):
-                what = f"joint {axis.joint} (node {axis.node})"
-                if drive.passed_over:
-                    named = Path(profile.object_dictionary).name
-                    items.append(
-                        CheckItem(what, True, f"{named}: passed over {'; '.join(drive.passed_over)}")
-                    )
-                try:
-                    items += [
-                        CheckItem(what, ok, sentence) for ok, sentence in self._look(axis, drive, profile)
-                    ]
-                except DriverError as error:
-                    items.append(CheckItem(what, False, str(error)))
-        if all(item.ok for item in items):
-            items += self._within_limits()
-        return RigCheck(tuple(items))
-
-    def _others(self) -> list[CheckItem]:
-        """Whether somebody else sends SYNC or setpoints: then the bus is not ours, and nothing is sent."""
-        heard: set[int] = set()
-        ours = {SYNC_ID, _OUR_HEARTBEAT, *(0x200 + axis.node for axis in self.rig.axes)}
-        with open_bus(self.rig.bus, filters=pass_ids(sorted(ours))) as bus:
-            end = time.monotonic() + max(_LISTEN, 3 * self.rig.cycle)
-            while (left := end - time.monotonic()) > 0:
-                message = bus.recv(left)
-                if message is not None:
-                    heard.add(message.arbitration_id)
-        if not heard:
-            return []
-        if heard == {_OUR_HEARTBEAT}:
-            sentence = f"a node with id {MASTER_NODE} is on {self.rig.bus}, the id of our own heartbeat: give it another"
-            return [CheckItem("bus", False, sentence)]
-        heard.discard(_OUR_HEARTBEAT)
-        named = ", ".join("SYNC" if each == SYNC_ID else f"setpoints 0x{each:03X}" for each in sorted(heard))
-        sentence = (
-            f"another master is at work on {self.rig.bus}: it sends {named}; nothing was sent. "
-            "End it, or take it off the bus"
-        )
-        return [CheckItem("bus", False, sentence)]
-
-    def _load(self) -> list[CheckItem]:
-        """Whether what the drives are to send goes into the cycle; nothing where the bus has no bit rate."""
-        rate = bit_rate(self.rig.bus)
-        if rate is None:
-            return []
-        streams = [
-            standard_stream(axis.node, profile, MODES[axis.mode], self.rig.record_temperature)
-            for axis, profile in zip(self.rig.axes, self.rig.profiles, strict=True)
-        ]
-        load = bus_load(self.rig, streams, rate)
-        return [CheckItem("bus", load.ok, load.words)]
-
-    def _look(self, axis: Axis, drive: Drive, profile: DriveProfile) -> list[tuple[bool, str]]:
-        state = self.state_before_writing(drive)
-        if state in POWERED:
-            sentence = (
-                f"has power (it is in {state.words}): somebody else commands it, or a session left it so; nothing was written "
-                f"to it. If nobody does, `coulomb reset {self.rig.name}` takes its power"
-            )
-            return [(False, sentence)]
-        if self._moves(drive, axis):
-            sentence = (
-                "moves although it has no power: it was let go, or something pushes it; wait until it rests"
-            )
-            return [(False, sentence)]
-        if drive.sdo.answered_twice():
-            sentence = (
-                f"two nodes answer under node id {drive.node}: two drives have the same id, or a device that is none of"
-                " ours has it; nothing was written. Unplug one, give it another id, and look again by `coulomb scan`"
-            )
-            return [(False, sentence)]
-        # A drive that an earlier session left streaming must not answer SDOs between its PDOs.
-        drive.produce_heartbeat(self.rig.supervision.heartbeat_period)
-        drive.set_nmt_state("PRE-OPERATIONAL")
-        identity = drive.identity()
-        items = [
-            (
-                identity.profile == 402,
-                f"vendor 0x{identity.vendor:X}, product 0x{identity.product:X}, "
-                f"device profile {identity.profile}{'' if identity.profile == 402 else ', not a drive (402)'}",
-            )
-        ]
-        state = drive.state()
-        if state is State.FAULT:
-            sentence = (
-                f"in FAULT: {drive.error_in_words()}; when the cause is gone, `coulomb reset {self.rig.name}` resets it, or "
-                "the button on the rig's page; its zero stays as it is"
-            )
-            return [*items, (False, sentence)]
-        items.append((True, f"state {state.words}"))
-        items += [(True, sentence) for sentence in drive.oddities()]
-        items += self._rated(axis, drive)
-        items += [(True, sentence) for sentence in self._braking(axis, drive)]
-        if axis.homing == "drive":
-            items.append(self._homed(drive))
-        return items
-
-    def _rated(self, axis: Axis, drive: Drive) -> list[tuple[bool, str]]:
-        """Whether the drive's rated value, which its current reference is a fraction of, is that of the rig file."""
-        unit = drive.profile.current_reference.unit
-        if unit == "rated current":
-            field, believed, physical = "rated_current", axis.rated_current, "A"
-        elif unit == "rated torque":
-            field, believed, physical = "rated_torque", axis.rated_torque, "N m"
-        else:
-            return []
-        assert believed is not None  # the rig file was refused otherwise
-        rated = drive.rated_value()
-        if rated is None:
-            taken = f"{field} of the rig file, {believed:g} {physical}, is taken unchecked"
-            return [(True, f"does not tell what its current reference is a fraction of: {taken}")]
-        ok = abs(rated / believed - 1) <= _RATED_TOLERANCE
-        wrong = "" if ok else f"; the rig file says {believed:g}: one of them is wrong"
-        return [(ok, f"rated {rated:g} {physical}{wrong}")]
-
-    def _braking(self, axis: Axis, drive: Drive) -> list[str]:
-        """What is to be said about the drive's quick stop beside what a stop must show (`daq.stopping_watch`)."""
-        index = self.rig.axes.index(axis)
-        stated, expected = axis.limits.quick_stop_deceleration, expected_deceleration(axis.limits)
-        unit = "m" if self.rig.robot.joints[index].type == "prismatic" else "rad"
-        counts = drive.quick_stop_deceleration()
-        must = f"a stop must brake with {expected:.3g} {unit}/s², else power is cut"
-        if counts is None:
-            if stated is not None:
-                return []
-            return [
-                f"limits.quick_stop_deceleration is not stated, and the drive does not tell it (0x6085): {must}; state what "
-                "it does"
-            ]
-        braking = counts * float(np.abs(self.rig.position_matrix[:, index]).max())
-        if braking >= expected:
-            return []
-        return [
-            f"its quick stop (0x6085) is {counts}, {braking:.3g} {unit}/s² if that is in counts: weaker than expected, for "
-            f"{must}; state what it does as limits.quick_stop_deceleration"
-        ]
-
     def state_before_writing(self, drive: Drive) -> State:
         """What the drive says of itself. Only one in NMT STOPPED, where it cannot answer, is made able to first."""
         try:
@@ -281,40 +91,6 @@ class RigDrives:
         except DriverError:
             self.network.send(0, bytes((_ENTER_PRE_OPERATIONAL, drive.node)))
             return drive.state()
-
-    def _moves(self, drive: Drive, axis: Axis) -> bool:
-        begun, first = time.monotonic(), drive.position()
-        time.sleep(_LOOK_TWICE)
-        way, passed = abs(drive.position() - first), time.monotonic() - begun
-        motor_speed = axis.limits.velocity * float(np.abs(self.rig.motor_gear).max())
-        slow = _REST_SHARE * motor_speed * passed * axis.encoder_counts / (2 * np.pi)
-        return bool(way > slow + _REST_COUNTS)
-
-    def _homed(self, drive: Drive) -> tuple[bool, str]:
-        bit = drive.profile.homed_bit
-        if bit is not None:
-            homed = bool(drive.statusword() >> bit & 1)
-        else:
-            drive.set_mode(Mode.HOMING)
-            word = drive.statusword()
-            homed = bool(word & HOMING_ATTAINED) and not word & HOMING_ERROR
-        return homed, "homed" if homed else f"is not homed; `coulomb home {self.rig.name}` homes it"
-
-    def _within_limits(self) -> list[CheckItem]:
-        try:
-            position = self.positions()
-        except DriverError as error:
-            return [CheckItem("positions", False, str(error))]
-        items: list[CheckItem] = []
-        for axis, value in zip(self.rig.axes, position, strict=True):
-            lowest, highest = axis.limits.position
-            slack = axis.limits.following_error
-            ok = bool(lowest - slack <= value <= highest + slack)
-            sentence = f"is at {value:.4g}" + (
-                "" if ok else f", outside its limits {lowest:g} to {highest:g}"
-            )
-            items.append(CheckItem(f"joint {axis.joint}", ok, sentence))
-        return items
 
     def positions(self) -> np.ndarray:
         """(n,) joint positions, rad or m, read now by SDO."""

@@ -29,7 +29,8 @@ from daq.plan_setpoints import plan_counts
 from daq.recorder import RecorderOrder
 from daq.recording_file import SessionDescription
 from daq.rig import Rig
-from daq.rig_drives import RigCheck, take_power
+from daq.rig_check import RigCheck
+from daq.rig_drives import take_power
 from daq.ring_buffer import RingReader, remove_abandoned_rings
 from daq.safety import StopCause, StopReason
 from daq.session_events import TRANSITIONS, Progress, SessionEvent, SessionState, StepOutOfTurn

@@ -9,8 +9,8 @@ from api.pages.rendering import PREFIX, Context, page
 from api.service import access
 from api.service.database import ExperimentRow
 from api.service.model_story import ModelStory
-from api.service.payload_sessions import RECORDING
 from api.service.service import Service
+from api.service.unlisted_recordings import RECORDING
 from identify.results.diagnosis import DiagnosisDocument
 
 FIRST_RIG = "rx130l-joint3-simulated"

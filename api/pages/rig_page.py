@@ -13,11 +13,11 @@ from api.pages.rendering import PREFIX, Context, page
 from api.pages.rig_users import onlooker_words
 from api.pages.session_words import STATES, for_a_page
 from api.service import access
-from api.service.payload_sessions import ActiveSession
+from api.service.active_session import ActiveSession
 from api.service.problems import Problem
 from api.service.service import Service
 from daq.rig import Rig
-from daq.rig_drives import CheckItem
+from daq.rig_check import CheckItem
 from identify.recording.errors import InputError
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)

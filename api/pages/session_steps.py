@@ -16,10 +16,10 @@ from api.service import access
 from api.service.access import client_address
 from api.service.accounts import User
 from api.service.database import SessionRow
-from api.service.payload_sessions import RECORDING
 from api.service.problems import Problem
 from api.service.proof_drives import drive_of_proof
 from api.service.service import Service
+from api.service.unlisted_recordings import RECORDING
 from daq.session_events import SessionState
 from daq.weighed_mass import require_mass
 from identify.recording.experiment_file import Payload

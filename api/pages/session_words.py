@@ -5,10 +5,11 @@ from urllib.parse import urlencode
 
 from api.pages.layout import experiment_link, session_link
 from api.pages.rendering import PREFIX
+from api.service.active_session import ActiveSession
 from api.service.database import SessionRow
-from api.service.payload_sessions import RECORDING, ActiveSession
 from api.service.proof_drives import drive_of_proof
 from api.service.service import Service
+from api.service.unlisted_recordings import RECORDING
 from daq.session_events import SessionState
 from identify.recording.errors import InputError
 

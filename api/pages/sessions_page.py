@@ -19,10 +19,10 @@ from api.pages.scope_words import USES
 from api.pages.stored_models import StoredExperiment
 from api.service import access
 from api.service.accounts import User
-from api.service.payload_sessions import ENDED_EARLY, RECORDING
 from api.service.problems import Problem
 from api.service.service import Service
 from api.service.session_catalogue import CatalogueEntry
+from api.service.unlisted_recordings import ENDED_EARLY, RECORDING
 from daq.raw_log import raw_log_of
 from daq.session_events import SessionState
 from identify.recording import Payload
@@ -150,7 +150,7 @@ def change(
 def recover(request: Request, user: access.Operator, experiment: str, session: str) -> HTMLResponse:
     """Close a recording that was cut off; what was measured until then is kept."""
     with input_errors_as_problems():
-        access.service_of(request).sessions.recover(experiment, session, user)
+        access.service_of(request).unlisted_recordings.recover(experiment, session, user)
     return page(request, "sessions_body.html", **_context(request, user, experiment))
 
 
@@ -158,7 +158,7 @@ def recover(request: Request, user: access.Operator, experiment: str, session: s
 def admit(request: Request, user: access.Operator, experiment: str, session: str) -> HTMLResponse:
     """Use a session that ended early: whoever presses this has looked at it."""
     with input_errors_as_problems():
-        access.service_of(request).sessions.admit(experiment, session, user)
+        access.service_of(request).unlisted_recordings.admit(experiment, session, user)
     return page(request, "sessions_body.html", **_context(request, user, experiment))
 
 

@@ -11,10 +11,11 @@ import anyio.to_thread
 import numpy as np
 from numpy.typing import NDArray
 
+from api.service.active_session import ActiveSession
 from api.service.envelope import envelope
 from api.service.expected_current import Expectation, ExpectedCurrent
 from api.service.live import Broadcast, encode_block
-from api.service.payload_sessions import ActiveSession, PayloadSessions
+from api.service.payload_sessions import PayloadSessions
 from api.service.problems import Problem
 from api.service.rig_operators import RigOperators
 from identify.recording.errors import InputError

@@ -7,18 +7,18 @@ wait for it.
 import logging
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from threading import Lock
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from api.service.accounts import User
+from api.service.active_session import MOVING, ActiveSession, open_payload_session
 from api.service.audit import AuditLog
-from api.service.bus_claims import BusClaim, BusClaims
+from api.service.bus_claims import BusClaims
 from api.service.database import LONGEST_WORDS, SessionRow
 from api.service.experiment_store import ExperimentStore
-from api.service.folder_description import INCOMPLETE
 from api.service.model_workflow import ModelWorkflow
 from api.service.plan_store import PlanStore
 from api.service.problems import Problem
@@ -26,115 +26,17 @@ from api.service.proof_drives import drive_of_proof
 from api.service.proofs import Proofs
 from api.service.rig_operators import RigOperators
 from api.service.rig_store import RigStore
-from api.service.session_ids import session_id
 from daq.excitation.plan_limits import require_within_limits
-from daq.session_events import Progress, SessionEvent, SessionState, StepOutOfTurn
+from daq.session_events import SessionEvent, SessionState, StepOutOfTurn
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import Payload
 
 if TYPE_CHECKING:
     from daq.excitation.excitation_plan import ExcitationPlan
-    from daq.live import LiveRows
-    from daq.rig_drives import RigCheck
+    from daq.rig_check import RigCheck
     from daq.torque_offset import SentAhead
 
-RECORDING = "recording"
-"""State of a recording that grows, or whose process died."""
-ENDED_EARLY = frozenset({SessionState.ABORTED.value, SessionState.FAULTED.value})
-"""States of a recording that somebody or something ended before its plan did."""
-MOVING = frozenset({SessionState.ARMED, SessionState.RUNNING})
 _log = logging.getLogger(__name__)
-
-
-class SessionSteps(Protocol):
-    """The steps of a payload session and what can be seen of it, as `daq.session_workflow.PayloadSession` has them."""
-
-    state: SessionState
-    reason: str
-    file: Path | None
-    alarm: str
-    rig_check: "RigCheck | None"
-
-    @property
-    def progress(self) -> Progress:
-        """How far the motion is."""
-        ...
-
-    def check(self) -> "RigCheck":
-        """Take the bus and check the rig, line by line."""
-        ...
-
-    def confirm_payload(self, mass: float) -> None:
-        """The mass as weighed, kg; InputError where it is not the payload's."""
-        ...
-
-    def arm(self) -> None:
-        """Start recorder and monitors; nothing moves."""
-        ...
-
-    def start(self) -> None:
-        """Let the robot move; returns at once."""
-        ...
-
-    def stop(self, reason: str = ...) -> None:
-        """Stop, from any thread and at any time; harmless when repeated."""
-        ...
-
-    def wait(self, timeout: float | None = None) -> SessionState:
-        """Wait for the end, s at most; the state then."""
-        ...
-
-    def live(self, seconds: float) -> "LiveRows":
-        """The rows of the last seconds, SI units."""
-        ...
-
-    def close(self) -> None:
-        """End the processes and remove the ring; stops first where it must."""
-        ...
-
-
-@dataclass
-class ActiveSession:
-    """The session that has a rig's bus, or the last one that had it.
-
-    rig, experiment, id : whose session it is
-    payload_session     : its steps
-    user                : who checked the rig for it
-    confirmed_in        : the operator's tenure in which the payload was confirmed (`RigOperators.tenure`)
-    claim               : its claim on the bus, given back when the session has ended
-    events              : what happened so far, in an operator's words
-    """
-
-    rig: str
-    experiment: str
-    id: str
-    payload_session: SessionSteps
-    user: str
-    confirmed_in: int | None = None
-    claim: BusClaim | None = None
-    events: list[SessionEvent] = field(default_factory=list)
-    storing: Lock = field(default_factory=Lock)
-
-    @property
-    def state(self) -> SessionState:
-        """Where it stands."""
-        return self.payload_session.state
-
-    @property
-    def moves(self) -> bool:
-        """Whether the robot moves, or will at the next step."""
-        return self.state in MOVING
-
-    @property
-    def refusal(self) -> str:
-        """For somebody else who wants the bus."""
-        return f"The session {self.id} of {self.experiment} is using this rig; finish or discard it."
-
-    def close(self) -> None:
-        """Stop it if need be, let its processes end, and give the bus back."""
-        self.payload_session.close()
-        if self.claim is not None:
-            self.claim.release()
 
 
 Listener = Callable[[ActiveSession], None]
@@ -180,6 +82,10 @@ class PayloadSessions:
     def under_way(self) -> ActiveSession | None:
         """A session that is armed or running, on whichever rig."""
         return next((active for active in list(self._active.values()) if active.moves), None)
+
+    def has_under_way(self, row: SessionRow) -> bool:
+        """Whether this session has its rig's bus and has not ended."""
+        return self._is_active(row) and not self._active[row.rig or ""].state.ended
 
     def listen(self, listener: Listener) -> None:
         """Call `listener(active)` after every event of a session, from that session's thread; it must return at once."""
@@ -340,58 +246,6 @@ class PayloadSessions:
         self._take(active, active.payload_session.start)
         return self._row(active)
 
-    def recover(self, experiment: str, identifier: str, user: User) -> SessionRow:
-        """Close a recording whose process died; every row that was flushed is kept, and it is listed if it may serve.
-
-        Raises the problem 409 if the recording is closed or still grows.
-        """
-        row = self._of_no_proof(experiment, identifier)
-        if self._is_active(row) and not self._active[row.rig or ""].state.ended:
-            raise Problem(409, "The session is under way; stop it first, or wait for its end.")
-        if row.file is None or row.state != RECORDING:
-            raise Problem(409, f"The session {identifier} is {row.state}: there is nothing to recover.")
-        from daq.recovery import admit_if_it_may_serve, being_written, recover_recording
-
-        folder = self._experiments.folder(experiment)
-        if being_written(folder / row.file):
-            raise Problem(409, f"The session {identifier} is still being recorded; stop it first.")
-        reason = f"the recording process died; recovered by {user.name}"
-        state = admit_if_it_may_serve(folder, recover_recording(folder / row.file, "aborted", reason))
-        return self._listed_or_kept(experiment, identifier, user, state)
-
-    def admit(self, experiment: str, identifier: str, user: User) -> SessionRow:
-        """List a session that a limit, a fault or somebody ended: a person has looked at it, and it is to be used.
-
-        Raises the problem 409 if it is listed already, or lacks too much to serve.
-        """
-        row = self._of_no_proof(experiment, identifier)
-        kept = row.file is not None and row.file.startswith(INCOMPLETE)
-        if row.file is None or not kept or row.state not in ENDED_EARLY:
-            raise Problem(409, f"The session {identifier} is {row.state}: nothing is to be decided about it.")
-        from daq.recovery import admit_if_it_may_serve, recording_state
-
-        folder = self._experiments.folder(experiment)
-        state = admit_if_it_may_serve(folder, recording_state(folder / row.file), decided=True)
-        if not state.admitted:
-            raise Problem(409, f"The session {identifier} cannot be used: {state.lacks}.")
-        return self._listed_or_kept(experiment, identifier, user, state)
-
-    def _of_no_proof(self, experiment: str, identifier: str) -> SessionRow:
-        row = self._experiments.session(experiment, identifier)
-        if drive_of_proof(row) is not None:
-            raise Problem(
-                409, f"{identifier} is a drive of a proof, which no model uses: prepare it again there."
-            )
-        return row
-
-    def _listed_or_kept(self, experiment: str, identifier: str, user: User, state: Any) -> SessionRow:
-        """What became of a recording that was looked at anew; once it is listed, all sessions are identified anew."""
-        self._experiments.refresh(experiment)
-        if not state.admitted:
-            return self._experiments.session(experiment, identifier)
-        self._models.refit(experiment, user.name)
-        return self._experiments.session(experiment, session_id(state.path.name))
-
     # --- stopping
 
     def rigs(self) -> list[str]:
@@ -543,10 +397,3 @@ class PayloadSessions:
             else:  # a recording without a single row is not kept
                 row.file = None
             self._experiments.change_session(row)
-
-
-def open_payload_session(*arguments: Any, **named: Any) -> SessionSteps:
-    """A `daq.session_workflow.PayloadSession`; its buses are loaded only when a session needs them."""
-    from daq.session_workflow import PayloadSession
-
-    return PayloadSession(*arguments, **named)

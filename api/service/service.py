@@ -33,6 +33,7 @@ from api.service.settings import ServiceSettings
 from api.service.sign_in_throttle import SignInThrottle
 from api.service.stop_log import StopLog
 from api.service.stop_passes import StopPasses
+from api.service.unlisted_recordings import UnlistedRecordings
 from api.service.weighing import WeighingScale
 
 
@@ -60,6 +61,7 @@ class Service:
     separating: SeparatingPlanner
     proofs: Proofs
     sessions: PayloadSessions
+    unlisted_recordings: UnlistedRecordings
     homings: Homings
     drive_resets: DriveResets
     rig_stop: RigStop
@@ -121,6 +123,7 @@ def create_service(settings: ServiceSettings) -> Service:
         separating=SeparatingPlanner(experiments, models, rigs, plans),
         proofs=proofs,
         sessions=sessions,
+        unlisted_recordings=UnlistedRecordings(experiments, models, sessions),
         homings=homings,
         drive_resets=DriveResets(rigs, operators, claims, audit),
         rig_stop=RigStop(sessions, homings),

@@ -4,6 +4,7 @@ import pytest
 
 from daq.drive_reset import reset_drives
 from daq.homing import joints_to_home
+from daq.rig_check import check_rig
 from daq.rig_drives import RigDrives
 from daq.simulated_rig import simulated_rig
 from drivers.bus import BusSettings
@@ -28,7 +29,7 @@ def powered(still_rig):
 def problems(rig) -> str:
     drives = RigDrives(rig)
     try:
-        return drives.check().problems
+        return check_rig(drives).problems
     finally:
         drives.close()
 
@@ -59,7 +60,7 @@ def test_nothing_is_written_to_a_drive_that_has_power(still_rig, powered):
     set_data = node.set_data
     node.set_data = lambda *data, **more: (written.append(data), set_data(*data, **more))[1]
     drives = RigDrives(still_rig)
-    said = drives.check().problems
+    said = check_rig(drives).problems
     assert "has power (it is in OPERATION ENABLED)" in said
     assert "nothing was written to it" in said
     assert written == []

@@ -5,6 +5,7 @@ import threading
 import pytest
 
 from daq.homing import Homing, joints_to_home
+from daq.rig_check import check_rig
 from daq.rig_drives import RigDrives
 from daq.simulated_rig import simulated_rig
 from drivers.bus import BusSettings
@@ -36,7 +37,7 @@ def powered(homed_by_drive):
 def checked(rig) -> str:
     drives = RigDrives(rig)
     try:
-        return drives.check().problems
+        return check_rig(drives).problems
     finally:
         drives.close()
 

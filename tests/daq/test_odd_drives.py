@@ -7,6 +7,7 @@ import pytest
 
 from daq.excitation.excitation_plan import ExcitationPlan, Move
 from daq.rig import Rig
+from daq.rig_check import check_rig
 from daq.rig_drives import RigDrives
 from daq.safety import StopCause
 from daq.session_events import SessionState
@@ -74,7 +75,7 @@ def test_a_quick_stop_that_is_weaker_than_a_stop_must_show_is_said_before_anythi
         with simulated_rig(of, of.payload("none")):
             drives = RigDrives(of)
             try:
-                return "; ".join(item.words for item in drives.check().items)
+                return "; ".join(item.words for item in check_rig(drives).items)
             finally:
                 drives.close()
 
@@ -94,7 +95,7 @@ def test_a_guarded_drive_that_answers_no_more_stops_the_session_like_a_lost_hear
     with simulated_rig(quick, quick.payload("none")) as plant:
         drives = RigDrives(quick)
         try:
-            assert drives.check().ok
+            assert check_rig(drives).ok
             (node,) = plant.nodes
             node.faults.heartbeat_stopped = True
             drives.heartbeat()
@@ -113,7 +114,7 @@ def test_a_cycle_that_the_drive_cannot_be_told_is_named_with_the_one_that_it_has
     with simulated_rig(odd, odd.payload("none")):
         drives = RigDrives(odd)
         try:
-            assert drives.check().ok
+            assert check_rig(drives).ok
             with pytest.raises(DriveError, match=r"it is set to 0\.005 s: give the rig that cycle"):
                 drives.configure()
         finally:

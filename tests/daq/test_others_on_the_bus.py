@@ -5,6 +5,7 @@ import threading
 import pytest
 
 from daq.rig import Rig
+from daq.rig_check import check_rig
 from daq.rig_drives import RigDrives
 from daq.simulated_rig import simulated_rig
 from drivers.bus import open_bus
@@ -23,7 +24,7 @@ def checked_beside(rig: Rig, can_id: int):
         drives = RigDrives(rig)
         thread.start()
         try:
-            return drives.check()
+            return check_rig(drives)
         finally:
             ended.set()
             thread.join()

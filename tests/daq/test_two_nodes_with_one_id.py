@@ -4,6 +4,7 @@ import can
 import pytest
 
 from daq.rig import Rig
+from daq.rig_check import check_rig
 from daq.rig_drives import RigDrives
 from tests.drivers.foreign_stacks.durand_drive import DurandDrive
 
@@ -50,7 +51,7 @@ def test_the_check_says_so_and_writes_nothing(rig, plugged_in, count):
     drives = plugged_in(count)
     checking = RigDrives(rig, "a check")
     try:
-        checked = checking.check()
+        checked = check_rig(checking)
     finally:
         found = [drive.objects.read(0x1017, 0) for drive in drives]
         checking.close()

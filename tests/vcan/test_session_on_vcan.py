@@ -28,6 +28,7 @@ from daq.excitation.standard_plan import standard_plan
 from daq.excitation.trapezoid import Move
 from daq.recovery import recording_state
 from daq.rig import Rig
+from daq.rig_check import check_rig
 from daq.rig_drives import RigDrives
 from daq.session_events import SessionState
 from daq.session_workflow import PayloadSession
@@ -349,6 +350,6 @@ def test_a_rig_is_homed_from_the_command_line_and_then_passes_its_check(rig_file
     assert joint["within_limits"]
     drives = RigDrives(Rig.load(str(path)))
     try:
-        assert drives.check().problems == ""
+        assert check_rig(drives).problems == ""
     finally:
         drives.close()

@@ -229,7 +229,7 @@ def recover(
     request: Request, user: access.Operator, experiment: ExperimentId, session: SessionId
 ) -> SessionSummary:
     """Finish a recording whose process died: what was measured until then becomes a session's file."""
-    return _summary(request, service_of(request).sessions.recover(experiment, session, user))
+    return _summary(request, service_of(request).unlisted_recordings.recover(experiment, session, user))
 
 
 @router.post("/experiments/{experiment}/sessions/{session}/admit", responses=problems(409))
@@ -237,7 +237,7 @@ def admit(
     request: Request, user: access.Operator, experiment: ExperimentId, session: SessionId
 ) -> SessionSummary:
     """Use a session that a limit, a fault or somebody ended, after a look at it; all sessions are identified anew."""
-    return _summary(request, service_of(request).sessions.admit(experiment, session, user))
+    return _summary(request, service_of(request).unlisted_recordings.admit(experiment, session, user))
 
 
 def _summary(request: Request, row: SessionRow) -> SessionSummary:

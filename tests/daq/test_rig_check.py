@@ -1,0 +1,84 @@
+"""What is found wrong with a rig before a session, joint by joint, on simulated drives."""
+
+import pytest
+
+from daq.rig_check import CheckItem, RigCheck, check_rig
+from daq.rig_drives import RigDrives
+from daq.simulated_rig import simulated_rig
+from drivers.bus import BusSettings
+from drivers.simulated import process_image as slot
+from tests.daq.rig_variants import with_limits
+
+
+@pytest.fixture
+def still_rig(rig):
+    """The rig on a bus of its own."""
+    return rig.model_copy(update={"bus": BusSettings(interface="virtual", channel="rig-check")})
+
+
+@pytest.fixture
+def powered(still_rig):
+    """Its simulated drives, as long as the test lasts."""
+    with simulated_rig(still_rig, still_rig.payload("none")) as on:
+        yield on
+
+
+def checked(rig) -> RigCheck:
+    drives = RigDrives(rig)
+    try:
+        return check_rig(drives)
+    finally:
+        drives.close()
+
+
+def test_a_rig_that_is_as_its_file_says_is_ready(still_rig, powered):
+    check = checked(still_rig)
+    assert check.ok
+    assert check.problems == ""
+    said = "; ".join(item.words for item in check.items)
+    assert "device profile 402" in said
+    assert "rated 2.22 N m" in said
+    assert check.to_json()["items"][-1] == {"what": "joint j3", "ok": True, "words": "is at 0"}
+
+
+def test_a_rated_torque_that_differs_by_more_than_a_rounding_is_a_problem(still_rig, powered):
+    (axis,) = still_rig.axes
+    for factor, agrees in ((1.009, True), (0.991, True), (1.012, False), (0.988, False)):
+        believed = axis.model_copy(update={"rated_torque": axis.rated_torque / factor})
+        check = checked(still_rig.model_copy(update={"axes": (believed,)}))
+        assert check.ok == agrees, factor
+        assert agrees or "one of them is wrong" in check.problems
+
+
+@pytest.mark.parametrize(("beyond", "ok"), [(-0.001, True), (0.001, False)])
+def test_a_position_may_lie_outside_its_limits_by_the_following_error_and_no_more(
+    still_rig, powered, beyond, ok
+):
+    slack = still_rig.axes[0].limits.following_error
+    above = with_limits(still_rig, position=(-1.0, -slack - beyond))
+    below = with_limits(still_rig, position=(slack + beyond, 1.0))
+    for narrow in (above, below):
+        check = checked(narrow)
+        assert check.ok is ok
+        assert ok or "is at 0, outside its limits" in check.problems
+
+
+def test_an_axis_that_moves_without_power_is_waited_for(still_rig, powered):
+    drive = powered.nodes[0].drive
+    get_data = powered.nodes[0].get_data
+
+    def passing(index, subindex, check_readable=False):
+        if index == 0x6064:
+            drive.image[slot.POSITION] += 200_000
+        return get_data(index, subindex, check_readable)
+
+    powered.nodes[0].get_data = passing
+    assert "moves although it has no power" in checked(still_rig).problems
+
+
+def test_problems_are_what_is_not_ok_each_with_what_it_concerns():
+    check = RigCheck(
+        (CheckItem("bus", True, "quiet"), CheckItem("joint a", False, "x"), CheckItem("joint b", False, "y"))
+    )
+    assert not check.ok
+    assert check.problems == "joint a: x; joint b: y"

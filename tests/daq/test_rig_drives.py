@@ -1,0 +1,114 @@
+"""The drives of a rig over their network: what they send and take, what they complain of, and how they are left."""
+
+import numpy as np
+import pytest
+
+from daq.rig_drives import MASTER_NODE, RESTARTED, RigDrives, take_power
+from daq.safety import StopCause
+from daq.simulated_rig import simulated_rig
+from drivers.bus import BusSettings, open_bus
+from drivers.cia402 import Command, State
+from drivers.emergency import Emergency
+from drivers.simulated import process_image as slot
+
+
+@pytest.fixture
+def still_rig(rig):
+    """The rig on a bus of its own."""
+    return rig.model_copy(update={"bus": BusSettings(interface="virtual", channel="rig-drives")})
+
+
+@pytest.fixture
+def powered(still_rig):
+    """Its simulated drives, as long as the test lasts."""
+    with simulated_rig(still_rig, still_rig.payload("none")) as on:
+        yield on
+
+
+@pytest.fixture
+def drives(still_rig, powered):
+    taken = RigDrives(still_rig)
+    yield taken
+    taken.close()
+
+
+def test_positions_are_the_counts_through_the_rigs_matrix_and_offset(still_rig, powered, drives):
+    powered.nodes[0].drive.image[slot.POSITION] = 4321
+    by_hand = still_rig.position_matrix[0, 0] * 4321 + still_rig.position_offset[0]
+    np.testing.assert_allclose(drives.positions(), [by_hand], rtol=1e-12)
+
+
+def test_configured_drives_have_the_mode_and_the_cycle_and_no_power(still_rig, powered, drives):
+    (stream,) = drives.configure()
+    (node,) = powered.nodes
+    assert node.drive.image[slot.MODE] == 8
+    assert node.period == pytest.approx(still_rig.cycle)
+    assert not node.drive.machine.enabled
+    assert stream.node == node.node
+    drives.drives[0].produce_heartbeat(0.1)
+    drives.stream()
+    assert node.nmt_state == 5
+
+
+def test_our_sign_of_life_is_the_heartbeat_of_our_own_node_in_operational(still_rig, drives):
+    with open_bus(still_rig.bus) as bus:
+        drives.heartbeat()
+        message = bus.recv(1.0)
+    assert (message.arbitration_id, bytes(message.data)) == (0x700 + MASTER_NODE, b"\x05")
+
+
+def test_emergencies_are_told_oldest_first_once_and_without_the_word_that_an_error_has_gone(drives):
+    watch = drives.drives[0].watch
+    assert drives.emergency() is None
+    for code in (0x4310, 0, 0x8611):
+        watch.on_emergency(Emergency(drives.drives[0].node, code, 0, b"", 0.0))
+    first, second = drives.emergency(), drives.trouble()
+    assert first is not None
+    assert second is not None
+    assert first.cause is second.cause is StopCause.EMERGENCY
+    assert first.words.startswith("joint j3 (node 3): EMCY 0x4310")
+    assert "0x8611" in second.words
+    assert drives.trouble() is None
+
+
+def test_a_restart_is_told_once(powered, drives):
+    drive = drives.drives[0]
+    drive.expect_no_restart()
+    assert drives.restart() is None
+    powered.nodes[0].boot()
+    assert drive.watch.wait_for(lambda: drive.restarted, 60.0)
+    told = drives.trouble()
+    assert told is not None
+    assert (told.cause, told.words) == (StopCause.RESTARTED, f"joint j3 (node 3): {RESTARTED}")
+    assert drives.trouble() is None
+
+
+def test_drives_are_left_silent_and_where_they_answer(still_rig, powered):
+    drives = RigDrives(still_rig)
+    drives.drives[0].produce_heartbeat(0.1)
+    drives.stream()
+    drives.close()
+    (node,) = powered.nodes
+    assert (node.nmt_state, node.heartbeat_period) == (127, 0.0)
+
+
+def test_power_is_taken_from_a_drive_whose_master_has_gone(still_rig, powered):
+    node = powered.nodes[0]
+    for command in (Command.SHUTDOWN, Command.SWITCH_ON, Command.ENABLE_OPERATION):
+        node.drive.image[slot.CONTROLWORD] = command.value
+        node.drive.take_controlword()
+    assert node.drive.machine.state is State.OPERATION_ENABLED
+    report = take_power(still_rig)
+    assert report.off
+    assert report.alarm == ""
+    assert not node.drive.machine.enabled
+
+
+def test_what_keeps_power_from_being_taken_is_in_the_report(rig):
+    report = take_power(
+        rig.model_copy(update={"bus": BusSettings(interface="socketcan", channel="none-such")})
+    )
+    assert not report.off
+    assert report.alarm.startswith("power could not be read back as off (joint j3 (node 3): ")
+    assert "none-such" in report.alarm
+    assert report.alarm.endswith("press the emergency stop")
