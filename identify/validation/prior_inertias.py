@@ -11,7 +11,6 @@ import numpy as np
 
 from identify.dynamics.payload import payload_parameters
 from identify.dynamics.standard_parameters import PARAMETERS_PER_JOINT
-from identify.dynamics.urdf import read_urdf
 from identify.estimation.identified import Identified
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import PriorBodies, Robot
@@ -28,6 +27,8 @@ def prior_of_file(path: Path, tip: str | None, robot: Robot) -> PriorBodies:
 
     Raises InputError: the file is not of that robot, by joint and field; states no mass; or cannot be read.
     """
+    from identify.dynamics.urdf import read_urdf  # what reads XML is loaded only where a file is compared with
+
     read = read_urdf(path, tip=tip)
     _refuse_another_robot(path, read.robot, robot)
     prior = read.prior(str(path))
