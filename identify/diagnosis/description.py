@@ -16,7 +16,6 @@ from identify.diagnosis.candidates import Candidate
 from identify.diagnosis.closed_loop import LoopEvidence
 from identify.diagnosis.evidence import group_evidence
 from identify.diagnosis.finding import LEAST_DROP, SIGNIFICANCE, Finding
-from identify.diagnosis.held_out import Trial
 from identify.diagnosis.joint_diagnosis import JointDiagnosis
 from identify.diagnosis.learned_document import learned_document
 from identify.diagnosis.screening import reversal_noise
@@ -288,9 +287,7 @@ class Describer:
             return None
         if replacing:
             with_them = tried.selection((), imitators)
-            before = with_them.motion.evaluate(
-                joint, with_them.base(), [Trial((tried.base(imitators)[:0],))]
-            )[0]
+            before = with_them.motion.alone(joint, with_them.base())
             return form if form.finding.after.total < (1 - 2 * LEAST_DROP) * before.total else None
         as_low = form.finding.after.total <= table.finding.after.total * (1 + TOO_SMALL)
         columns = tried.candidates[-1].columns(tried.observation, 0)

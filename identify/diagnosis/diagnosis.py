@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import count
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,8 +41,8 @@ from identify.validation.noise_floor import NoiseFloor, noise_floors
 
 Array = NDArray[np.float64]
 
-MOST_ROUNDS = 12
-"""Rounds of screening; a joint that asks for more effects is not understood."""
+STEP_OF_PROGRESS = 0.12
+"""Part of what is left of the progress bar that a round takes: nobody knows beforehand how many there will be."""
 SIBLING_GAIN = 0.5
 """Part of an effect's gain with which its twin that depends on the load (or does not) stays a rival where no load changes:
 the folds see the same few loads again and cannot decide between the two."""
@@ -125,7 +126,7 @@ def diagnose_record(
 
     Look at every candidate beside the model, add the strongest, fit again, take out what is not justified beside the
     others any more, exchange what only imitated another, and look again until nothing changes: the load that candidates
-    depend on, and what others hide, are then seen better.
+    depend on, and what others hide, are then seen better. It ends, for what was taken out or exchanged does not come back.
     """
     report = progress or (lambda fraction, step: None)
     report(0.0, "fitting the model")
@@ -140,13 +141,12 @@ def diagnose_record(
     least = [screening.least(joint) for joint in range(record.joints)]
     listed, chosen = screening.selection.search(refused, least)
     first_findings = listed
-    for index in range(MOST_ROUNDS):
-        report(0.1 + 0.8 * index / MOST_ROUNDS, "judging every candidate on motion that the fit did not see")
+    for index in count():
+        done = 0.9 - 0.8 * (1 - STEP_OF_PROGRESS) ** index
+        report(done, "judging every candidate on motion that the fit did not see")
         if index:
             screening, present, added, evidence = _verified(fitted, present, added, refused, least)
             listed, chosen = screening.selection.search(refused, least)
-        if index == MOST_ROUNDS - 1:
-            break
         if not chosen:
             exchanged = _exchanged(screening, added, refused, doubts)
             worse = worse_on_unseen(present, added) if exchanged is None else []

@@ -37,18 +37,17 @@ def group_evidence(observation: Observation, joint: int, base: Index, extra: Ind
     many denominator degrees of freedom as blocks). Neighbouring blocks are joined to longer ones as for
     `std_robust`; the least favourable size counts.
     """
-    place = {int(column): index for index, column in enumerate(observation.joint_columns[joint])}
-    inner = [place[int(c)] for c in base if int(c) in place]
-    outer = [place[int(c)] for c in extra if int(c) in place]
-    if not outer:
+    inner, outer = observation.on_rows(joint, base), observation.on_rows(joint, extra)
+    if not len(outer):
         return GroupEvidence(1.0, np.zeros(0), np.zeros(0))
     b = len(inner)
-    products = np.array([_products(factors[joint].r, [*inner, *outer]) for factors in observation.factors])
-    grams, scores = products[:, :, :-1], products[:, :, -1]
-    power = np.diag(grams.sum(0))
+    stacked = observation.stacked(joint)
+    rows = np.take(stacked.rows, np.concatenate([inner, outer]), axis=1)
+    power = np.einsum("rc,rc->c", rows, rows)
     scale = np.where(power > ROUNDING**2 * power.max(), np.sqrt(np.maximum(power, 1e-300)), np.inf)
-    grams, scores = grams / np.outer(scale, scale), scores / scale
-    whole, score = grams.sum(0), scores.sum(0)
+    rows /= scale
+    measured = stacked.rows[:, -2]
+    whole, score = rows.T @ rows, rows.T @ measured
     directions, combination = _seen_beside(whole, b)
     rank = directions.shape[1]
     if not rank:
@@ -58,7 +57,8 @@ def group_evidence(observation: Observation, joint: int, base: Index, extra: Ind
     value = onto.T @ score / power
     estimate = directions @ value
     rest = base_within(whole[:b, :b], score[:b, None])[:, 0] - combination @ estimate
-    left = (scores - grams @ np.concatenate([rest, estimate])) @ onto / power
+    residual = measured - rows @ np.concatenate([rest, estimate])
+    left = stacked.sums(rows @ (onto / power) * residual[:, None])
     sessions = np.array([block.session for block in observation.blocks])
     deviation = np.sqrt(
         np.max(
@@ -104,12 +104,6 @@ def wald_p_value(value: Array, influence: Array, sessions: Index) -> float:
         statistic = strength / rank * freedom / (count - 1)
         worst = max(worst, float(fdtrc(rank, freedom, max(statistic, 0.0))))
     return worst
-
-
-def _products(rows: Array, columns: list[int]) -> Array:
-    """WᵀW and, in the last column, WᵀY of some columns of a block's triangular factor."""
-    wanted = rows[:, columns]
-    return wanted.T @ np.column_stack([wanted, rows[:, -2]])
 
 
 def _seen_beside(products: Array, base: int) -> tuple[Array, Array]:

@@ -59,29 +59,45 @@ class FoldedProducts:
     """Products of all columns, by fold, for the rows of each joint.
 
     folds : (blocks,) index of the fold that each block belongs to
+    model : columns whose subsets are the bases mostly asked for
     known : weight with which a candidate's estimate on all data enters that without a fold; above zero where a fold
             left out may leave nothing that tells its parameters
     """
 
-    def __init__(self, observation: Observation, weights: Array, folds: Index, known: float = 0.0) -> None:
+    def __init__(
+        self,
+        observation: Observation,
+        weights: Array,
+        folds: Index,
+        known: float = 0.0,
+        model: Index | None = None,
+    ) -> None:
         self.observation, self.weights, self.folds, self.known = observation, weights, folds, known
         self.count = int(folds.max()) + 1
         self.products: list[Array] = []
         self._measured: list[float] = []
         self._bases: dict[bytes, _Base] = {}
+        self._alone: dict[tuple[int, bytes], HeldOut] = {}
+        self._of_model: tuple[Index, Array] | None = None
+        self._last: tuple[int, Index, Index, Remainder, Remainder] | None = None
         # of each joint: place of every column among its own, of Y behind them, and of what is not on its rows: zeros
         self._local = np.empty((len(observation.joint_columns), observation.width + 1), np.intp)
         for joint, columns in enumerate(observation.joint_columns):
             width = len(columns) + 2
             products = np.zeros((self.count, width, width))
-            for block, factors in enumerate(observation.factors):
-                products[folds[block]] += factors[joint].gram()
+            stacked = observation.stacked(joint)
+            of_fold = folds[stacked.block]
+            for fold in range(self.count):
+                rows = stacked.rows[of_fold == fold]
+                products[fold] = rows.T @ rows
             self._measured.append(float(products[:, -1, -1].sum()))
             products[:, -1] = products[:, :, -1] = 0.0
             self.products.append(products)
             self._local[joint] = width - 1
             self._local[joint, columns] = np.arange(len(columns))
             self._local[joint, -1] = width - 2
+        if model is not None:
+            self._of_model = np.sort(model), self._training_products(np.sort(model))
 
     def measured(self, joint: int) -> float:
         """Squared norm of the joint's measured torque."""
@@ -91,7 +107,7 @@ class FoldedProducts:
         """Errors on a joint's rows of the base with each trial added."""
         listed = [variant for trial in trials for variant in trial.variants]
         columns = np.setdiff1d(np.unique(np.concatenate([*listed, base[:0]])), base)
-        trained, judged = self._beside(joint, base, columns)
+        columns, trained, judged = self._holding(joint, base, columns)
         place = np.full(self.observation.width, -1, np.intp)
         place[columns] = np.arange(len(columns))
         options = [places[places >= 0] for places in (place[variant] for variant in listed)]
@@ -117,24 +133,56 @@ class FoldedProducts:
             )
         return errors
 
+    def alone(self, joint: int, base: Index) -> HeldOut:
+        """Errors on a joint's rows of the base with nothing added; kept, since it is what every candidate is compared with."""
+        key = joint, base.tobytes()
+        if key not in self._alone:
+            _, judged = self._beside(joint, base, base[:0])
+            error = judged.target()
+            self._alone[key] = HeldOut(float(error[-1]), error[:-1], np.zeros(self.count), 0)
+        return self._alone[key]
+
+    def _holding(self, joint: int, base: Index, columns: Index) -> tuple[Index, Remainder, Remainder]:
+        """What is left of some columns beside the base, or of more of them where that was asked for last: pairs of candidates
+        are tried after all single ones. With the columns that it holds."""
+        if self._last is not None:
+            last_joint, last_base, held, trained, judged = self._last
+            if last_joint == joint and np.array_equal(last_base, base) and np.isin(columns, held).all():
+                return held, trained, judged
+        trained, judged = self._beside(joint, base, columns)
+        self._last = joint, base, columns, trained, judged
+        return columns, trained, judged
+
     def _base(self, base: Index) -> "_Base":
         """The base's own products; kept, since most candidates are judged beside the same few bases."""
         key = base.tobytes()
         if key not in self._bases:
             count = len(base)
-            products = np.zeros((self.count, count, count + 1))
-            for joint, of_joint in enumerate(self.products):
-                there, here = self._on_rows(joint, base)
-                products[:, there[:, None], there] += (
-                    self.weights[joint] ** 2 * of_joint[:, here[:, None], here]
-                )
-                products[:, there, -1] += self.weights[joint] ** 2 * of_joint[:, here, -2]
-            training = _training(products)
+            training = self._training_products(base)
             scale = np.sqrt(np.maximum(np.einsum("fii->fi", training[:, :, :-1]), 1e-300))
             inner = training[:, :, :-1] / (scale[:, :, None] * scale[:, None, :])
             inner[:, np.arange(count), np.arange(count)] += RIDGE
-            self._bases[key] = _Base(inner, scale, training[:, :, -1])
+            target = training[:, :, -1]
+            combination = (
+                np.asarray(np.linalg.solve(inner, (target / scale)[..., None])[..., 0], float) / scale
+            )
+            self._bases[key] = _Base(inner, scale, target, combination)
         return self._bases[key]
+
+    def _training_products(self, base: Index) -> Array:
+        """(sets, b, b + 1) WᵀW and WᵀY of some columns over all joints' weighted rows, of each training set; picked from the
+        model's where that holds them."""
+        if self._of_model is not None and np.isin(base, self._of_model[0]).all():
+            model, training = self._of_model
+            places = np.searchsorted(model, base)
+            return training[:, places[:, None], np.append(places, len(model))]
+        count = len(base)
+        products = np.zeros((self.count, count, count + 1))
+        for joint, of_joint in enumerate(self.products):
+            there, here = self._on_rows(joint, base)
+            products[:, there[:, None], there] += self.weights[joint] ** 2 * of_joint[:, here[:, None], here]
+            products[:, there, -1] += self.weights[joint] ** 2 * of_joint[:, here, -2]
+        return _training(products)
 
     def _beside(self, joint: int, base: Index, columns: Index) -> tuple[Remainder, Remainder]:
         """What is left of columns and Y beside the base: on each training set, and on the rows of a joint that it left
@@ -144,15 +192,19 @@ class FoldedProducts:
         cross = np.zeros((self.count, len(base), len(wanted)))
         carrying: list[tuple[float, int]] = []
         for row, of_row in enumerate(self.products):
-            if len(self._on_rows(row, columns)[0]):
+            there, here = self._on_rows(row, columns)
+            if len(there):
                 weight = float(self.weights[row]) ** 2
                 carrying.append((weight, row))
                 on, at = self._on_rows(row, base)
-                cross[:, on] += weight * of_row[:, at[:, None], self._local[row, wanted]]
+                cross[:, on[:, None], there] += weight * of_row[:, at[:, None], here]
         cross = _training(cross)
         cross[:, :, -1] = known.target
-        scale = known.scale[:, :, None]
-        combination = np.asarray(np.linalg.solve(known.inner, cross / scale) / scale, float)
+        combination = np.empty_like(cross)
+        combination[:, :, -1] = known.combination
+        if len(columns):
+            scale = known.scale[:, :, None]
+            combination[:, :, :-1] = np.linalg.solve(known.inner, cross[:, :, :-1] / scale) / scale
 
         def training(one: Index, other: Index) -> Array:
             return _training(self._products(carrying, wanted[one], wanted[other]))
@@ -180,7 +232,9 @@ class FoldedProducts:
         """(folds, …) weighted products of pairs of columns over the rows of some joints."""
         products = np.zeros((self.count, *np.broadcast_shapes(one.shape, other.shape)))
         for weight, joint in joints:
-            products += weight * self.products[joint][:, self._local[joint, one], self._local[joint, other]]
+            of_joint, here = self.products[joint], self._local[joint, one]
+            if (here < of_joint.shape[1] - 1).any():
+                products += weight * of_joint[:, here, self._local[joint, other]]
         return products
 
     def _on_rows(self, joint: int, wanted: Index) -> tuple[Index, Index]:
@@ -194,14 +248,16 @@ class FoldedProducts:
 class _Base:
     """Base columns on each training set, all data being the last.
 
-    inner  : (sets, b, b) WᵀW of the columns brought to unit norm
-    scale  : (sets, b) their norms
-    target : (sets, b) WᵀY
+    inner       : (sets, b, b) WᵀW of the columns brought to unit norm
+    scale       : (sets, b) their norms
+    target      : (sets, b) WᵀY
+    combination : (sets, b) which combination of the columns is within Y: the fit of the base
     """
 
     inner: Array
     scale: Array
     target: Array
+    combination: Array
 
 
 def _training(products: Array) -> Array:
@@ -227,7 +283,7 @@ def held_out_errors(observation: Observation, weights: Array, folds: Index) -> l
     everything = np.arange(observation.width)
     errors = []
     for joint in range(len(observation.joint_columns)):
-        fared = products.evaluate(joint, everything, [Trial((everything[:0],))])[0]
+        fared = products.alone(joint, everything)
         measured = products.measured(joint)
         errors.append(float(np.sqrt(max(fared.total, 0.0) / measured)) if measured > 0 else float("nan"))
     return errors

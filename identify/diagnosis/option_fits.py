@@ -1,11 +1,12 @@
 """Many small least-squares problems at once: every choice of a candidate's columns, on every training set.
 
 A diagnosis asks some ten thousand of them, of one to three unknowns mostly. They are solved together, grouped by their
-number of columns; only those whose estimate is outside of what the parameters can be are looked at one by one.
+number of columns; only those whose estimate breaks a relation between parameters are looked at one by one.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import product as combinations_of
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,8 @@ Index = NDArray[np.intp]
 
 DEPENDENT = 1e-6
 """A candidate column of whose power less than this is left beside the base adds nothing that could be seen."""
+WIDEST_FACED = 3
+"""Unknowns whose ranges' faces are all looked at (27 at three) rather than searched for by iteration."""
 INNER_RIDGE = 1e-9
 """of unit columns; two columns of one effect may be one to the last digit"""
 
@@ -171,8 +174,8 @@ class _Problem(NamedTuple):
         plain = outside & ~related
         if width == 1:
             values[plain] = np.clip(values, low, high)[plain]
-        elif width == 2 and plain.any():
-            values[plain] = _on_an_edge(self.inner[plain], self.product[plain], low[plain], high[plain])
+        elif width <= WIDEST_FACED and plain.any():
+            values[plain] = _on_a_face(self.inner[plain], self.product[plain], low[plain], high[plain])
         else:
             related[:] = True
         for place, option in zip(*np.nonzero(outside & related), strict=True):
@@ -186,20 +189,35 @@ class _Problem(NamedTuple):
         return values
 
 
-def _on_an_edge(inner: Array, product: Array, lower: Array, upper: Array) -> Array:
-    """(problems, 2) the least squared error of two unknowns with a range each, of problems whose least is outside."""
+def _on_a_face(inner: Array, product: Array, lower: Array, upper: Array) -> Array:
+    """(problems, k) the least squared error of unknowns with a range each, of problems whose least is outside.
+
+    On every face of the ranges (some unknowns at one end, the others free) the least is one small solution; where the free
+    ones are inside, it can be had, and the best of these is the least of all, for the error is convex.
+    """
+    count = inner.shape[1]
     best = np.full(len(inner), -np.inf)
-    solutions = np.zeros((len(inner), 2))
-    for held in range(2):
-        other = 1 - held
-        for bound in (lower[:, held], upper[:, held]):
-            at = np.where(np.isfinite(bound), bound, 0.0)
-            values = np.empty_like(solutions)
-            values[:, held] = at
-            free = (product[:, other] - inner[:, other, held] * at) / inner[:, other, other]
-            values[:, other] = np.clip(free, lower[:, other], upper[:, other])
-            gain = 2 * np.einsum("vi,vi->v", product, values)
-            gain -= np.einsum("vi,vij,vj->v", values, inner, values)
-            better = np.isfinite(bound) & (gain > best)
-            best[better], solutions[better] = gain[better], values[better]
+    solutions = np.zeros((len(inner), count))
+    for ends in combinations_of((None, lower, upper), repeat=count):
+        at, free = np.zeros_like(solutions), []
+        for place, end in enumerate(ends):
+            if end is None:
+                free.append(place)
+            else:
+                at[:, place] = end[:, place]
+        possible = np.flatnonzero(np.isfinite(at).all(axis=1))
+        if len(free) == count or not len(possible):
+            continue
+        values, of_these = at[possible], inner[possible]
+        if free:
+            target = product[possible] - np.einsum("vij,vj->vi", of_these, values)
+            solved = np.linalg.solve(of_these[:, free][:, :, free], target[:, free, None])[..., 0]
+            values[:, free] = solved
+            low, high = lower[possible][:, free], upper[possible][:, free]
+            inside = ((solved >= low) & (solved <= high)).all(axis=1)
+            possible, values, of_these = possible[inside], values[inside], of_these[inside]
+        gain = 2 * np.einsum("vi,vi->v", product[possible], values)
+        gain -= np.einsum("vi,vij,vj->v", values, of_these, values)
+        better = gain > best[possible]
+        best[possible[better]], solutions[possible[better]] = gain[better], values[better]
     return solutions

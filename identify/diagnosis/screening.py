@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,14 +35,12 @@ class Screening:
 
     predictions : for every joint those of the sessions of the fit
     left_out    : effects that the record cannot show, with the reason
-    free_functions : for every joint the columns of a free function of each variable
     """
 
     fitted: FittedModel
     predictions: list[list[Prediction]]
     selection: Selection
     left_out: list[NotApplicable]
-    free_functions: list[dict[str, NDArray[np.intp]]]
 
     @classmethod
     def of(cls, fitted: FittedModel, only_justified: bool = False) -> "Screening":
@@ -57,13 +55,6 @@ class Screening:
         known = known_effects(record.experiment)
         candidates, left_out = find_candidates(record, fitted.model, known, summaries, first)
         slots = [*fitted.slots, *(slot for candidate in candidates for slot in candidate.slots())]
-        free = [
-            Slot.of(Term(function, summary.joint), function.grid(summary)[0])
-            for summary in summaries
-            for function in FREE_FUNCTIONS
-        ]
-        rivals = range(len(slots), len(slots) + len(free))
-        slots += free
         noise = reversal_noise(fitted, predictions)
         observation = observe(record, fitted.entries, slots, fitted.torque, noise)
         model_slots = list(range(first - 1 if fitted.estimates_payload_ratio else first))
@@ -79,16 +70,35 @@ class Screening:
             partial(loop_evidence, fitted, noise),
             only_justified,
         )
-        functions: list[dict[str, NDArray[np.intp]]] = [{} for _ in summaries]
-        for index, slot in zip(rivals, free, strict=True):
-            functions[slot.term.joint][slot.term.effect.name] = observation.slot_columns[index]
-        return cls(fitted, predictions, selection, left_out, functions)
+        return cls(fitted, predictions, selection, left_out)
+
+    @cached_property
+    def _free(self) -> tuple[Selection, list[dict[str, NDArray[np.intp]]]]:
+        """Beside the fitted model a free function of each variable of every joint, and the columns of each.
+
+        In a pass of their own: they are a third of all columns, and asked for at the beginning and the end of a search only.
+        """
+        record, selection = self.fitted.record, self.selection
+        model = len(self.fitted.slots)
+        free = [
+            Slot.of(Term(function, summary.joint), function.grid(summary)[0])
+            for summary in informed_summaries(self.fitted)
+            for function in FREE_FUNCTIONS
+        ]
+        noise = reversal_noise(self.fitted, self.predictions)
+        observation = observe(
+            record, self.fitted.entries, [*self.fitted.slots, *free], self.fitted.torque, noise
+        )
+        functions: list[dict[str, NDArray[np.intp]]] = [{} for _ in range(record.joints)]
+        for slot, columns in zip(free, observation.slot_columns[model:], strict=True):
+            functions[slot.term.joint][slot.term.effect.name] = columns
+        return selection.on(observation), functions
 
     def best_free_function(self, joint: int) -> tuple[str, float]:
         """The variable whose free function leaves the least held-out error of a joint, and that error."""
+        selection, functions = self._free
         errors = {
-            name: self.selection.held_out_error(joint, columns)
-            for name, columns in self.free_functions[joint].items()
+            name: selection.held_out_error(joint, columns) for name, columns in functions[joint].items()
         }
         best = min(errors, key=lambda name: errors[name])
         return best, errors[best]
@@ -99,12 +109,14 @@ class Screening:
 
         An effect without constants has one shape. If it is the cause, nothing is left over its variable.
         """
-        for variable, columns in self.free_functions[joint].items():
-            of_one_shape = any(
-                term.effect.variable == variable and not term.constants and len(term.effect.parameters) == 1
-                for term in missing
-            )
-            if of_one_shape and self.selection.explains(joint, columns):
+        of_one_shape = {
+            term.effect.variable
+            for term in missing
+            if not term.constants and len(term.effect.parameters) == 1
+        }
+        for variable in (function.name for function in FREE_FUNCTIONS if function.name in of_one_shape):
+            selection, functions = self._free
+            if selection.explains(joint, functions[joint][variable]):
                 return variable
         return None
 

@@ -66,7 +66,9 @@ class Selection:
 
     def __post_init__(self) -> None:
         observation = self.observation
-        self.motion = FoldedProducts(observation, self.weights, folds_of_motion(observation, FOLDS))
+        self.motion = FoldedProducts(
+            observation, self.weights, folds_of_motion(observation, FOLDS), model=self.base()
+        )
         sessions = folds_of_sessions(observation)
         self.sessions = (
             FoldedProducts(observation, self.weights, sessions, KNOWN) if sessions.max() > 0 else None
@@ -77,6 +79,10 @@ class Selection:
         other = copy(self)
         other.model_columns, other.candidates = columns, candidates
         return other
+
+    def on(self, observation: Observation) -> "Selection":
+        """The same model on another observation that begins with its columns, without candidates."""
+        return replace(self, observation=observation, candidates=())
 
     def base(self, declared: bool = False) -> Index:
         """Columns of the present model; `declared` takes the payloads as declared."""
@@ -114,15 +120,19 @@ class Selection:
         """All candidates of a joint beside the present model, the best first."""
         candidates = [candidate for candidate in self.candidates if candidate.judged == joint]
         ordinary = [c for c in candidates if c.beside_ratio]
-        nothing = [Trial((self.model_columns[:0],))]
-        free = self.motion.evaluate(joint, self.base(), nothing)[0]
-        declared = self.motion.evaluate(joint, self.base(declared=True), nothing)[0]
+        free = self.motion.alone(joint, self.base())
+        declared = self.motion.alone(joint, self.base(declared=True))
         better = min(free, declared, key=lambda fared: fared.total)
         load_friction = [c for c in candidates if c.declared_load is DeclaredLoad.TRUSTED]
         loads = [c for c in candidates if c.declared_load is DeclaredLoad.QUESTIONED]
-        findings = self._judge(joint, self.base(), free, ordinary)
-        friction = self._judge(joint, self.base(declared=True), better, load_friction)
-        of_loads = self._judge(joint, self.base(declared=True), declared, loads)
+        if len(self.ratio_columns):
+            findings = self._judge(joint, self.base(), free, ordinary)
+            friction = self._judge(joint, self.base(declared=True), better, load_friction)
+            of_loads = self._judge(joint, self.base(declared=True), declared, loads)
+        else:
+            judged = self._judge(joint, self.base(), free, [*ordinary, *load_friction, *loads])
+            ends = len(ordinary), len(ordinary) + len(load_friction)
+            findings, friction, of_loads = judged[: ends[0]], judged[ends[0] : ends[1]], judged[ends[1] :]
         reference = free
         if any(finding.justified for finding in of_loads):
             reference = declared
@@ -190,7 +200,7 @@ class Selection:
                 base = np.setdiff1d(
                     self.base(declared), np.concatenate([*gone, candidate.columns(self.observation, 0)])
                 )
-                before = self.motion.evaluate(candidate.judged, base, [Trial((base[:0],))])[0]
+                before = self.motion.alone(candidate.judged, base)
                 findings += self._judge(candidate.judged, base, before, [candidate], instruments=False)
             weak = [f for f in findings if not f.justified or f.gain < least[f.candidate.judged]]
             if not weak:
@@ -202,7 +212,7 @@ class Selection:
     def reference(self, joint: int, columns: Index) -> float:
         """Held-out squared error of a joint with some columns of effects beside the rigid robot."""
         base = np.union1d(np.arange(self.observation.base), columns)
-        return self.motion.evaluate(joint, base, [Trial((base[:0],))])[0].total
+        return self.motion.alone(joint, base).total
 
     def _possible_evidence(
         self, joint: int, base: Index, candidate: Candidate, variant: int
@@ -248,8 +258,8 @@ class Selection:
         """
         if self.sessions is None:
             return [True] * len(listed)
-        nothing = Trial((self.model_columns[:0],))
-        reference, *others = self.sessions.evaluate(joint, base, [nothing, *trials])
+        reference = self.sessions.alone(joint, base)
+        others = self.sessions.evaluate(joint, base, trials)
         return [
             candidate.declared_load is DeclaredLoad.QUESTIONED
             or other.total < reference.total * (1 + SESSION_TOLERANCE)
@@ -257,8 +267,14 @@ class Selection:
         ]
 
     def _ranked(self, findings: list[Finding]) -> list[Finding]:
-        """By comparable gain; a simpler one that is nearly as good goes before a more complex one."""
-        rest = sorted(findings, key=lambda finding: finding.comparable_gain, reverse=True)
+        """By comparable gain; a simpler one that is nearly as good goes before a more complex one. Those that do nothing keep
+        the catalogue's order, which rounding would decide otherwise."""
+
+        def gain(finding: Finding) -> float:
+            size = abs(finding.comparable_gain)
+            return finding.comparable_gain if size > ROUNDING * finding.before.total else 0.0
+
+        rest = sorted(findings, key=gain, reverse=True)
         ranked: list[Finding] = []
         while rest:
             best = rest[0]
@@ -321,7 +337,8 @@ class Selection:
             Trial((np.concatenate([f.candidate.columns(self.observation, f.variant) for f in pair]),))
             for pair in pairs
         ]
-        before, *after = self.motion.evaluate(joint, base, [Trial((base[:0],)), *trials])
+        before = self.motion.alone(joint, base)
+        after = self.motion.evaluate(joint, base, trials)
         best: tuple[float, list[Addition]] | None = None
         for pair, trial, fared in zip(pairs, trials, after, strict=True):
             drop = 1 - float(np.sqrt(max(fared.total, 0) / max(before.total, 1e-300)))
@@ -415,8 +432,10 @@ class Selection:
 
     def held_out_error(self, joint: int, extra: Index | None = None) -> float:
         """Relative held-out error of a joint with the present model, or with further columns."""
-        trial = Trial((self.model_columns[:0] if extra is None else extra,))
-        fared = self.motion.evaluate(joint, self.base(), [trial])[0]
+        if extra is None:
+            fared = self.motion.alone(joint, self.base())
+        else:
+            fared = self.motion.evaluate(joint, self.base(), [Trial((extra,))])[0]
         return float(np.sqrt(max(fared.total, 0.0) / max(self.motion.measured(joint), 1e-300)))
 
     def explains(self, joint: int, columns: Index) -> bool:
@@ -425,5 +444,6 @@ class Selection:
 
     def worth(self, joint: int, base: Index, columns: Index) -> float:
         """Part of the held-out error of a joint that some columns take away."""
-        before, after = self.motion.evaluate(joint, base, [Trial((base[:0],)), Trial((columns,))])
+        before = self.motion.alone(joint, base)
+        after = self.motion.evaluate(joint, base, [Trial((columns,))])[0]
         return float(np.sqrt(max(before.total, 0) / max(after.total, 1e-300)) - 1)

@@ -6,7 +6,6 @@ fitted; where a ratio is reported, its deviation from 1 is fitted, so that a rat
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -105,9 +104,10 @@ def _distinct(rows: Array) -> Array:
     """Different rows (m, k) up to rounding, those of zeros left out; relations through zero, so of unit length."""
     size = np.linalg.norm(rows, axis=1)
     kept = rows[size > 0] / size[size > 0, None]
-    whole = np.ascontiguousarray(np.round(kept, 9) + 0.0)
-    _, first = np.unique(whole.view([("", whole.dtype)] * whole.shape[1]).ravel(), return_index=True)
-    return kept[np.sort(first)]
+    places: dict[bytes, int] = {}
+    for place, row in enumerate(np.round(kept, 9) + 0.0):
+        places.setdefault(row.tobytes(), place)
+    return kept[list(places.values())]
 
 
 def named_parameters(
@@ -153,7 +153,8 @@ def steady_states(summary: JointSummary) -> Array:
     loads = np.unique([*summary.load_range, -1e-6 * largest, 1e-6 * largest])
     temperature = summary.temperature_range or (20.0,)
     times = (0.0, max(summary.session_durations, default=0.0))
-    return np.array(list(product(speeds, (-1.0, 1.0), loads, summary.position_quantiles, times, temperature)))
+    sides = (speeds, (-1.0, 1.0), loads, summary.position_quantiles, times, temperature)
+    return np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, len(sides))
 
 
 def steady_motion(summary: JointSummary) -> JointMotion:

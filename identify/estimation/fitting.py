@@ -18,6 +18,7 @@ from identify.estimation.informed_summary import informed_summaries
 from identify.estimation.least_squares import LeastSquares, least_squares
 from identify.estimation.observation import FittedTorque, Observation, Slot, observe
 from identify.estimation.record import Record
+from identify.estimation.triangular_factor import TriangularFactor
 from identify.recording import InputError, SessionEntry
 
 Array = NDArray[np.float64]
@@ -266,13 +267,16 @@ def _explained(
     inner = np.linalg.pinv(products[np.ix_(others, others)], rcond=RANK, hermitian=True)
     cross = products[np.ix_(others, wanted)]
     left = products[np.ix_(wanted, wanted)] - cross.T @ inner @ cross
-    explained, done = [], 0
-    for option in options:
-        place = slice(done, done + len(option))
-        done += len(option)
-        gram, target = left[place, place], left[place, -1]
-        explained.append(float(target @ np.linalg.pinv(gram, rcond=RANK, hermitian=True) @ target))
-    return np.array(explained), float(left[-1, -1])
+    counts = np.array([len(option) for option in options])
+    starts = np.cumsum(counts) - counts
+    explained = np.zeros(len(options))
+    for width in np.unique(counts[counts > 0]):
+        chosen = np.flatnonzero(counts == width)
+        places = starts[chosen][:, None] + np.arange(width)
+        gram, target = left[places[:, :, None], places[:, None, :]], left[places, -1]
+        inverse = np.linalg.pinv(gram, rcond=RANK, hermitian=True)
+        explained[chosen] = np.einsum("oi,oij,oj->o", target, inverse, target)
+    return explained, float(left[-1, -1])
 
 
 def only_slots(observation: Observation, slots: Sequence[int]) -> Observation:
@@ -286,8 +290,8 @@ def only_slots(observation: Observation, slots: Sequence[int]) -> Observation:
         present = np.flatnonzero(new[columns] >= 0)
         joint_columns.append(new[columns[present]])
         pick = np.concatenate([present, [len(columns), len(columns) + 1]])
-        for block, by_joint in enumerate(observation.factors):
-            factors[block].append(by_joint[joint].select(pick))
+        for block, rows in enumerate(observation.stacked(joint).of_blocks(pick)):
+            factors[block].append(TriangularFactor(rows, observation.factors[block][joint].rows))
     starts = np.concatenate(
         [[observation.base], observation.base + np.cumsum([len(k) for k in kept])]
     ).astype(int)
@@ -298,4 +302,5 @@ def only_slots(observation: Observation, slots: Sequence[int]) -> Observation:
         joint_columns=joint_columns,
         factors=factors,
         _whole={},
+        _stacked={},
     )

@@ -59,6 +59,7 @@ class Observation:
     blocks: list[TimeBlock]
     factors: list[list[TriangularFactor]]
     _whole: dict[int, TriangularFactor] = field(default_factory=dict)
+    _stacked: dict[int, "StackedFactors"] = field(default_factory=dict)
 
     @cached_property
     def width(self) -> int:
@@ -68,6 +69,26 @@ class Observation:
     def blocks_of(self, session: int) -> list[int]:
         """Indices of the blocks of a session."""
         return [index for index, block in enumerate(self.blocks) if block.session == session]
+
+    def on_rows(self, joint: int, columns: NDArray[np.intp]) -> NDArray[np.intp]:
+        """Places among a joint's columns of those of some global columns that stand on its rows."""
+        there = self.joint_columns[joint]
+        place = np.full(max(self.width, int(np.max(columns, initial=0)) + 1), -1, np.intp)
+        place[there] = np.arange(len(there))
+        places = place[columns]
+        return places[places >= 0]
+
+    def stacked(self, joint: int) -> "StackedFactors":
+        """The factors of a joint's blocks under each other, so that columns are picked from all of them at once; the factors
+        are views of them from then on."""
+        if joint not in self._stacked:
+            listed = [factors[joint] for factors in self.factors]
+            edges = np.concatenate([[0], np.cumsum([len(factor.r) for factor in listed])]).astype(np.intp)
+            rows = np.vstack([factor.r for factor in listed])
+            self._stacked[joint] = StackedFactors(rows, edges)
+            for factors, (first, last) in zip(self.factors, pairwise(edges.tolist()), strict=True):
+                factors[joint] = TriangularFactor(rows[first:last], factors[joint].rows)
+        return self._stacked[joint]
 
     def merged(self, joint: int, blocks: Sequence[int] | None = None) -> TriangularFactor:
         """Factor of a joint over several blocks (all of them if not said)."""
@@ -81,6 +102,36 @@ class Observation:
         return TriangularFactor.merge(
             (self.factors[block][joint] for block in blocks), len(self.joint_columns[joint]) + 2
         )
+
+
+@dataclass(frozen=True)
+class StackedFactors:
+    """Triangular factors of several blocks under each other.
+
+    rows  : (sum of k, columns)
+    edges : (blocks + 1,) first row of every block, and the number of rows
+    """
+
+    rows: Array
+    edges: NDArray[np.intp]
+
+    @property
+    def block(self) -> NDArray[np.intp]:
+        """(sum of k,) index of the block that a row belongs to."""
+        return np.repeat(np.arange(len(self.edges) - 1), np.diff(self.edges))
+
+    def sums(self, values: Array) -> Array:
+        """(blocks, k) sums over the rows of every block, of values (sum of k, k)."""
+        totals = np.zeros((len(self.edges) - 1, values.shape[1]))
+        filled = np.flatnonzero(np.diff(self.edges))
+        if len(filled):
+            totals[filled] = np.add.reduceat(values, self.edges[filled], axis=0)
+        return totals
+
+    def of_blocks(self, columns: Sequence[int] | NDArray[np.intp]) -> list[Array]:
+        """Some columns of every block's factor, (k, columns) each."""
+        picked = np.take(self.rows, columns, axis=1)
+        return [picked[first:last] for first, last in pairwise(self.edges.tolist())]
 
 
 @dataclass(frozen=True)

@@ -69,26 +69,33 @@ def decimate_tables(
     at_once = max(1, LARGEST_MULTIPLICATION // band.size)
     laid_out = np.empty((width, stretches * stretch))
     product = np.empty(len(band) * width * stretches)
-    done = 0
+    done = waiting = 0
+
+    def filter_waiting() -> None:
+        """The columns laid out, as one matrix of stretches: few wide products instead of one for each narrow table."""
+        products = product[: len(band) * waiting * stretches].reshape(len(band), -1)
+        rows = laid_out[:waiting].reshape(waiting * stretches, stretch).T
+        for begin in range(0, waiting * stretches, at_once):
+            some = slice(begin, begin + at_once)
+            np.matmul(band, rows[:, some], out=products[:, some])
+        parts = products.reshape(reached, group, waiting, stretches)
+        # Stretch number s adds its part `late` to the group that began `late` stretches before it.
+        summed = parts[0, :, :, :groups]
+        for late in range(1, reached):
+            summed += parts[late, :, :, late : late + groups]
+        result[:, :, done - waiting : done] = summed.transpose(2, 0, 1)
+
     for table in tables:
-        for left in range(0, table.shape[1], width):
-            columns = table[:, left : left + width].T
-            k = len(columns)
-            _lay_out(columns, start, laid_out[:k])
-            products = product[: len(band) * k * stretches].reshape(len(band), -1)
-            rows = (
-                laid_out[:k].reshape(k * stretches, stretch).T
-            )  # the stretches of some columns as one matrix
-            for begin in range(0, k * stretches, at_once):
-                some = slice(begin, begin + at_once)
-                np.matmul(band, rows[:, some], out=products[:, some])
-            parts = products.reshape(reached, group, k, stretches)
-            # Stretch number s adds its part `late` to the group that began `late` stretches before it.
-            summed = parts[0, :, :, :groups]
-            for late in range(1, reached):
-                summed += parts[late, :, :, late : late + groups]
-            result[:, :, done : done + k] = summed.transpose(2, 0, 1)
-            done += k
+        left = 0
+        while left < table.shape[1]:
+            columns = table[:, left : left + width - waiting].T
+            _lay_out(columns, start, laid_out[waiting : waiting + len(columns)])
+            left, done, waiting = left + len(columns), done + len(columns), waiting + len(columns)
+            if waiting == width:
+                filter_waiting()
+                waiting = 0
+    if waiting:
+        filter_waiting()
     return result.reshape(groups * group, -1)[:count]
 
 
