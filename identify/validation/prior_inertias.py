@@ -27,7 +27,8 @@ def prior_of_file(path: Path, tip: str | None, robot: Robot) -> PriorBodies:
 
     Raises InputError: the file is not of that robot, by joint and field; states no mass; or cannot be read.
     """
-    from identify.dynamics.urdf import read_urdf  # what reads XML is loaded only where a file is compared with
+    # what reads XML is loaded only where a file is compared with
+    from identify.dynamics.urdf import read_urdf
 
     read = read_urdf(path, tip=tip)
     _refuse_another_robot(path, read.robot, robot)
