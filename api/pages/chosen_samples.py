@@ -1,17 +1,20 @@
 """What a choice of samples is, for every picture of the page: said in words, counted, and as points to draw."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from fastapi import APIRouter
 from numpy.typing import NDArray
 
-from api.pages.error_figures import JointUnits
+from api.pages.error_figures import LONGEST_LAG, JointUnits
+from api.pages.error_tables import by_payload
 from api.pages.joint_samples import JointSamples, relative_error
-from api.pages.model_figures import figures_of
+from api.pages.model_figures import FIGURE_SAMPLES, figures_of
 from api.pages.number_format import number, percent, significant
 from api.pages.rendering import PREFIX
 from api.pages.shown_samples import Shown, ShownSamples
+from identify.validation.residual_views import autocorrelation
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
 
@@ -26,8 +29,11 @@ class ChosenView:
     """A choice as the page shows it.
 
     words, figures : what is chosen; how many samples and their error, in sentences
-    points    : column -> values of some of them
-    histogram : their share of all samples in each bin of the page's histogram, %
+    points      : column -> values of some of them
+    histogram   : their share of all samples in each bin of the page's histogram, %
+    correlation : how the error of the chosen samples correlates with itself: `lag` in s, `correlation`; null where too few
+                  of them are so far apart
+    payloads    : payload -> the relative error of its chosen samples; payloads without any are left out
     """
 
     words: str
@@ -35,13 +41,23 @@ class ChosenView:
     samples: int
     points: dict[str, list[float]]
     histogram: list[float]
+    correlation: dict[str, list[float | None]]
+    payloads: dict[str, "ChosenPayload"]
+
+
+@dataclass(frozen=True)
+class ChosenPayload:
+    """Relative error of the chosen samples of one payload, and the same in words."""
+
+    error: float
+    words: str
 
 
 @router.get("/experiments/{experiment}/chosen")
 def chosen_samples(shown: Shown) -> ChosenView:
     """The samples that the address chooses."""
     if shown.selection is None:
-        return ChosenView("", "Nothing is chosen.", 0, {}, [])
+        return ChosenView("", "Nothing is chosen.", 0, {}, [], {}, {})
     samples = shown.stored.samples(shown.model, shown.joint, shown.files).in_fit
     mask = shown.chosen_of_fit()
     units = shown.columns.units(shown.joint)
@@ -52,6 +68,8 @@ def chosen_samples(shown: Shown) -> ChosenView:
         samples=int(mask.sum()),
         points={name: [float(f"{v:.5g}") for v in getattr(samples, name)[rows].tolist()] for name in DRAWN},
         histogram=_histogram(shown, samples, mask, units),
+        correlation=_correlation(samples, mask),
+        payloads=_payloads(samples.where(mask), shown.stored.payload_of),
     )
 
 
@@ -83,6 +101,28 @@ def _histogram(
     edges = figures_of(shown.stored, models, first, shown.joint, shown.files, units).histogram_edges
     count, _ = np.histogram(samples.error[mask], edges)
     return [float(f"{share:.4g}") for share in (100.0 * count / max(len(mask), 1)).tolist()]
+
+
+def _correlation(samples: JointSamples, mask: NDArray[np.bool_]) -> dict[str, list[float | None]]:
+    step = -(-len(mask) // FIGURE_SAMPLES)
+    every = slice(None, None, step)
+    found = autocorrelation(
+        samples.session[every], samples.time[every], samples.error[every], LONGEST_LAG, mask[every]
+    )
+    return {
+        "lag": [float(f"{lag:.5g}") for lag in found.lag.tolist()],
+        "correlation": [
+            float(f"{value:.4g}") if np.isfinite(value) else None for value in found.value.tolist()
+        ],
+    }
+
+
+def _payloads(chosen: JointSamples, payload_of: Mapping[str, str]) -> dict[str, ChosenPayload]:
+    return {
+        row.words: ChosenPayload(error, f"{percent(error)} of the chosen")
+        for row in by_payload([chosen], payload_of)
+        if (error := row.errors[0]) is not None
+    }
 
 
 def _spread(samples: JointSamples, chosen: NDArray[np.intp]) -> NDArray[np.intp]:

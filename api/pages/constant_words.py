@@ -14,7 +14,7 @@ WAVES = {"wave_number": "waves per turn", "second_wave_number": "further waves p
 """Constants k of a torque that goes with cos(k q), k in 1/rad or 1/m -> words"""
 CONSTANT_WORDS = {
     "stribeck_velocity": ("Stribeck velocity", "speed"),
-    "rotor_inertia": ("inertia that is no load", "inertia"),
+    "rotor_inertia": ("inertia not counted as load", "inertia"),
     "exponent": ("exponent", ""),
     "power": ("exponent", ""),
     "presliding_distance": ("presliding distance", "travel"),

@@ -133,7 +133,7 @@ def _spectrum(
 def _by_quadrant(
     before: JointSamples, after: JointSamples | None, units: JointUnits, width: float
 ) -> list[EffectView]:
-    """Loss over the size of the load, apart for the quadrants in which the motor drives, and the load does."""
+    """Loss over the magnitude of the load, apart for the quadrants in which the motor drives, and the load does."""
     edges = even_edges(np.abs(before.load), 24)
     edges[0] = 0.0
     views = []
@@ -146,7 +146,7 @@ def _by_quadrant(
             part = each.where(np.sign(each.load * each.velocity) == sign)
             bands.append(error_band(np.abs(part.load), part.turned_error, edges))
         drawing = draw_effect_picture(
-            bands[0], bands[1], "size of the load", units.load, units.load, True, width, 200
+            bands[0], bands[1], "magnitude of the load", units.load, units.load, True, width, 200
         )
         views.append(EffectView(f"Loss over load where {quadrants}", drawing))
     return views

@@ -143,6 +143,7 @@ def _correlation(shown: JointSamples, other: JointSamples | None) -> Markup:
         Marks(bounds=(of_shown.bound, -of_shown.bound)),
         width=420,
         height=150,
+        choosable=Choosable(Axis("lag"), Axis("correlation")),
     )
 
 
@@ -229,6 +230,7 @@ def tables(
         "power": error_tables.by_power_sign(used),
         "payload": error_tables.by_payload(used, payload_of),
         "session": [
-            row if row.words in fitted else replace(row, words=f"{row.words} (check)") for row in by_session
+            row if row.words in fitted else replace(row, words=f"{row.words} (validation)")
+            for row in by_session
         ],
     }

@@ -4,6 +4,7 @@ Before an effect is added, "with it" is what the diagnosis predicts: the model w
 diagnosis was made. Afterwards it is what the fit found.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,6 +16,7 @@ from api.pages.error_figures import JointUnits
 from api.pages.joint_samples import JointSamples
 from api.pages.model_figures import FIGURE_SAMPLES
 from api.pages.stored_models import ShownModel, StoredExperiment
+from api.service.model_story import Fit
 from identify.results.diagnosis import Candidate, Estimate, JointDiagnosis, Learned
 
 
@@ -57,7 +59,10 @@ class Errors:
 
 @dataclass(frozen=True)
 class SelectedEvidence:
-    """What the page shows of one effect; `with_words` is None where nothing is predicted with it."""
+    """What the page shows of one effect; `with_words` is None where nothing is predicted with it.
+
+    other_data : says that the diagnosis behind it is of other data than the fit; None where it is of the same
+    """
 
     effect: str
     title: str
@@ -72,6 +77,7 @@ class SelectedEvidence:
     errors: Errors
     probability: float | None
     estimates: tuple[Estimate, ...]
+    other_data: str | None
 
 
 def joint_diagnosis(stored: StoredExperiment, shown: ShownModel, joint: str) -> JointDiagnosis | None:
@@ -104,14 +110,24 @@ def selected_evidence(
     here = stored.samples(shown, joint, files)
     candidate = candidates.get(effect)
     learned: Learned | None = None
+    other_data: str | None = None
+    in_model = False
     if effect == added and candidate is None and shown.version.parent:
         parent = stored.model(shown.version.parent)
-        before = stored.samples(parent, joint, stored.fitted_files(parent)).thinned(FIGURE_SAMPLES).in_fit
+        # A session that only one of the two was fitted to would make the pictures differ by more than the effect.
+        known = stored.fitted_files(parent)
+        both = [file for file in files if file in known]
+        before = stored.samples(parent, joint, both or known).thinned(FIGURE_SAMPLES).in_fit
+        here = stored.samples(shown, joint, both or files)
         with_it: JointSamples | None = here.thinned(FIGURE_SAMPLES).in_fit
         label = "with it"
+        in_model = True
         # What was known of it when it was added, with the fit's own errors.
-        earlier = joint_diagnosis(stored, parent, joint)
+        diagnosed = stored.models.newest_diagnosis(parent.version.id)
+        earlier = None if diagnosed is None else diagnosed[1].joint(joint)
         candidate = None if earlier is None else earlier.candidate(effect)
+        if diagnosed is not None and diagnosed[0].data != shown.version.fit.data:
+            other_data = _other_data(diagnosed[0], shown.version.fit)
         if earlier is not None and earlier.learned is not None and earlier.learned.effect == effect:
             learned = earlier.learned
         errors = replace(
@@ -128,13 +144,18 @@ def selected_evidence(
         label = "predicted with it" if with_it is not None else None
         # The model's own error is said as everywhere else; a diagnosis that estimates with instruments has another.
         errors = replace(Errors.of(candidate), relative_error_before=shown.joint(joint).relative_error)
+    constants = candidate.constants if candidate else {}
+    estimates = _known_estimates(candidate)
+    if in_model:  # what the fit found, not what the diagnosis predicted
+        constants = _fitted_constants(shown, joint, effect) or constants
+        estimates = _fitted_estimates(shown, joint, estimates)
     views = effect_views(
         effect,
         before,
         with_it,
         units,
         candidate.variable if candidate else learned.variables[0] if learned else None,
-        candidate.constants if candidate else {},
+        constants,
     )
     entry = entry_of(effect)
     known = candidate or entry
@@ -145,13 +166,23 @@ def selected_evidence(
         equation=known.equation if known else (learned and learned.form) or "",
         source=entry.source if entry else "",
         explanation=known.explanation if known else learned.explanation if learned else "",
-        constants=constant_words(candidate.constants, units, motor_ratio) if candidate else [],
+        constants=constant_words(constants, units, motor_ratio),
         caution=candidate.caution if candidate else None,
         views=views,
         with_words=label,
         errors=errors,
         probability=candidate.probability if candidate else None,
-        estimates=_known_estimates(candidate),
+        estimates=estimates,
+        other_data=other_data if candidate is not None or learned is not None else None,
+    )
+
+
+def _other_data(then: Fit, now: Fit) -> str:
+    """That what a diagnosis found is not of the data of the fit beside it."""
+    counts = f" ({then.sessions} sessions then, {now.sessions} now)" if then.sessions != now.sessions else ""
+    return (
+        f"The data have changed since the effect was found{counts}: the error on unseen motion and the"
+        " probabilities are of the data before, and cannot be compared with the error of the fit."
     )
 
 
@@ -159,6 +190,25 @@ def _known_estimates(candidate: Candidate | None) -> tuple[Estimate, ...]:
     """Sizes that were estimated beside the model; none where the diagnosis did not."""
     given = candidate.estimates if candidate is not None and candidate.estimates is not None else ()
     return tuple(each for each in given if each.value is not None)
+
+
+def _fitted_constants(shown: ShownModel, joint: str, effect: str) -> Mapping[str, float]:
+    """The nonlinear constants of an effect that the fit chose; empty where it has none."""
+    chosen = (
+        each.values for each in shown.document.constants if (each.effect, each.joint) == (effect, joint)
+    )
+    return next(chosen, {})
+
+
+def _fitted_estimates(shown: ShownModel, joint: str, predicted: tuple[Estimate, ...]) -> tuple[Estimate, ...]:
+    """The same sizes as the fit found them; as the diagnosis did where the fit has no parameter of that name."""
+    fitted = {each.name: each for each in shown.document.parameters if each.joint == joint}
+    return tuple(
+        each.changed(value=fitted[each.name].value, std_robust=fitted[each.name].std_robust)
+        if each.name in fitted
+        else each
+        for each in predicted
+    )
 
 
 def _predicted(

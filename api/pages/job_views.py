@@ -92,7 +92,7 @@ def follow(
     or the page afresh where it has none of its own."""
     job = access.service_of(request).jobs.get(identifier)
     if job is None:
-        raise Problem(404, "That computation is not known any more; ask again.")
+        raise Problem(404, "That computation is no longer known; start it again.")
     if job.state.final and job.state != "done":
         return page(request, "problem_message.html", detail=f"{failure}: {job.words}.")
     poll = f"{link}?{urlencode({'job': job.id})}"

@@ -90,7 +90,7 @@ def _variable(stored: StoredExperiment, name: str, units: JointUnits) -> tuple[s
     """The variable in words, and its unit."""
     if name in VARIABLE_WORDS:
         title, dimension = VARIABLE_WORDS[name]
-        return ("size of the speed" if name == "dq" else title), units.of_dimension(dimension)
+        return ("magnitude of the speed" if name == "dq" else title), units.of_dimension(dimension)
     other = stored.declared.robot.joints[int(name.removeprefix("q")) - 1]
     return f"position of {other.name}", JointUnits.of(other.type).position
 

@@ -70,7 +70,7 @@ def model_page(
         if without_payload_table.can_be_asked(stored)
         else None,
         "parameter_tables": [_parameter_table(model, joint) for model in models],
-        "others": [] if session == ALL_SESSIONS or other else _other_sessions(stored, shown, session),
+        "others": [] if session == ALL_SESSIONS else _other_sessions(stored, shown, other, session),
         "plot_columns": _plot_columns(stored, joint),
     }
     query = urlencode(
@@ -109,12 +109,15 @@ def _session_choices(
     ]
 
 
-def _other_sessions(stored: StoredExperiment, shown: ShownModel, here: str) -> list[Context]:
-    """Sessions that can be laid over the one that is shown."""
+def _other_sessions(
+    stored: StoredExperiment, shown: ShownModel, other: ShownModel | None, here: str
+) -> list[Context]:
+    """Sessions that can be laid over the one that is shown: those that all shown models were fitted with."""
+    known = files_of_session(stored, shown, other, ALL_SESSIONS)
     return [
         {"file": file, "words": f"{index} · {stored.payload_of[file]}"}
         for index, file in enumerate(stored.fitted_files(shown), 1)
-        if file != here
+        if file != here and file in known
     ]
 
 

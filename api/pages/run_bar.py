@@ -47,7 +47,7 @@ def _run_state(service: Service, user: User) -> Context:
         "running": True,
         "rig": active.rig,
         "title": state.long,
-        "detail": f"{active.experiment}, {active.id}, by {active.user}",
+        "detail": f"{active.experiment_name}, {active.id}, by {active.user}",
         "left": "" if left is None else f"{duration(left)} left",
         "fraction": progress.fraction,
         "note": "Stops the motion at once, without confirmation. Everything measured is kept.",

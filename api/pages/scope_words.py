@@ -3,7 +3,7 @@
 from api.pages.number_format import listing
 from api.pages.stored_models import ShownModel
 
-USES = {"identification": "fit", "validation": "check"}
+USES = {"identification": "fit", "validation": "validation"}
 """Role of a session -> what models do with it."""
 
 
@@ -18,7 +18,7 @@ def scope_of_fit(shown: ShownModel) -> str:
         else f"the only session of the fit, {fitted[0]}"
     )
     if checked:
-        text += f"; checked on {listing(checked)}"
+        text += f"; validated on {listing(checked)}"
     if document.excluded:
         text += f"; {listing(each.file for each in document.excluded)} excluded"
     return text
@@ -27,5 +27,5 @@ def scope_of_fit(shown: ShownModel) -> str:
 def scope_of_session(shown: ShownModel, file: str) -> str:
     """One session, and what the model has to do with it."""
     role = next((each.role for each in shown.document.sessions if each.file == file), "left out")
-    used = {"identification": "in the fit", "validation": "not in the fit, which is checked on it"}
+    used = {"identification": "in the fit", "validation": "validation only"}
     return f"{file} only, {used.get(role, 'not in the fit')}"

@@ -133,7 +133,7 @@ def plan_progress(
 def _plan_progress(request: Request, job_id: str, kept: dict[str, str]) -> HTMLResponse:
     job = access.service_of(request).jobs.get(job_id)
     if job is None:
-        raise Problem(404, "The planning is not known any more; plan again.")
+        raise Problem(404, "That planning is no longer known; plan again.")
     poll = f"{PREFIX}/plans/progress?{urlencode({'job': job.id, **kept})}"
     shown = {"title": JOB_TITLES["plan"], "fraction": job.fraction, "words": job.words, "poll_link": poll}
     if job.state.final and job.state != "done":

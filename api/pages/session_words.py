@@ -67,7 +67,7 @@ def outcome(service: Service, row: SessionRow) -> Outcome | None:
         return _of_drive(service, row, active)
     state = active.state.value if active is not None else row.state
     reason = for_a_page((service.sessions.reason(active) if active is not None else row.reason) or "")
-    name = f"{row.id} of {row.experiment}"
+    name = f"{row.id} of {service.experiments.row(row.experiment).name}"
     if (
         active is None and reason
     ):  # after the service was started again nothing else says which session it was

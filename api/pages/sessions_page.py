@@ -124,7 +124,7 @@ def change(
     user: access.Operator,
     experiment: str,
     session: str,
-    use: Annotated[Literal["fit", "check", "excluded"], Form()],
+    use: Annotated[Literal["fit", "validation", "excluded"], Form()],
     reason: Annotated[str, Form(max_length=500)] = "",
     note: Annotated[str, Form(max_length=2000)] = "",
 ) -> HTMLResponse:

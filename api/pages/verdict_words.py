@@ -46,7 +46,7 @@ def verdict_of(joint: JointDiagnosis | None, floor: float | None, titles: Mappin
         return Verdict(
             "unknown",
             "Not diagnosed yet.",
-            "Ask what is missing: the model is tried with every effect of the catalogue on motion it did not see.",
+            "Find what is missing: the model is tried with every effect of the catalogue on motion it did not see.",
         )
     if joint.verdict == "missing":
         names = [titles.get(name, name) for name in joint.missing]

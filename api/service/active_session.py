@@ -67,6 +67,7 @@ class ActiveSession:
     """The session that has a rig's bus, or the last one that had it.
 
     rig, experiment, id : whose session it is
+    experiment_name     : by which people know the experiment
     payload_session     : its steps
     user                : who checked the rig for it
     confirmed_in        : the operator's tenure in which the payload was confirmed (`RigOperators.tenure`)
@@ -76,6 +77,7 @@ class ActiveSession:
 
     rig: str
     experiment: str
+    experiment_name: str
     id: str
     payload_session: SessionSteps
     user: str
@@ -97,7 +99,7 @@ class ActiveSession:
     @property
     def refusal(self) -> str:
         """For somebody else who wants the bus."""
-        return f"The session {self.id} of {self.experiment} is using this rig; finish or discard it."
+        return f"The session {self.id} of {self.experiment_name} is using this rig; finish or discard it."
 
     def close(self) -> None:
         """Stop it if need be, let its processes end, and give the bus back."""

@@ -92,6 +92,7 @@ class LiveFeed:
         progress = active.payload_session.progress
         status["session"] = {
             "experiment": active.experiment,
+            "experiment_name": active.experiment_name,
             "id": active.id,
             "state": active.state.value,
             "reason": self._sessions.reason(active),

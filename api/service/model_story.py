@@ -280,6 +280,15 @@ class ModelStory:
         """What the version's newest fit was found to miss, or None if nobody asked yet."""
         return _read_if_there(DiagnosisDocument, self.fit_folder(identifier) / "diagnosis.json")
 
+    def newest_diagnosis(self, identifier: str) -> tuple[Fit, DiagnosisDocument] | None:
+        """The newest fit of the version that was diagnosed, and what it was found to miss; None if nobody ever asked."""
+        for fit in reversed(self.read().version(identifier).fits):
+            file = self.folder / identifier / fit.id / "diagnosis.json"
+            document = _read_if_there(DiagnosisDocument, file)
+            if document is not None:
+                return fit, document
+        return None
+
     def store_diagnosis(self, identifier: str, document: DiagnosisDocument) -> None:
         """Keep a diagnosis with the version's newest fit, instead of an older one."""
         folder = self.fit_folder(identifier)

@@ -176,7 +176,14 @@ class PayloadSessions:
                 sign_of_life=self._could_stop_now,
                 ahead=ahead,
             )
-            active = ActiveSession(rig, experiment, identifier, payload_session, user.name)
+            active = ActiveSession(
+                rig,
+                experiment,
+                self._experiments.row(experiment).name,
+                identifier,
+                payload_session,
+                user.name,
+            )
             active.claim = self._claims.claim(rig, settings.bus, active)
             self._active[rig] = active
         return self._take(active, payload_session.check)
@@ -331,7 +338,7 @@ class PayloadSessions:
             return
         if other.moves:
             raise Problem(
-                409, f"The session {other.id} of {other.experiment} is {other.state.value} on this rig."
+                409, f"The session {other.id} of {other.experiment_name} is {other.state.value} on this rig."
             )
         other.close()
 

@@ -35,7 +35,7 @@ class PictureVariable:
 
 
 OVER_SPEED = PictureVariable("velocity", "speed", "speed")
-OVER_SIZE_OF_SPEED = PictureVariable("speed", "size of the speed", "speed", error_turned=True)
+OVER_SIZE_OF_SPEED = PictureVariable("speed", "magnitude of the speed", "speed", error_turned=True)
 OVER_POSITION = PictureVariable("position", "position", "position")
 LOSS_OVER_POSITION = PictureVariable("position", "position", "position", error_turned=True)
 OVER_LOAD = PictureVariable("load", "load", "load")

@@ -11,6 +11,8 @@ Array = NDArray[np.float64]
 BINS_PER_WAVE = 8
 """of the shortest wave that a spectrum over position shows"""
 MOST_BINS = 1 << 13
+FEWEST_PAIRS = 30
+"""of samples as far apart as a lag: of fewer, white noise alone correlates to more than a third"""
 NORMAL_95 = 1.96
 """standard deviations within which 95 % of a normal distribution lie"""
 
@@ -62,7 +64,7 @@ class Correlation:
     """Autocorrelation of a residual.
 
     lag   : (L,) s
-    value : (L,) 1 at lag 0
+    value : (L,) 1 at lag 0; NaN where fewer than `FEWEST_PAIRS` samples are that far apart
     bound : what 95 % of the values of white noise stay within
     """
 
@@ -71,21 +73,45 @@ class Correlation:
     bound: float
 
 
-def autocorrelation(session: NDArray[np.integer], time: Array, error: Array, longest: float) -> Correlation:
+def autocorrelation(
+    session: NDArray[np.integer],
+    time: Array,
+    error: Array,
+    longest: float,
+    chosen: NDArray[np.bool_] | None = None,
+) -> Correlation:
     """Of the error (N,) within sessions, up to a lag of `longest` s; samples are taken as evenly spaced, as they are but
-    where a joint rests."""
+    where a joint rests.
+
+    chosen : (N,) only pairs of samples that are both chosen count; the error keeps the mean of all, so that a model that is
+             wrong in one place correlates with itself there. None: all.
+    """
     period = float(np.median(np.diff(time))) if len(time) > 1 else 1.0
     lags = int(np.clip(longest / max(period, 1e-9), 1, max(1, len(error) // 4)))
-    sums = np.zeros(lags + 1)
+    counts = np.ones(len(error)) if chosen is None else chosen.astype(np.float64)
+    centred = (error - error.mean()) * counts if len(error) else error
+    sums, pairs = np.zeros(lags + 1), np.zeros(lags + 1)
     for start, stop in _runs(session):
-        part = error[start:stop] - error.mean()
-        size = 1 << (2 * len(part) - 1).bit_length()
-        power = np.square(np.abs(np.fft.rfft(part, size)))
-        sums[: min(lags + 1, len(part))] += np.fft.irfft(power, size)[: min(lags + 1, len(part))]
-    value = sums / sums[0] if sums[0] > 0 else sums
-    return Correlation(
-        period * np.arange(lags + 1, dtype=np.float64), value, NORMAL_95 / np.sqrt(max(len(error), 1))
-    )
+        part = counts[start:stop]
+        if not part.any():
+            continue
+        shown = min(lags + 1, len(part))
+        sums[:shown] += _products(centred[start:stop], lags)[:shown]
+        pairs[:shown] += (
+            len(part) - np.arange(shown) if chosen is None else np.rint(_products(part, lags)[:shown])
+        )
+    enough = (pairs >= min(FEWEST_PAIRS, pairs[0])) & (pairs > 0)
+    value = np.full(lags + 1, np.nan)
+    if sums[0] > 0:
+        value[enough] = sums[enough] / pairs[enough] * (pairs[0] / sums[0])
+    bound = NORMAL_95 / np.sqrt(max(int(counts.sum()), 1))
+    return Correlation(period * np.arange(lags + 1, dtype=np.float64), value, bound)
+
+
+def _products(values: Array, lags: int) -> Array:
+    """(≥ min(lags + 1, N),) sums of the products of values (N,) 0, 1, … apart."""
+    size = 1 << int(len(values) + min(lags, len(values)) - 1).bit_length()
+    return np.fft.irfft(np.square(np.abs(np.fft.rfft(values, size))), size)
 
 
 @dataclass(frozen=True)

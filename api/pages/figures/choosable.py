@@ -1,6 +1,7 @@
 """What a page's script must know of a figure so that samples can be chosen in it, and those chosen elsewhere are shown."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +23,7 @@ class Axis:
 
 @dataclass(frozen=True)
 class Choosable:
-    """Both axes of a figure in which samples can be chosen."""
+    """Both axes of a figure in which samples can be chosen, or those chosen elsewhere are shown."""
 
     across: Axis
     up: Axis
@@ -31,6 +32,17 @@ class Choosable:
         """As JSON: of each axis its column, its ends (in the column's unit), where those are (user units of the figure),
         and its edges."""
         return json.dumps({"x": _told(self.across, x), "y": _told(self.up, y)}, separators=(",", ":"))
+
+
+def groups_json(x: Scale, rows: Mapping[str, float]) -> str:
+    """As JSON, of bars that lie in rows: the scale along them, and where in each group's row the chosen samples are drawn
+    (`rows`: group -> upper edge, user units of the figure)."""
+    told = {
+        "ends": [float(f"{end:.6g}") for end in (x.low, x.high)],
+        "at": [round(x.start, 2), round(x.end, 2)],
+        "rows": {name: round(place, 2) for name, place in rows.items()},
+    }
+    return json.dumps(told, separators=(",", ":"))
 
 
 def _told(axis: Axis, scale: Scale) -> dict[str, str | list[float] | None]:

@@ -125,12 +125,15 @@ def _runs(flags: np.ndarray) -> Iterable[slice]:
     return (slice(start, stop) for start, stop in zip(edges[::2], edges[1::2], strict=True))
 
 
-def picture(width: float, height: float, title: str, *content: str, axes: str | None = None) -> Markup:
+def picture(
+    width: float, height: float, title: str, *content: str, axes: str | None = None, groups: str | None = None
+) -> Markup:
     """The whole SVG; `title` is what a screen reader says, so it states what the figure shows.
 
-    axes : what `choosable` says of it, where samples can be chosen in it
+    axes, groups : what `choosable` says of it, where a choice of samples is shown in it
     """
-    attribute = "" if axes is None else f' data-axes="{escape(axes)}"'
+    told = (("axes", axes), ("groups", groups))
+    attribute = "".join(f' data-{name}="{escape(text)}"' for name, text in told if text is not None)
     return Markup(
         f'<svg class="figure" viewBox="0 0 {width:g} {height:g}" role="img" aria-label="{escape(title)}"{attribute}'
         f' xmlns="http://www.w3.org/2000/svg">{"".join(content)}</svg>'

@@ -1,9 +1,11 @@
-// Any two columns of the samples against each other. The service thins them and loses no extreme; a dot that stands for many
-// is darker. The pointer tells the nearest sample, a drag chooses a rectangle.
+// Any two columns of the samples against each other. The service thins what is seen of them and loses no extreme; a dot that
+// stands for many is darker. The pointer tells the nearest sample, a drag chooses a rectangle; zoom: plane_gestures.js.
 import { keep, kept } from "./address.js";
 import { colour } from "./colours.js";
+import { PlaneGestures } from "./plane_gestures.js";
 import { chosenNow, chosenText, choose } from "./selection.js";
 
+const SETTLED = 60; // ms without a further wheel or move, after which the samples of what is seen are asked for
 const MARGIN = { left: 58, right: 10, top: 8, bottom: 36 };
 const CELL = 4; // px, of the grid on which samples are thinned
 const NEAR = 14; // px within which a sample is told
@@ -49,6 +51,7 @@ class ColumnPlot {
       if (wanted) select.value = wanted;
       select.addEventListener("change", () => {
         keep(axis, select.value);
+        this.whole = this.zoomed = null;
         this.fetch();
       });
     }
@@ -59,15 +62,23 @@ class ColumnPlot {
       [x.value, y.value] = [y.value, x.value];
       keep("x", x.value);
       keep("y", y.value);
+      const turned = (ranges) => ranges && { x: ranges.y, y: ranges.x };
+      [this.whole, this.zoomed] = [turned(this.whole), turned(this.zoomed)];
       this.fetch();
     });
+    this.gestures = new PlaneGestures(this.canvas, this);
+    panel.querySelector("[data-whole-plot]").addEventListener("click", () => this.view(null));
+    panel.querySelector("[data-choose-seen]").addEventListener("click", () => this.chosen(this.ranges));
     panel.querySelector("[data-further]").addEventListener("click", (event) => this.further(event.currentTarget));
     document.addEventListener("theme-changed", () => this.draw());
     document.addEventListener("samples-chosen", () => this.seen && this.drawnFor !== chosenText() && this.fetch());
     this.canvas.addEventListener("pointermove", (event) => this.move(event));
     this.canvas.addEventListener("pointerdown", (event) => this.down(event));
     this.canvas.addEventListener("pointerup", (event) => this.up(event));
-    this.canvas.addEventListener("pointercancel", () => this.let());
+    this.canvas.addEventListener("pointercancel", (event) => {
+      this.gestures.up(event);
+      this.let();
+    });
     new ResizeObserver(() => this.seen && this.draw()).observe(this.canvas);
     // Nothing is fetched for a plot that nobody has scrolled to.
     new IntersectionObserver((entries, watch) => {
@@ -85,14 +96,22 @@ class ColumnPlot {
     const cells = (pixels) => Math.round(Math.min(Math.max(pixels / CELL, 8), 400));
     const query = new URLSearchParams({ x: this.choices.x.value, y: this.choices.y.value, across: cells(this.canvas.clientWidth), up: cells(this.canvas.clientHeight) });
     if (chosen) query.set("chosen", chosen);
+    const { zoomed } = this;
+    for (const [axis, [low, high]] of Object.entries(zoomed ?? {})) {
+      query.set(`${axis}_from`, low);
+      query.set(`${axis}_to`, high);
+    }
     try {
       const response = await fetch(`${this.panel.dataset.columnPlot}&${query}`, { signal: this.pending.signal, headers: { Accept: "application/json" } });
       if (!response.ok) throw new Error((await response.json()).detail);
       this.told = JSON.parse(response.headers.get("X-Pairs"));
       const [x, y, time, session, count, mark] = decode(await response.arrayBuffer());
-      Object.assign(this, { x, y, time, session, count, mark, ranges: { x: range(x), y: range(y) }, drawnFor: chosen });
+      if (!zoomed) this.whole = { x: range(x), y: range(y) };
+      Object.assign(this, { x, y, time, session, count, mark, ranges: zoomed ?? this.whole, drawnFor: chosen });
       this.draw();
-      if (!x.length) this.readout.textContent = "No sample has both: one of these columns was not recorded.";
+      this.canvas.dataset.fetched = this.canvas.dataset.seen;
+      if (!x.length && zoomed) this.readout.textContent = "No sample lies in what is seen here.";
+      else if (!x.length) this.readout.textContent = "No sample has both: one of these columns was not recorded.";
       this.panel.dataset.drawn = `${this.told.x.name} ${this.told.y.name}`;
     } catch (failure) {
       if (failure.name !== "AbortError") this.readout.textContent = failure.message;
@@ -117,6 +136,28 @@ class ColumnPlot {
       button.disabled = false;
       this.readout.textContent = failure.message;
     }
+  }
+
+  // What is at hand is drawn at once; what is missing of it is asked for when it rests.
+  view(ranges) {
+    if (!this.whole || (!ranges && !this.zoomed)) return;
+    this.pending?.abort(); // an answer under way would put back the ranges that it was asked for
+    this.zoomed = ranges;
+    this.ranges = ranges ?? this.whole;
+    this.draw();
+    clearTimeout(this.settling);
+    this.settling = setTimeout(() => this.fetch(), SETTLED);
+  }
+
+  area() {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    return { width: width - MARGIN.left - MARGIN.right, height: height - MARGIN.top - MARGIN.bottom };
+  }
+
+  // The axes that a gesture there is of: both in the plot, one over its labels.
+  axesAt([across, down]) {
+    if (across < MARGIN.left) return ["y"];
+    return down > MARGIN.top + this.area().height ? ["x"] : ["x", "y"];
   }
 
   pixel(axis, value) {
@@ -167,6 +208,10 @@ class ColumnPlot {
     ctx.rotate(-Math.PI / 2);
     ctx.fillText(named(this.told.y), 0, 0);
     ctx.restore();
+    ctx.save();
+    ctx.beginPath();
+    ctx.rect(MARGIN.left, MARGIN.top, right - MARGIN.left, bottom - MARGIN.top);
+    ctx.clip();
     const most = Math.log1p(this.count.reduce((most, each) => Math.max(most, each), 1));
     for (const wanted of [0, 1]) {
       ctx.fillStyle = wanted ? colours.choice : colours.dots;
@@ -176,10 +221,15 @@ class ColumnPlot {
         ctx.fillRect(this.pixel("x", this.x[index]) - 1.25, this.pixel("y", this.y[index]) - 1.25, 2.5, 2.5);
       }
     }
-    ctx.globalAlpha = 1;
+    ctx.restore();
+    canvas.dataset.seen = [...this.ranges.x, ...this.ranges.y].join(" ");
+    canvas.classList.toggle("zoomed", Boolean(this.zoomed));
+    for (const part of ["whole-plot", "choose-seen"]) this.panel.querySelector(`[data-${part}]`).hidden = !this.zoomed;
     const words = `${named(this.told.y)} over ${named(this.told.x)}, ${this.told.samples} samples`;
     canvas.setAttribute("aria-label", words);
-    this.panel.querySelector("[data-samples]").textContent = `${this.told.samples.toLocaleString("en").replaceAll(",", " ")} samples`;
+    const grouped = (count) => count.toLocaleString("en").replaceAll(",", "\u202f");
+    const { seen, samples } = this.told;
+    this.panel.querySelector("[data-samples]").textContent = `${seen < samples ? `${grouped(seen)} of ` : ""}${grouped(samples)} samples`;
     const { ranges } = chosenNow();
     const [own, other] = [ranges[this.told.x.name], ranges[this.told.y.name]];
     if (own || other) this.outline(own ?? this.ranges.x, other ?? this.ranges.y);
@@ -201,12 +251,12 @@ class ColumnPlot {
 
   down(event) {
     if (event.button !== 0 || !this.x) return;
-    this.grip = this.at(event);
     this.canvas.setPointerCapture(event.pointerId);
+    if (!this.gestures.down(event)) this.grip = this.at(event);
   }
 
   move(event) {
-    if (!this.x) return;
+    if (!this.x || this.gestures.move(event)) return;
     if (this.grip) {
       const { x, y } = this.rectangle(event);
       this.outline(x, y);
@@ -220,12 +270,17 @@ class ColumnPlot {
   }
 
   up(event) {
-    if (!this.grip) return;
+    if (this.gestures.up(event) || !this.grip) return;
     const [one, other] = [this.grip, this.at(event)];
     const rectangle = this.rectangle(event);
     this.let();
     if (Math.hypot(one[0] - other[0], one[1] - other[1]) < 6) return this.tell(event);
-    choose({ session: null, ranges: this.told.x.name === this.told.y.name ? { [this.told.x.name]: rectangle.x } : { [this.told.x.name]: rectangle.x, [this.told.y.name]: rectangle.y } });
+    this.chosen(rectangle);
+  }
+
+  chosen({ x, y }) {
+    const [along, upward] = [this.told.x.name, this.told.y.name];
+    choose({ session: null, ranges: along === upward ? { [along]: x } : { [along]: x, [upward]: y } });
   }
 
   let() {

@@ -1,5 +1,6 @@
 // Figures in which samples are chosen: a press takes the cell or interval under it, a drag several. Each shows what was chosen
-// in any picture: its own range as a frame, the samples as dots, or as bars where it counts them.
+// in any picture: its own range as a frame, the samples as dots, as bars where it counts them or states their error, as a line
+// where it draws what they do together.
 import { choose, chosenNow } from "./selection.js";
 
 const SVG = "http://www.w3.org/2000/svg";
@@ -15,6 +16,8 @@ class Figure {
     this.svg = svg;
     this.axes = JSON.parse(svg.dataset.axes);
     this.grip = null;
+    // Where neither axis has intervals nothing is chosen: the figure shows what is chosen elsewhere.
+    if (!this.axes.x.edges.length && !this.axes.y.edges.length) return;
     svg.classList.add("choosable");
     svg.addEventListener("pointerdown", (event) => this.down(event));
     svg.addEventListener("pointermove", (event) => this.grip && this.frame(this.between(this.grip, this.cell(event) ?? this.grip)));
@@ -96,11 +99,24 @@ class Figure {
     const { ranges } = chosenNow();
     const { x, y } = this.axes;
     if (found && y.column === null) this.bars(found.histogram, layer);
+    else if (found?.[y.column]) this.line(found[y.column][x.column], found[y.column][y.column], layer);
     else if (found?.points[x.column] && found.points[y.column]) {
       const dots = found.points[x.column].map((value, index) => `M${this.place("x", value).toFixed(1)} ${this.place("y", found.points[y.column][index]).toFixed(1)}h0`);
       draw("path", { class: "choice-dots", d: dots.join("") }, layer);
     }
     if (ranges[x.column] || ranges[y.column]) this.frame(ranges, layer);
+  }
+
+  // broken where a value is missing
+  line(along, upward, layer) {
+    let pen = "M";
+    const d = along.map((value, index) => {
+      if (upward[index] === null) return (pen = "M"), "";
+      const point = `${pen}${this.place("x", value).toFixed(1)} ${this.place("y", upward[index]).toFixed(1)}`;
+      pen = "L";
+      return point;
+    });
+    draw("path", { class: "choice-line", d: d.join("") }, layer);
   }
 
   bars(shares, layer) {
@@ -113,5 +129,29 @@ class Figure {
   }
 }
 
-const figures = [...document.querySelectorAll("svg[data-axes]")].map((svg) => new Figure(svg));
+// Bars of groups: beneath those of each group a thin one, of its chosen samples.
+class Groups {
+  constructor(svg) {
+    this.svg = svg;
+    this.groups = JSON.parse(svg.dataset.groups);
+  }
+
+  show(found) {
+    this.svg.querySelector(".choice-layer")?.remove();
+    if (!found) return;
+    const layer = draw("g", { class: "choice-layer" }, this.svg);
+    const { ends, at, rows } = this.groups;
+    for (const [group, { error, words }] of Object.entries(found.payloads)) {
+      if (rows[group] === undefined) continue;
+      const width = Math.min((error - ends[0]) / (ends[1] - ends[0]), 1) * (at[1] - at[0]);
+      draw("rect", { class: "choice-bar", x: at[0], y: rows[group], width: Math.max(width, 1), height: 6 }, layer);
+      const outside = width < 0.6 * (at[1] - at[0]);
+      const said = draw("text", { class: `choice-text${outside ? "" : " end"}`, x: at[0] + width + (outside ? 6 : 0), y: rows[group] + (outside ? 6.5 : 15) }, layer);
+      said.textContent = words;
+    }
+  }
+}
+
+const shown = (selector, Kind) => [...document.querySelectorAll(selector)].map((svg) => new Kind(svg));
+const figures = [...shown("svg[data-axes]", Figure), ...shown("svg[data-groups]", Groups)];
 document.addEventListener("samples-chosen", (event) => figures.forEach((figure) => figure.show(event.detail)));

@@ -96,7 +96,7 @@ function takeStatus(status) {
   const place = document.querySelector("[data-live-state]");
   place.className = `state ${words.kind}`;
   if (place.textContent !== words.long) place.textContent = words.long;
-  set("[data-live-words]", now ? `${now.experiment}, ${now.id}` : "", document);
+  set("[data-live-words]", now ? `${now.experiment_name}, ${now.id}` : "", document);
   // The bar of the page says the same at the same moment.
   document.dispatchEvent(new CustomEvent("rig-told", { detail: { rig: root.dataset.rig, ...words } }));
   const changed = told !== null && told !== `${name}: ${now?.state}`;

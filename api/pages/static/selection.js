@@ -43,6 +43,7 @@ async function tell() {
   for (const button of document.querySelectorAll("[data-choose-session]"))
     button.setAttribute("aria-pressed", String(button.dataset.chooseSession === chosenNow().session));
   for (const part of ["choice-words", "clear-choice"]) place(part).hidden = !chosen;
+  for (const key of document.querySelectorAll("[data-choice-key]")) key.hidden = !chosen;
   panel.classList.toggle("some", Boolean(chosen));
   const say = (words, figures) => {
     place("choice-words").textContent = words;

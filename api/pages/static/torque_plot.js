@@ -32,6 +32,12 @@ const CURVES = {
     above: [["measured overlay", "measured-other", OTHER], ["predicted overlay", "predicted-other", OTHER], ["measured", "measured"], ["predicted", "predicted", MODEL]],
     beneath: [["error overlay", "before", OTHER], ["error", "error"]],
   },
+  // Colour says the model, dots say the other session.
+  both: {
+    above: [["measured overlay", "measured-other", OTHER], ["predicted overlay beside", "predicted-other", OTHER], ["predicted overlay", "predicted", OTHER],
+      ["measured", "measured"], ["predicted beside", "predicted-other", MODEL], ["predicted", "predicted", MODEL]],
+    beneath: [["error overlay beside", "before", OTHER], ["error overlay", "error", OTHER], ["error beside", "before"], ["error", "error"]],
+  },
 };
 
 const SETTLED = 60; // ms without a further wheel or move, after which the range is asked for
@@ -73,7 +79,8 @@ class TorquePlot {
     const can = [...(this.overlaid?.options ?? [])].some((option) => option.value === file);
     this.overlay = can ? file : "";
     if (this.overlaid) this.overlaid.value = this.overlay;
-    this.kind = this.overlay ? "overlay" : this.panel.dataset.beside ? "beside" : "alone";
+    const { beside } = this.panel.dataset;
+    this.kind = this.overlay ? (beside ? "both" : "overlay") : beside ? "beside" : "alone";
     for (const key of this.panel.querySelectorAll("[data-overlay-key]")) key.hidden = !this.overlay;
   }
 
@@ -285,7 +292,7 @@ class TorquePlot {
     const signals = this.data.signals;
     const show = (value) => (Number.isFinite(value) ? value.toFixed(2).replace("-", "−") : "–");
     const named = { measured: "measured", predicted: "model", error: "error", "error beside": "error of the model beside",
-      "measured overlay": "other session, measured", "error overlay": "its error" };
+      "measured overlay": "other session, measured", "error overlay": "its error", "error overlay beside": "its error, model beside" };
     const parts = [["time", `${this.data.time[index].toFixed(3)} s`]];
     for (const [name, words] of Object.entries(named))
       if (signals[name]) parts.push([words, `${show(signals[name][index])} ${this.unit}`]);

@@ -1,5 +1,6 @@
 """Columns of the samples by name: those of the fit, and those of the record."""
 
+import json
 import struct
 
 import httpx
@@ -37,3 +38,22 @@ def test_a_column_that_only_the_record_has_is_read_from_it(
     refused = browser_client.get(f"{BASE}/pairs", params=QUERY | {"x": "wind", "y": "error"})
     assert refused.status_code == 422
     assert "`wind` is not one of time, position" in refused.text
+
+
+def test_a_range_that_is_seen_is_thinned_by_itself(browser_client: httpx.Client, models: dict) -> None:
+    query = QUERY | {"x": "velocity", "y": "error", "across": 40, "up": 40}
+    ranges = {"x_from": -0.1, "x_to": 0.1, "y_from": -5.0, "y_to": 5.0}
+    answer = browser_client.get(f"{BASE}/pairs", params=query | ranges)
+    model = models["usual"]
+    velocity, error = model.motion["velocity"], model.measured - model.fitted
+    inside = (np.abs(velocity) <= 0.1) & (np.abs(error) <= 5.0)
+    told = json.loads(answer.headers["X-Pairs"])
+    assert told["samples"] == len(error)
+    assert told["seen"] == pytest.approx(inside.sum(), abs=2)  # stored in single precision
+    rows, points = np.frombuffer(answer.content, "<u4", 2)
+    table = np.frombuffer(answer.content, "<f4", offset=8).reshape(rows, points)
+    assert np.abs(table[0]).max() <= 0.1 + 1e-6
+    assert table[1].max() == pytest.approx(error[inside].max(), rel=1e-4)
+    everything = browser_client.get(f"{BASE}/pairs", params=query)
+    coarse = np.frombuffer(everything.content, "<f4", offset=8).reshape(6, -1)
+    assert points > np.sum((np.abs(coarse[0]) <= 0.1) & (np.abs(coarse[1]) <= 5.0))

@@ -57,6 +57,24 @@ def test_the_correlation_of_an_autoregressive_error_falls_as_its_pole_and_white_
     assert np.mean(np.abs(noise.value[1:]) < noise.bound) > 0.88
 
 
+def test_the_correlation_of_chosen_samples_is_that_of_the_pairs_that_are_both_chosen():
+    rng = np.random.default_rng(5)
+    error = np.convolve(rng.normal(size=3000), np.ones(5) / 5, "same")
+    session, time = np.repeat([0, 1], 1500), np.tile(0.01 * np.arange(1500), 2)
+    chosen = (rng.random(3000) < 0.5) & (session == 1)
+    found = autocorrelation(session, time, error, 0.3, chosen)
+    rest = error - error.mean()
+    pairs = [np.flatnonzero(chosen[: 3000 - lag] & chosen[lag:]) for lag in range(31)]
+    direct = [np.mean(rest[rows] * rest[rows + lag]) for lag, rows in enumerate(pairs)]
+    assert found.value == pytest.approx(np.array(direct) / direct[0])
+    assert found.bound == pytest.approx(1.96 / np.sqrt(chosen.sum()))
+    # samples of one moment only have no pairs far apart, and none chosen have no correlation
+    short = autocorrelation(session, time, error, 0.5, (time < 0.2) & (session == 0))
+    assert np.isnan(short.value[25:]).all()
+    assert np.isfinite(short.value[0])
+    assert np.isnan(autocorrelation(session, time, error, 0.3, np.zeros(3000, bool)).value).all()
+
+
 def test_a_normal_error_lies_on_the_normal_distribution_and_its_bounds_hold_95_percent():
     error = np.random.default_rng(3).normal(2.0, 0.5, 200_000)
     found = distribution(error)
