@@ -41,6 +41,23 @@ def violations(page) -> list[str]:
     return [f"{each['id']}: {node['html'][:120]}" for each in found for node in each["nodes"]]
 
 
+def unnamed(page) -> list[str]:
+    """Tables and pictures that a screen reader would announce without saying what they are, and buttons that say the same
+    while they do different things."""
+    return page.evaluate(
+        """() => {
+          const bare = (part) => !part.ariaLabel && !part.getAttribute("aria-labelledby");
+          const parts = [...document.querySelectorAll("table, [role=img], canvas")].filter(
+            (part) => !part.closest("[aria-hidden=true], .uplot") && bare(part) && !part.querySelector(":scope > caption"));
+          const buttons = document.querySelectorAll("button[hx-post]");
+          const named = Map.groupBy(buttons, (button) => button.ariaLabel ?? button.innerText);
+          const does = (group) => new Set(group.map((each) => each.getAttribute("hx-post"))).size;
+          const alike = [...named.values()].filter((group) => does(group) > 1);
+          return [...parts, ...alike.map(([first]) => first)].map((part) => part.outerHTML.slice(0, 120));
+        }"""
+    )
+
+
 def test_axe_finds_nothing_on_any_page_in_either_theme(measured, visitor, chromium) -> None:
     laboratory, experiment = measured
     service = laboratory.application.state.service
@@ -63,6 +80,8 @@ def test_axe_finds_nothing_on_any_page_in_either_theme(measured, visitor, chromi
             page.emulate_media(color_scheme=theme)
             if mistakes := violations(page):
                 found[f"{address}, {theme}"] = mistakes
+        if mistakes := unnamed(page):
+            found[f"{address}, names"] = mistakes
     root.errors.clear()  # the browser says that one of the addresses is not there
     assert found == {}
     stranger = chromium.new_context().new_page()

@@ -92,8 +92,8 @@ def test_a_token_is_shown_once_and_works_until_it_is_revoked(laboratory_with, vi
 
 def test_the_theme_is_kept_and_nothing_flashes(laboratory_with, visitor) -> None:
     ada = visitor(laboratory_with(), "ada")
-    ada.page.get_by_role("button", name="Light or dark").click()
-    ada.page.get_by_role("button", name="Light or dark").click()
+    ada.page.get_by_role("button", name="Theme").click()
+    ada.page.get_by_role("button", name="Theme").click()
     expect(ada.page.locator("html")).to_have_attribute("data-theme", "dark")
     answer = ada.context.request.get(ada.page.url)
     assert 'data-theme="dark"' in answer.text()

@@ -10,7 +10,7 @@ function toggleTheme(button) {
   if (next === "auto") delete root.dataset.theme;
   else root.dataset.theme = next;
   document.cookie = `theme=${next}; path=/; max-age=31536000; samesite=lax`;
-  button.textContent = next[0].toUpperCase() + next.slice(1);
+  button.querySelector("[data-theme-word]").textContent = next[0].toUpperCase() + next.slice(1);
   document.dispatchEvent(new CustomEvent("theme-changed"));
 }
 
