@@ -41,10 +41,11 @@ class CandidateRow:
 
 @dataclass(frozen=True)
 class MissingStep:
-    """A missing effect beside those before it."""
+    """A missing effect added after those before it; `after` is the error on unseen motion then."""
 
     candidate: Candidate
     title: str
+    after: float | None
 
 
 @dataclass(frozen=True)
@@ -119,11 +120,16 @@ def body_context(
 
 
 def _missing_steps(diagnosis: JointDiagnosis | None, titles: Mapping[str, str]) -> list[MissingStep]:
-    """What each missing effect brought when it was added beside those before it; empty for a single one."""
+    """How the error falls when the missing effects are added one after the other; empty for a single one."""
     steps = diagnosis.evidence if diagnosis else ()
-    return (
-        [MissingStep(each, titles.get(each.effect, each.effect)) for each in steps] if len(steps) > 1 else []
-    )
+    if len(steps) < 2:
+        return []
+    # Each stands beside the model with those before it: what one leaves is what the next begins with.
+    left = [each.heldout_error_before for each in steps[1:]] + [steps[-1].heldout_error_after]
+    return [
+        MissingStep(each, titles.get(each.effect, each.effect), after)
+        for each, after in zip(steps, left, strict=True)
+    ]
 
 
 def _candidates(stored: StoredExperiment, diagnosis: JointDiagnosis | None, joint: str) -> list[CandidateRow]:
