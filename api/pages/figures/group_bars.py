@@ -36,5 +36,5 @@ def draw_group_bars(
                 element("rect", x=left, y=y + 1, width=x(error) - left, height=10.0, class_=class_)
             )
             content.append(text(x(error) + 6, y + 9.8, percent(error), "strong" if index == 0 else ""))
-    groups = groups_json(x, beneath)
-    return picture(width, height, f"Relative error by {label}", *content, groups=groups)
+    rows = groups_json(x, beneath)
+    return picture(width, height, f"Relative error by {label}", *content, groups=rows)
