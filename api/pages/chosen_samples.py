@@ -106,13 +106,13 @@ def _histogram(
 def _correlation(samples: JointSamples, mask: NDArray[np.bool_]) -> dict[str, list[float | None]]:
     step = -(-len(mask) // FIGURE_SAMPLES)
     every = slice(None, None, step)
-    found = autocorrelation(
+    correlation = autocorrelation(
         samples.session[every], samples.time[every], samples.error[every], LONGEST_LAG, mask[every]
     )
     return {
-        "lag": [float(f"{lag:.5g}") for lag in found.lag.tolist()],
+        "lag": [float(f"{lag:.5g}") for lag in correlation.lag.tolist()],
         "correlation": [
-            float(f"{value:.4g}") if np.isfinite(value) else None for value in found.value.tolist()
+            float(f"{value:.4g}") if np.isfinite(value) else None for value in correlation.value.tolist()
         ],
     }
 

@@ -37,12 +37,12 @@ class Choosable:
 def groups_json(x: Scale, rows: Mapping[str, float]) -> str:
     """As JSON, of bars that lie in rows: the scale along them, and where in each group's row the chosen samples are drawn
     (`rows`: group -> upper edge, user units of the figure)."""
-    told = {
+    groups = {
         "ends": [float(f"{end:.6g}") for end in (x.low, x.high)],
         "at": [round(x.start, 2), round(x.end, 2)],
         "rows": {name: round(place, 2) for name, place in rows.items()},
     }
-    return json.dumps(told, separators=(",", ":"))
+    return json.dumps(groups, separators=(",", ":"))
 
 
 def _told(axis: Axis, scale: Scale) -> dict[str, str | list[float] | None]:

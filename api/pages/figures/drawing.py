@@ -132,8 +132,8 @@ def picture(
 
     axes, groups : what `choosable` says of it, where a choice of samples is shown in it
     """
-    told = (("axes", axes), ("groups", groups))
-    attribute = "".join(f' data-{name}="{escape(text)}"' for name, text in told if text is not None)
+    data = (("axes", axes), ("groups", groups))
+    attribute = "".join(f' data-{name}="{escape(value)}"' for name, value in data if value is not None)
     return Markup(
         f'<svg class="figure" viewBox="0 0 {width:g} {height:g}" role="img" aria-label="{escape(title)}"{attribute}'
         f' xmlns="http://www.w3.org/2000/svg">{"".join(content)}</svg>'
