@@ -24,7 +24,7 @@ def test_the_bodies_of_the_robots_file_stand_beside_what_was_identified(
     browser_client: httpx.Client, models: dict, page: str
 ) -> None:
     text = browser_client.get(f"{EXPERIMENT}/{page}").text
-    part = text[text.index("Beside the bodies in arm.urdf") :]
+    part = text[text.index("Compared with the bodies in arm.urdf") :]
     part = part[: part.index("</ul>")]
     assert part.index("ZZ1R") < part.index("28.50") < part.index(">rotor<") < part.index("MX1")
     assert 'class="number loose">7.4<' in part  # 20 / 2.7 deviations apart

@@ -27,7 +27,9 @@ def service(*measured, active=None):
     return SimpleNamespace(
         sessions=SimpleNamespace(active=lambda _rig: active, reason=lambda each: each.reason),
         rigs=SimpleNamespace(files=lambda: ["bench"], rig=lambda _name: SimpleNamespace(payloads=payloads)),
-        experiments=SimpleNamespace(sessions=lambda _experiment: list(measured)),
+        experiments=SimpleNamespace(
+            sessions=lambda _experiment: list(measured), row=lambda _id: SimpleNamespace(name="Arm 2")
+        ),
     )
 
 
@@ -37,7 +39,7 @@ def active(state: SessionState, reason: str = ""):
 
 def test_after_a_session_the_next_payload_is_the_next_step():
     done = outcome(service(), row("done", reason="the plan ran to its end; 24000 samples in session-00.h5"))
-    assert done.words == "Session-00 of arm: the plan ran to its end; 24000 samples in session-00.h5."
+    assert done.words == "Session-00 of Arm 2: the plan ran to its end; 24000 samples in session-00.h5."
     assert done.step.words == "Next payload: disk-7"
     assert "rig=bench&experiment=arm&payload=disk-7&plan=bench-20-s" in done.step.link
 
@@ -60,12 +62,12 @@ def test_what_is_advised_for_the_command_line_is_not_said_on_a_page():
 @pytest.mark.parametrize(
     ("stored", "said", "step"),
     [
-        (row("recording"), "The service ended while session-00 of arm was recorded.", "Recover it"),
+        (row("recording"), "The service ended while session-00 of Arm 2 was recorded.", "Recover it"),
         (row("payload confirmed", file=None), "Check the rig once more.", "Continue with it"),
-        (row("new", file=None), "session-00 of arm is being prepared.", "Continue with it"),
+        (row("new", file=None), "session-00 of Arm 2 is being prepared.", "Continue with it"),
         (
             row("faulted", reason="drive 3: too hot"),
-            "Session-00 of arm: drive 3: too hot.",
+            "Session-00 of Arm 2: drive 3: too hot.",
             "Prepare it again",
         ),
     ],
