@@ -31,7 +31,7 @@ from drivers.process_data import (
 from drivers.profile import GENERIC, DriveProfile
 from drivers.sdo import SdoAccess
 from drivers.standard_stream import RPDO_1_BASE, TARGETS, TPDO_BASE, transmitted_entries
-from drivers.state_machine import DEFAULT_TIMEOUTS, Timeouts
+from drivers.state_machine import DEFAULT_TIMEOUTS, NO_MODE_DISPLAY, Timeouts
 
 _POSITION_POLARITY = 0x80
 _OWN_TIMEOUT = "set its own time-out for missing setpoints or SYNC"
@@ -193,6 +193,8 @@ class Drive(ManagedNode):
         few = [f"{count} {kind}" for kind, count in counts.items() if count < len(TPDO_BASE)]
         if few:
             oddities.append(f"has {' and '.join(few)}; the others are left alone")
+        if not self._has(cia402.MODE_OF_OPERATION_DISPLAY):
+            oddities.append(NO_MODE_DISPLAY)
         oddities += self._other_units()
         if not self._has(0x60C2, 1):
             oddities.append("has no interpolation time (0x60C2): it is given the cycle by 0x1006 alone")
@@ -295,9 +297,16 @@ class Drive(ManagedNode):
     ) -> DriveStream:
         """Our own mapping; the PDOs that it does not need are off."""
         needed = {("TPDO", number) for number in range(1, len(groups) + 1)} | {("RPDO", 1)}
+        stay_on: list[str] = []
         for pdo in present:
-            if (pdo.kind, pdo.number) not in needed and pdo.valid:
+            if (pdo.kind, pdo.number) in needed or not pdo.valid:
+                continue
+            try:
                 switch_off_pdo(self.sdo, pdo.kind, pdo.number)
+            except DriveError as refusal:
+                if not was_refused(refusal):
+                    raise
+                stay_on.append(f"{pdo.kind} {pdo.number}")
         transmit = tuple(
             write_pdo(self.sdo, "TPDO", number, base + self.node, transmission_type, group)
             for number, (base, group) in enumerate(zip(TPDO_BASE, groups, strict=False), 1)
@@ -310,6 +319,9 @@ class Drive(ManagedNode):
         if torque_offset:
             setpoint.append(MappedEntry(TORQUE_OFFSET, cia402.TORQUE_OFFSET, 0, "<i2"))
         receive = write_pdo(self.sdo, "RPDO", 1, RPDO_1_BASE + self.node, transmission_type, setpoint)
+        if stay_on or any(pdo.fixed_id for pdo in (*transmit, receive)):
+            stays = f"; {', '.join(stay_on)} cannot be switched off" if stay_on else ""
+            self.set_up_remarks.append(f"its COB-IDs can only be read: they are used as they stand{stays}")
         if receive.transmission_type != transmission_type:
             self.set_up_remarks.append(
                 f"takes setpoints when they come, not at SYNC: its RPDO 1 has transmission type {receive.transmission_type}, "

@@ -55,6 +55,8 @@ class ProcessData:
     can_id: int
     transmission_type: int
     entries: tuple[MappedEntry, ...]
+    fixed_id: bool = False
+    """Whether its COB-ID can only be read."""
 
     @property
     def length(self) -> int:
@@ -241,6 +243,7 @@ def write_pdo(
 
     kind   : "TPDO" or "RPDO"
     number : 1 for the first PDO
+    can_id : a PDO whose COB-ID can only be read keeps its own, as the answer says
 
     Raises DriveError when the drive refuses or says something else afterwards.
     """
@@ -255,13 +258,16 @@ def write_pdo(
             sdo.node, what, index=communication, subindex=1, expected=expected, received=received
         )
     flags = present.cob_id & _NO_RTR
-    remapped = present.mapping != wanted
+    remapped, fixed_id = present.mapping != wanted, False
     if (
         not (present.valid and present.can_id == can_id and present.transmission_type == transmission_type)
         or remapped
     ):
-        if present.valid or present.can_id != can_id:
-            sdo.write(communication, 1, "uint32", _PDO_OFF | flags | can_id, what)
+        fixed_id = (present.valid or present.can_id != can_id) and not _switched_off(
+            sdo, communication, _PDO_OFF | flags | can_id, what, usable=present.valid
+        )
+        if fixed_id:
+            can_id = present.can_id
         if remapped:
             sdo.write(mapping, 0, "uint8", 0, what)
         if present.transmission_type != transmission_type:
@@ -270,7 +276,8 @@ def write_pdo(
             for position, entry in enumerate(placed, 1):
                 sdo.write(mapping, position, "uint32", entry.mapping, f"{what}, entry {entry.name}")
             sdo.write(mapping, 0, "uint8", len(placed), what)
-        sdo.write(communication, 1, "uint32", flags | can_id, what)
+        if not fixed_id:
+            sdo.write(communication, 1, "uint32", flags | can_id, what)
     _confirm(sdo, mapping, 0, "uint8", len(placed), what)
     for position, entry in enumerate(placed, 1):
         _confirm(sdo, mapping, position, "uint32", entry.mapping, f"{what}, entry {entry.name}")
@@ -285,7 +292,18 @@ def write_pdo(
             expected=f"COB-ID 0x{can_id:X}",
             received=f"0x{confirmed:X} came",
         )
-    return ProcessData(can_id, transmission_type, placed)
+    return ProcessData(can_id, transmission_type, placed, fixed_id)
+
+
+def _switched_off(sdo: SdoAccess, communication: int, cob_id: int, what: str, *, usable: bool) -> bool:
+    """Write a COB-ID whose bit 31 is set; False where it can only be read, and the PDO is usable with the one that it has."""
+    try:
+        sdo.write(communication, 1, "uint32", cob_id, what)
+    except DriveError as refusal:
+        if not (usable and was_refused(refusal)):
+            raise
+        return False
+    return True
 
 
 def _set_transmission_type(sdo: SdoAccess, kind: str, pdo: PdoParameters, wanted: int, what: str) -> int:

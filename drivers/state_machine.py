@@ -14,11 +14,13 @@ from drivers.canopen_network import NodeWatch
 from drivers.cia402 import Command, Mode, State
 from drivers.emergency import code_in_words, register_in_words
 from drivers.errors import DriveError
+from drivers.process_data import is_missing
 from drivers.sdo import SdoAccess
 
 T = TypeVar("T")
 
 _VELOCITY = 0x606C
+NO_MODE_DISPLAY = "has no mode display (0x6061): that it is in the mode asked for cannot be read back"
 
 
 @dataclass(frozen=True)
@@ -28,7 +30,7 @@ class Timeouts:
     sdo        : each SDO answer
     retries    : repetitions of an SDO request without answer
     transition : each step of the state machine, e.g. until the brake is released
-    mode       : until 0x6061 shows the mode asked for
+    mode       : until 0x6061 shows the mode asked for, where the drive has it
     nmt        : until a heartbeat shows the NMT state asked for
     boot       : from NMT reset to boot-up
     quick_stop : until the axis has stopped
@@ -73,9 +75,14 @@ class StateMachine:
         """The state that the statusword shows now."""
         return cia402.state_of(self.statusword())
 
-    def mode(self) -> int:
-        """0x6061, the mode in which the drive is now."""
-        return self.sdo.read(cia402.MODE_OF_OPERATION_DISPLAY, 0, "int8", "reading the mode")
+    def mode(self) -> int | None:
+        """0x6061, the mode in which the drive is now; None where it does not tell."""
+        try:
+            return self.sdo.read(cia402.MODE_OF_OPERATION_DISPLAY, 0, "int8", "reading the mode")
+        except DriveError as refusal:
+            if is_missing(refusal):
+                return None
+            raise
 
     def error_in_words(self) -> str:
         """Error code 0x603F, error register 0x1001 and the last EMCY, for an operator."""
@@ -97,9 +104,9 @@ class StateMachine:
         return "; ".join(parts) or "the drive reports no error"
 
     def set_mode(self, mode: Mode) -> None:
-        """Switch the mode of operation and wait until 0x6061 shows it.
+        """Switch the mode of operation and wait until 0x6061 shows it; a drive that has no such object is believed.
 
-        Raises DriveError when the drive does not support the mode or does not show it in time.
+        Raises DriveError when the drive does not support the mode, refuses it or does not show it in time.
         """
         supported = self._supported_modes()
         # One that shows none at all says nothing: 0x6061 decides.
@@ -112,8 +119,8 @@ class StateMachine:
                 received=f"0x{supported:08X} came: the drive does not support this mode",
             )
         self.sdo.write(cia402.MODE_OF_OPERATION, 0, "int8", int(mode), f"switching to {mode.words}")
-        shown = self._wait(self.mode, lambda seen: seen == mode, self.timeouts.mode)
-        if shown != mode:
+        shown = self._wait(self.mode, lambda seen: seen in (mode, None), self.timeouts.mode)
+        if shown not in (mode, None):
             raise DriveError(
                 self.node,
                 f"switching to {mode.words}",

@@ -16,6 +16,7 @@ from daq.simulated_rig import simulated_rig
 from drivers.errors import DriveError
 from identify.recording import load_experiment
 
+FIXED_COB_IDS = tuple(f"0x{first + number:04X}:01" for first in (0x1400, 0x1800) for number in range(4))
 THERE_AND_BACK = ExcitationPlan(
     joints=("j3",),
     start=(0.35,),
@@ -42,6 +43,8 @@ def with_oddities(rig: Rig, **oddities: object) -> Rig:
         ({"missing": ("0x6075", "0x6076")}, "does not tell what its current reference is a fraction of"),
         ({"receive_pdos": 2}, "2 RPDOs; the others are left alone"),
         ({"fixed_interpolation": 2}, ""),
+        ({"missing": ("0x6061",)}, "has no mode display (0x6061)"),
+        ({"read_only": FIXED_COB_IDS, "holds": {"0x1800:01": 0x1A5, "0x1400:01": 0x2A5}}, ""),
         (
             {"fixed_pdos": True, "no_heartbeat_consumer": True, "receive_pdos": 2, "fixed_interpolation": 2},
             "2 RPDOs",
@@ -56,6 +59,7 @@ def test_an_odd_drive_runs_a_session(tmp_path, rig, oddities, said):
         assert said in "; ".join(item.words for item in check.items)
         unchanged = "; ".join(session.remarks)
         assert ("its PDO mapping cannot be changed" in unchanged) == ("fixed_pdos" in oddities)
+        assert ("its COB-IDs can only be read" in unchanged) == ("read_only" in oddities)
         session.confirm_payload(0.0)
         session.arm()
         session.start()

@@ -8,6 +8,7 @@ from drivers.errors import DriveError
 from drivers.simulated.oddities import OdditySettings
 
 MODE = Mode.CYCLIC_SYNCHRONOUS_POSITION
+FIXED_COB_IDS = tuple(f"0x{first + number:04X}:01" for first in (0x1400, 0x1800) for number in range(4))
 
 
 def set_up(bench):
@@ -38,6 +39,9 @@ def set_up(bench):
         ({"holds": {"0x607E": 0x80}}, "counts the other way (polarity 0x607E, bit 7)"),
         ({"holds": {"0x6091:01": 5, "0x6091:02": 1}}, "has a gear ratio (0x6091) of 5:1"),
         ({"missing": ("0x1018",)}, ""),
+        ({"missing": ("0x6061",)}, "has no mode display (0x6061)"),
+        ({"read_only": FIXED_COB_IDS}, "its COB-IDs can only be read: they are used as they stand"),
+        ({"read_only": FIXED_COB_IDS, "holds": {"0x1803:01": 0x485}}, "; TPDO 4 cannot be switched off"),
         ({"missing": ("0x1801", "0x1802", "0x1803")}, "has 1 TPDOs"),
     ],
 )
@@ -49,7 +53,6 @@ def test_it_is_set_up_and_what_is_otherwise_is_said(open_bench, axis, oddities, 
     ("oddities", "words"),
     [
         ({"missing": ("0x60C2", "0x1006")}, r"the drive has neither"),
-        ({"missing": ("0x6061",)}, r"reading the mode \(object 0x6061:00\)"),
         ({"holds": {"0x6502": 1}}, r"0x00000001 came: the drive does not support"),
         ({"read_only": ("0x1600",)}, r"controlword and target .* together in a RPDO"),
         ({"read_only": ("0x1A00",)}, r"position \(0x6064:00\) in a TPDO that is on"),
