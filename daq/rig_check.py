@@ -7,13 +7,14 @@ import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+import can
 import numpy as np
 
-from daq.bus_load import bit_rate, bus_load
+from daq.bus_load import OtherTraffic, bit_rate, bus_load
 from daq.rig import Axis, Rig
 from daq.rig_drives import MASTER_NODE, MODES, OUR_HEARTBEAT, POWERED, RigDrives
 from daq.stopping_watch import expected_deceleration
-from drivers.bus import open_bus, pass_ids
+from drivers.bus import open_bus
 from drivers.cia402 import HOMING_ATTAINED, HOMING_ERROR, Mode, State
 from drivers.drive import Drive
 from drivers.errors import DriverError
@@ -23,6 +24,8 @@ from drivers.sync_producer import SYNC_ID
 
 _LISTEN = 0.1
 """s to listen for another master before anything is sent"""
+_MOST_HEARD = 5000
+"""frames: more than a bus at 1 Mbit/s carries while it is listened to"""
 _LOOK_TWICE = 0.02
 """s between two positions that tell whether an axis moves"""
 _REST_SHARE = 0.01
@@ -68,7 +71,9 @@ def check_rig(drives: RigDrives) -> RigCheck:
 
     Nothing is written to a drive before it has said that it has no power and does not move.
     """
-    items = _others(drives.rig) + _load(drives.rig)
+    heard, seconds = listen(drives.rig)
+    traffic = OtherTraffic.of(heard, seconds, [axis.node for axis in drives.rig.axes])
+    items = _others(drives.rig, {each.arbitration_id for each in heard}) + _load(drives.rig, traffic)
     if all(item.ok for item in items):
         for axis, drive, profile in zip(drives.rig.axes, drives.drives, drives.rig.profiles, strict=True):
             what = f"joint {axis.joint} (node {axis.node})"
@@ -86,16 +91,22 @@ def check_rig(drives: RigDrives) -> RigCheck:
     return RigCheck(tuple(items))
 
 
-def _others(rig: Rig) -> list[CheckItem]:
-    """Whether somebody else sends SYNC or setpoints: then the bus is not ours, and nothing is sent."""
-    heard: set[int] = set()
-    ours = {SYNC_ID, OUR_HEARTBEAT, *(0x200 + axis.node for axis in rig.axes)}
-    with open_bus(rig.bus, filters=pass_ids(sorted(ours))) as bus:
-        end = time.monotonic() + max(_LISTEN, 3 * rig.cycle)
-        while (left := end - time.monotonic()) > 0:
+def listen(rig: Rig) -> tuple[list[can.Message], float]:
+    """All frames on the bus before anything is sent, and for how many seconds they were listened to."""
+    heard: list[can.Message] = []
+    with open_bus(rig.bus) as bus:
+        begin = time.monotonic()
+        end = begin + max(_LISTEN, 3 * rig.cycle)
+        while (left := end - time.monotonic()) > 0 and len(heard) < _MOST_HEARD:
             message = bus.recv(left)
             if message is not None:
-                heard.add(message.arbitration_id)
+                heard.append(message)
+        return heard, time.monotonic() - begin
+
+
+def _others(rig: Rig, on_the_bus: set[int]) -> list[CheckItem]:
+    """Whether somebody else sends SYNC or setpoints: then the bus is not ours, and nothing is sent."""
+    heard = on_the_bus & {SYNC_ID, OUR_HEARTBEAT, *(0x200 + axis.node for axis in rig.axes)}
     if not heard:
         return []
     if heard == {OUR_HEARTBEAT}:
@@ -112,7 +123,7 @@ def _others(rig: Rig) -> list[CheckItem]:
     return [CheckItem("bus", False, sentence)]
 
 
-def _load(rig: Rig) -> list[CheckItem]:
+def _load(rig: Rig, others: OtherTraffic) -> list[CheckItem]:
     """Whether what the drives are to send goes into the cycle; nothing where the bus has no bit rate."""
     rate = bit_rate(rig.bus)
     if rate is None:
@@ -121,7 +132,7 @@ def _load(rig: Rig) -> list[CheckItem]:
         standard_stream(axis.node, profile, MODES[axis.mode], rig.record_temperature)
         for axis, profile in zip(rig.axes, rig.profiles, strict=True)
     ]
-    load = bus_load(rig, streams, rate)
+    load = bus_load(rig, streams, rate, others)
     return [CheckItem("bus", load.ok, load.words)]
 
 

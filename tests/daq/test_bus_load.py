@@ -1,10 +1,14 @@
 """How full a bus gets is said before anything is sent, by lengths that a CAN controller would count."""
 
+import can
 from hypothesis import given
 from hypothesis import strategies as st
 
-from daq.bus_load import BusLoad, bit_rate, bus_load, frame_bits
+from daq import rig_check
+from daq.bus_load import BusLoad, OtherTraffic, bit_rate, bus_load, frame_bits
 from daq.rig import Rig
+from daq.rig_drives import RigDrives
+from daq.simulated_rig import simulated_rig
 from drivers.bus import BusSettings
 from drivers.cia402 import Mode
 from drivers.standard_stream import standard_stream
@@ -58,6 +62,41 @@ def test_six_drives_at_one_kilohertz_do_not_fit_and_what_would_is_said():
     wanted = rig.model_copy(update={"cycle": load.most / 0.9 * 1.001})
     assert bus_load(wanted, six, 1_000_000).ok
     assert not bus_load(rig, one, 125_000).ok
+
+
+def test_frames_with_29_bits_take_20_more():
+    assert frame_bits(8, extended=True) == (131, 160)
+
+
+def heard(can_id, count, length=8, extended=False):
+    return [can.Message(arbitration_id=can_id, data=bytes(length), is_extended_id=extended)] * count
+
+
+def test_what_other_nodes_take_is_counted_named_and_added(rig):
+    """A sensor at 4 kHz beside a drive at 1 kHz on 1 Mbit/s: 54 % and 35 %."""
+    quick = rig.model_copy(update={"cycle": 0.001})
+    streams = [standard_stream(3, rig.profiles[0], Mode.CYCLIC_SYNCHRONOUS_POSITION)]
+    messages = [*heard(0x1A2, 400), *heard(0x703, 9, 1), *heard(0x183, 100)]
+    some = bus_load(quick, streams, 1_000_000, OtherTraffic.of(messages, 0.1, [3]))
+    assert some.ok
+    assert some.words.endswith("; other nodes' frames (0x1A2) take 54 %")
+    flood = OtherTraffic.of([*messages, *heard(0x1F000001, 150, extended=True)], 0.1, [3])
+    full = bus_load(quick, streams, 1_000_000, flood)
+    assert not full.ok
+    assert "(0x1A2, 0x1F000001) take 78 %: together more than it carries" in full.words
+
+
+def test_a_bus_that_others_fill_is_named_by_the_check_before_anything_is_sent(rig, monkeypatch):
+    monkeypatch.setattr(rig_check, "bit_rate", lambda _bus: 500_000)
+    monkeypatch.setattr(rig_check, "listen", lambda _rig: (heard(0x1A2, 300), 0.1))
+    with simulated_rig(rig, rig.payload("none")):
+        drives = RigDrives(rig)
+        try:
+            check = rig_check.check_rig(drives)
+        finally:
+            drives.close()
+    assert not check.ok
+    assert "other nodes' frames (0x1A2) take 81 %: together more than it carries" in check.problems
 
 
 def test_buses_without_a_bit_rate_have_no_load():

@@ -38,6 +38,8 @@ MATRIX, COMPRESSED = 14, 15
 CELL, STRUCT, OBJECT, CHAR, SPARSE, FUNCTION, OPAQUE = 1, 2, 3, 4, 5, 16, 17
 COMPLEX = 0x0800
 MOST_ELEMENTS = 1 << 31
+_SHORTEST = 8
+"""Bytes of the shortest data element, its tag alone."""
 DEEPEST = 30
 """Structs within structs."""
 
@@ -165,6 +167,7 @@ class Mat5:
         return bytes(part).decode("utf-8", errors="replace"), at
 
     def _cells(self, data: memoryview, at: int, count: int, depth: int) -> list[Any]:
+        _refuse_more_than_there_is(data, at, count)
         cells = []
         for _ in range(count):
             kind, part, at = self._element(data, at)
@@ -183,6 +186,9 @@ class Mat5:
         names = [
             raw[k : k + length].split(b"\0")[0].decode("utf-8", "replace") for k in range(0, len(raw), length)
         ]
+        _refuse_more_than_there_is(data, at, count * len(names))
+        if not names:
+            return {}
         structs: list[Fields] = []
         for _ in range(count):
             fields: Fields = {}
@@ -193,6 +199,12 @@ class Mat5:
                 fields[name] = self._matrix(part, depth + 1)[1]
             structs.append(fields)
         return structs[0] if len(structs) == 1 else structs
+
+
+def _refuse_more_than_there_is(data: memoryview, at: int, elements: int) -> None:
+    """Refuse a count of elements that the bytes left cannot hold, before any of them is made."""
+    if elements > (len(data) - at) // _SHORTEST:
+        raise Damaged(f"{elements} elements in {len(data) - at} bytes")
 
 
 def _inflated(data: memoryview) -> bytes:
