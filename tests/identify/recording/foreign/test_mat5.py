@@ -62,3 +62,14 @@ def test_several_variables_come_in_their_order_and_text_is_text():
 def test_what_is_no_file_of_level_5_is_refused(change, said):
     with pytest.raises(Damaged, match=said):
         Mat5(change(content_of(x=1.0)))
+
+
+@pytest.mark.parametrize("value", [{"a": 1.0}, np.array([[1.0]], dtype=object)], ids=["structs", "cells"])
+def test_more_elements_than_there_are_bytes_are_refused_before_any_is_made(value):
+    """A few bytes that speak of a thousand million structs would fill the memory."""
+    content = content_of(x=value)
+    dimensions = np.array([1, 1], "<i4").tobytes()
+    assert content.count(dimensions) >= 1
+    changed = content.replace(dimensions, np.array([1 << 15, 1 << 15], "<i4").tobytes(), 1)
+    with pytest.raises(Damaged, match=r"1073741824 elements in \d+ bytes"):
+        list(Mat5(changed).variables())
