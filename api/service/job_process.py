@@ -35,6 +35,11 @@ THREADS_OF_LINEAR_ALGEBRA = "1"
 """BLAS threads of one computation; more would take the core that the acquisition needs."""
 
 
+LONGEST_START = 120.0
+"""s on the wall for a process to be there with its code loaded; a busy machine may take long over it, which is no fault of what
+is read then."""
+
+
 class Cancelled(Exception):
     """Raised inside a computation by its progress function after somebody cancelled it."""
 
@@ -79,7 +84,7 @@ class JobProcess:
             daemon=True,
         )
         self._process.start()
-        self._deadline = time.monotonic() + limits.seconds
+        self._deadline = time.monotonic() + LONGEST_START + limits.seconds
         sender.close()
 
     def message(self, timeout: float) -> tuple[str, Any] | None:
@@ -99,6 +104,9 @@ class JobProcess:
             if status == -signal.SIGXCPU:
                 return "exceeded", self._limits.time_words
             return "died", ended_by(status)
+        if message[0] == "begun":
+            self._deadline = time.monotonic() + self._limits.seconds
+            return None
         # Without this a computation that never ceases to report would have no time limit on the wall.
         late = left <= 0 and message[0] == "progress"
         return ("exceeded", self._limits.time_words) if late else message
@@ -133,6 +141,7 @@ def _work(
     module, _, name = function.partition(":")
     try:
         computation = getattr(importlib.import_module(module), name)
+        sender.send(("begun", None))
         limits.apply()
         with computing():
             result = computation(progress, **arguments)

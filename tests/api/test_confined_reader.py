@@ -2,9 +2,11 @@
 
 import threading
 import time
+from types import SimpleNamespace
 
 import pytest
 
+from api.service import job_process
 from api.service.confined_reader import ConfinedReader
 from api.service.problems import Problem
 from api.service.process_limits import MEBIBYTE, LimitExceeded, ProcessLimits
@@ -111,6 +113,27 @@ def test_a_reader_that_does_not_end_is_ended(work, function):
 def test_a_reader_that_dies_or_fails_says_that_the_input_is_wrong(work, function, words):
     with pytest.raises(InputError, match=words):
         reader()(f"{work}:{function}")
+
+
+def test_the_time_that_a_busy_machine_takes_to_start_a_process_is_no_reading(work, tmp_path, monkeypatch):
+    """A clock that stands at the limit by the time that the code is loaded."""
+    now = [0.0]
+    monkeypatch.setattr(job_process, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    go = tmp_path / "go"
+    (tmp_path / "slow_to_load.py").write_text(
+        f"import os\nwhile not os.path.exists({str(go)!r}):\n    pass\n\n\ndef answers(progress):\n    return 2\n"
+    )
+    process = job_process.JobProcess("slow_to_load:answers", {}, ProcessLimits(256 * MEBIBYTE, 5.0))
+    try:
+        now[0] = 100.0
+        go.touch()
+        messages = []
+        while not messages or messages[-1] is None:
+            messages.append(process.message(4.0))
+        assert messages[-1] == ("result", 2)
+        assert process._deadline == 105.0
+    finally:
+        process.end()
 
 
 def test_no_more_read_at_the_same_time_than_may(work, tmp_path):

@@ -160,7 +160,7 @@ class Mat5:
         values: NDArray[Any] = real.reshape(shape, order="F")
         if is_complex:
             return name, None
-        return name, values if kind not in (6, 7) else values.astype(np.float64 if kind == 6 else np.float32)
+        return name, values if kind not in (6, 7) else values.astype(np.float64)
 
     def _text(self, data: memoryview, at: int) -> tuple[str, int]:
         _kind, part, at = self._element(data, at)
