@@ -13,6 +13,7 @@ from identify.diagnosis.finding import Finding
 from identify.diagnosis.joint_diagnosis import JointDiagnosis
 from identify.diagnosis.motion_judgement import effects_on_motion
 from identify.diagnosis.probability import independent_samples, joint_probabilities
+from identify.diagnosis.refusals import Refusals
 from identify.diagnosis.sampling_hold import made_by_recording
 from identify.diagnosis.screening import Screening
 from identify.diagnosis.structure import Structure, bounded, leftover_structures
@@ -126,34 +127,35 @@ def diagnose_record(
 
     Look at every candidate beside the model, add the strongest, fit again, take out what is not justified beside the
     others any more, exchange what only imitated another, and look again until nothing changes: the load that candidates
-    depend on, and what others hide, are then seen better. It ends, for what was taken out or exchanged does not come back.
+    depend on, and what others hide, are then seen better. It ends, for what was taken out comes back once at most.
     """
     report = progress or (lambda fraction, step: None)
     report(0.0, "fitting the model")
     fitted = present = fit_model(record, model)
     added: list[tuple[Term, int]] = []
-    refused = set(without)
+    refusals = Refusals(set(without))
+    harmful: set[tuple[str, int]] = set()
     evidence: dict[tuple[str, int], Finding] = {}
     forward: dict[tuple[str, int], Finding] = {}
     doubts: dict[tuple[str, int], tuple[str, ...]] = {}
     contested: dict[tuple[str, int], tuple[Finding, ...]] = {}
     screening = first = Screening.of(present)
     least = [screening.least(joint) for joint in range(record.joints)]
-    listed, chosen = screening.selection.search(refused, least)
+    listed, chosen = screening.selection.search(refusals.present(added), least)
     first_findings = listed
+    exchanged: list[tuple[Term, int]] | None = None
     for index in count():
         done = 0.9 - 0.8 * (1 - STEP_OF_PROGRESS) ** index
         report(done, "judging every candidate on motion that the fit did not see")
         if index:
-            screening, present, added, evidence = _verified(fitted, present, added, refused, least)
-            listed, chosen = screening.selection.search(refused, least)
+            screening, present, added, evidence = _verified(fitted, present, added, refusals, least)
+            listed, chosen = screening.selection.search(refusals.present(added), least)
         if not chosen:
-            exchanged = _exchanged(screening, added, refused, doubts)
-            worse = worse_on_unseen(present, added) if exchanged is None else []
-            if exchanged is None and not worse:
+            present, staying = _without_harmful(fitted, present, added, refusals, harmful)
+            exchanged = None if len(staying) < len(added) else _exchanged(screening, added, refusals, doubts)
+            if exchanged is None and len(staying) == len(added):
                 break
-            refused |= {term.key for term, _ in worse}
-            added = exchanged or [row for row in added if row not in worse]
+            added = exchanged or staying
         for candidate, variant in chosen:
             findings = listed[candidate.judged]
             doubts[candidate.key] = _rivals(screening, _finding(findings, candidate.name), findings)
@@ -162,8 +164,9 @@ def diagnose_record(
                 _finding(findings, name) for name in (candidate.name, *doubts[candidate.key])
             )
             added.append((candidate.term.chosen(candidate.constants[variant]), candidate.judged))
-        present = _fit_with(fitted, added, present)
-        added = _settled(present, added)
+        if chosen or exchanged is not None:
+            present = _fit_with(fitted, added, present)
+            added = _settled(present, added)
     held = {term.key: reason for term, _ in added if (reason := made_by_recording(present, term))}
     added.sort(key=lambda row: row[0].key in held)
     floors = noise_floors(
@@ -186,13 +189,14 @@ def diagnose_record(
             held,
             evidence,
             forward,
-            listed[joint],
+            screening.with_evidence(joint, listed[joint], least[joint]),
             floors[joint],
             unseen[joint],
             {name: named for (name, judged), named in doubts.items() if judged == joint},
             {name: compared for (name, judged), compared in contested.items() if judged == joint},
             least[joint],
             tuple(structures[joint]),
+            {name for name, owner in harmful & set(refusals.present(added)) if owner == joint},
         )
         for joint in range(record.joints)
     )
@@ -230,13 +234,13 @@ def _verified(
     fitted: FittedModel,
     present: FittedModel,
     added: list[tuple[Term, int]],
-    refused: set[tuple[str, int]],
+    refusals: Refusals,
     least: Sequence[float],
 ) -> tuple[Screening, FittedModel, list[tuple[Term, int]], dict[tuple[str, int], Finding]]:
     """The screening of the model with the added terms, without those that are not justified beside all the others.
 
     Returns the screening, its model, the terms that stay, and what each is worth beside the others. What was taken out
-    does not come back.
+    does not come back while these stay.
     """
     while True:
         screening = Screening.of(present, only_justified=True)
@@ -244,10 +248,31 @@ def _verified(
         if len(kept) == len(added):
             return screening, present, added, {finding.candidate.key: finding for finding, _ in kept}
         staying = {term.key for _, term in kept}
-        refused |= {term.key for term, _ in added if term.key not in staying}
+        for term, judged in added:
+            if term.key not in staying:
+                refusals.refuse(term, judged, [row for row in added if row[0].key in staying])
         added = [(term, judged) for term, judged in added if term.key in staying]
         present = _fit_with(fitted, added, present)
         added = _settled(present, added)
+
+
+def _without_harmful(
+    fitted: FittedModel,
+    present: FittedModel,
+    added: list[tuple[Term, int]],
+    refusals: Refusals,
+    harmful: set[tuple[str, int]],
+) -> tuple[FittedModel, list[tuple[Term, int]]]:
+    """The model and its added terms without those that raise the error on validation sessions, the most harmful first: of
+    effects that stand for one another, or share what two joints share, the others may do good without it."""
+    while worse := worse_on_unseen(present, added):
+        term, judged = worse[0]
+        refusals.refuse(term, judged, added)
+        harmful.add(term.key)
+        added = [row for row in added if row != worse[0]]
+        present = _fit_with(fitted, added, present)
+        added = _settled(present, added)
+    return present, added
 
 
 def _fit_with(fitted: FittedModel, added: Sequence[tuple[Term, int]], start: FittedModel) -> FittedModel:
@@ -260,7 +285,7 @@ def _fit_with(fitted: FittedModel, added: Sequence[tuple[Term, int]], start: Fit
 def _exchanged(
     screening: Screening,
     added: Sequence[tuple[Term, int]],
-    refused: set[tuple[str, int]],
+    refusals: Refusals,
     doubts: dict[tuple[str, int], tuple[str, ...]],
 ) -> list[tuple[Term, int]] | None:
     """The added terms with one that imitated another effect exchanged for it; None where there is none.
@@ -268,13 +293,13 @@ def _exchanged(
     doubts : for an added effect those that explained the data alike when it was added; what is exchanged for one that
              only a change of load would tell from it stays its rival
 
-    What was exchanged does not come back.
+    What was exchanged does not come back while what stands in its place stays.
     """
     for place, (term, judged) in enumerate(added):
         named = doubts.get((term.effect.name, judged), ())
         better = screening.replacement(term, named) if len(added) > 1 else None
-        if better is not None and better[0].key not in refused:
-            refused.add(term.key)
+        if better is not None and better[0].key not in refusals.present(added):
+            refusals.refuse(term, judged, [*added, better])
             known, summary = (
                 known_effects(screening.fitted.record.experiment),
                 screening.fitted.record.summaries[judged],
@@ -347,6 +372,7 @@ def _conclude(
     contested: dict[str, tuple[Finding, ...]],
     least: float,
     structure: tuple[Structure, ...],
+    harmful: set[str],
 ) -> JointDiagnosis:
     sampling = tuple(term for term in missing if term.key in held)
     missing = tuple(term for term in missing if term.key not in held)
@@ -383,7 +409,7 @@ def _conclude(
         findings=tuple(_missing_first(_as_justified(findings, worth), names)),
         rivals=rivals,
         probable=joint_probabilities(
-            last, independent_samples(after), worth, rivals, structure, outcome, contested, least
+            last, independent_samples(after), worth, rivals, structure, outcome, contested, least, harmful
         ),
         cautions={name: text for name, text in cautions.items() if text},
         structure=structure,

@@ -55,18 +55,12 @@ class JointDiagnosis:
     def described(self, learned: Learned, replaces: Collection[str]) -> "JointDiagnosis":
         """With a description, in the place of missing effects that explain nothing beside it: the cause is in no
         catalogue, and so is what they were probable for."""
-        known = dict(self.probable.effects)
-        moved = max((known[name] or 0.0 for name in replaces if name in known), default=0.0)
         return replace(
             self,
             verdict="unexplained",
             missing=tuple(term for term in self.missing if term.effect.name not in replaces),
             evidence=tuple(each for each in self.evidence if each.candidate.name not in replaces),
-            probable=replace(
-                self.probable,
-                effects={name: 0.0 if name in replaces else value for name, value in known.items()},
-                unexplained=max(self.probable.unexplained or 0.0, moved),
-            ),
+            probable=self.probable.beyond_the_catalogue(replaces),
             learned=learned,
         )
 

@@ -10,15 +10,21 @@ What is said of a joint is one distribution: nothing is missing, this effect is,
 effect that is there but too small to be called missing belongs to the first, so that its weight counts for the effect only
 in those draws of the bootstrap in which it is worth a name; and all effects of the catalogue share what is left by the
 probability that the cause is in none.
+
+One rule joins them to names and verdict: what is said is at least as probable as not, and what is not said at most. The
+density knows nothing of some of the questions that a name must pass. The evidence of question 2 bounds a probability as a
+p-value bounds the odds for an effect (T. Sellke, M. Bayarri, J. Berger, "Calibration of p values for testing precise null
+hypotheses", The American Statistician 55(1), 2001), even at the probability at which a name is given; an effect that a
+session refutes has none; and all that fail any question share at most one half.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.diagnosis.finding import Finding
+from identify.diagnosis.finding import SIGNIFICANCE, Finding
 from identify.diagnosis.held_out import HeldOut
 from identify.diagnosis.structure import DECIDED, Structure
 from identify.estimation.prediction import Prediction
@@ -33,6 +39,8 @@ DRAWS = 400
 """of the bootstrap; the scatter of a probability over them is at most 0.5/√400 = 0.025"""
 LONGEST_MEMORY = 0.25
 """Part of a session over which the residual's autocorrelation is summed."""
+EVEN = 0.5
+"""What is said is at least so probable, what is not at most."""
 SURE = 0.98
 """No word of a catalogue is surer than this: the cause may be one that it does not hold."""
 
@@ -130,6 +138,15 @@ class JointProbabilities:
     adequate: float
     unexplained: float
 
+    def beyond_the_catalogue(self, replaced: Collection[str]) -> "JointProbabilities":
+        """The same where a description holds in the place of some effects: the cause is as probably in no catalogue as where
+        a predictor says so, or as these were to be missing; the rest share what is left."""
+        moved = max((self.effects.get(name, 0.0) for name in replaced), default=0.0)
+        unexplained = max(self.unexplained, STRUCTURE_RIGHT, moved)
+        left = (1.0 - unexplained) / max(1.0 - self.unexplained, 1e-300)
+        effects = {name: 0.0 if name in replaced else left * each for name, each in self.effects.items()}
+        return JointProbabilities(effects, left * self.adequate, unexplained)
+
 
 def joint_probabilities(
     last: Sequence[Finding],
@@ -140,6 +157,7 @@ def joint_probabilities(
     outcome: Verdict,
     contested: Mapping[str, Sequence[Finding]] | None = None,
     least: float = 0.0,
+    harmful: Collection[str] = (),
 ) -> JointProbabilities:
     """The probabilities of a joint.
 
@@ -149,19 +167,31 @@ def joint_probabilities(
     rivals    : of each those that explain the data alike
     contested : of each it and these, as they were when it was found; a rival that was not compared then does as well as it
     least     : the gain in squared error below which nothing is worth a name, whatever effect it is
+    harmful   : what raised the error on a validation session
     """
     effects: dict[str, float] = {}
     unexplained = _unexplained(structure, outcome)
     nothing = 1.0
     if last:
         bounds = [max(least, each.least_gain) for each in last]
-        nothing, weights = probabilities(last[0].before, [_evident(each) for each in last], samples, bounds)
+        _, weights = probabilities(last[0].before, [_evident(each) for each in last], samples, bounds)
+        weights = np.minimum(weights, [_evidence_bound(each.p_value) for each in last])
+        refuted = [not each.sessions_agree or each.candidate.name in harmful for each in last]
+        weights = np.where(refuted, 0.0, weights)
+        weights *= min(1.0, EVEN / max(float(weights.sum()), EVEN))
+        if outcome == "adequate":
+            others = unexplained + (1.0 - unexplained) * float(weights.sum())
+            even = min(1.0, EVEN / others)
+            weights *= even * (1.0 - unexplained) / (1.0 - even * unexplained)
+            unexplained *= even
+        nothing = 1.0 - float(weights.sum())
         for finding, weight in zip(last, weights, strict=True):
             effects[finding.candidate.name] = SURE * (1.0 - unexplained) * float(weight)
     adequate = nothing * (1.0 - unexplained)
     for name, finding in named.items():
         bound = max(least, finding.least_gain)
-        need = SURE * needed(finding.before, finding.after, samples, bound)
+        need = needed(finding.before, finding.after, samples, bound)
+        need = SURE * max(EVEN, min(need, _evidence_bound(finding.p_value)))
         adequate *= 1.0 - need
         others = [other for other in rivals.get(name, ()) if other not in named]
         known = {each.candidate.name: each.after for each in (contested or {}).get(name, ())}
@@ -171,6 +201,17 @@ def joint_probabilities(
         for other, share in zip(others, whole[1:].tolist(), strict=True):
             effects[other] = max(effects.get(other, 0.0), need * share)
     return JointProbabilities(effects, float(np.clip(adequate, 0.0, 1.0)), unexplained)
+
+
+def _evidence_bound(p_value: float) -> float:
+    """The most that a p-value, corrected for all that was tried, leaves for an effect; even at `SIGNIFICANCE`."""
+    odds = _odds_against(SIGNIFICANCE) / max(_odds_against(p_value), 1e-300)
+    return odds / (1.0 + odds)
+
+
+def _odds_against(p_value: float) -> float:
+    """The least odds for nothing that a p-value leaves, whatever the effect's size: −e p ln p, one from 1/e on."""
+    return 1.0 if p_value >= 1 / np.e else float(-np.e * p_value * np.log(max(p_value, 1e-300)))
 
 
 def _evident(finding: Finding) -> HeldOut:

@@ -1,7 +1,7 @@
 """Screening of candidates: the residual of a fitted model, and every candidate's columns beside it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -151,6 +151,25 @@ class Screening:
         findings = self.selection.beside_the_others([candidate for candidate, _ in listed], least)
         terms = {id(candidate): term for candidate, term in listed}
         return [(finding, terms[id(finding.candidate)]) for finding in findings]
+
+    def with_evidence(self, joint: int, findings: Sequence[Finding], least: float) -> list[Finding]:
+        """The findings of a joint, those that may gain enough with the evidence that the search did not ask for.
+
+        least : the gain that an effect must have
+        """
+        selection = self.selection
+        if not selection.only_justified:
+            return list(findings)
+        answered = []
+        for finding in findings:
+            candidate = finding.candidate
+            if not finding.justified and 2 * finding.gain >= max(least, finding.least_gain):
+                base = selection.base(declared=not candidate.beside_ratio)
+                p_value, _ = selection.possible_evidence(joint, base, candidate, finding.variant)
+                corrected = min(1.0, p_value * candidate.searched * selection.tried(joint))
+                finding = replace(finding, p_value=corrected)
+            answered.append(finding)
+        return answered
 
     def worth(self, term: Term) -> float:
         """Part of the held-out error that a term of the model takes away."""

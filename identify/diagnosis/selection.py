@@ -179,8 +179,8 @@ class Selection:
             p_value, estimated = 1.0, None
             gains = fared.total < before.total * (1 - ROUNDING)
             if finding.justified if self.only_justified else gains:
-                p_value, estimated = self._possible_evidence(joint, base, candidate, fared.variant)
-                p_value = min(1.0, p_value * candidate.searched * self._tried(joint))
+                p_value, estimated = self.possible_evidence(joint, base, candidate, fared.variant)
+                p_value = min(1.0, p_value * candidate.searched * self.tried(joint))
             findings.append(replace(finding, p_value=p_value, estimated=estimated))
         return self._seen_with_instruments(joint, findings) if instruments else findings
 
@@ -214,7 +214,7 @@ class Selection:
         base = np.union1d(np.arange(self.observation.base), columns)
         return self.motion.alone(joint, base).total
 
-    def _possible_evidence(
+    def possible_evidence(
         self, joint: int, base: Index, candidate: Candidate, variant: int
     ) -> tuple[float, GroupEvidence | None]:
         """Evidence of a candidate for values that it can have, and its estimates; what wants to be outside explains
@@ -354,7 +354,7 @@ class Selection:
                 continue
             if not self._both_needed(joint, base, [f.candidate for f in pair], [f.variant for f in pair]):
                 continue
-            tried = self._tried(joint) ** 2 * int(np.prod([f.candidate.searched for f in pair]))
+            tried = self.tried(joint) ** 2 * int(np.prod([f.candidate.searched for f in pair]))
             extra = np.setdiff1d(trial.variants[0], base)
             p_value = group_evidence(self.observation, joint, base, extra).p_value
             chosen = [(finding.candidate, finding.variant) for finding in pair]
@@ -370,7 +370,7 @@ class Selection:
         for candidate, variant, tested, other in zip(pair, variants, columns, columns[::-1], strict=True):
             beside = np.union1d(base, other)
             evidence = group_evidence(self.observation, joint, beside, np.setdiff1d(tested, beside))
-            tried = candidate.searched * self._tried(joint)
+            tried = candidate.searched * self.tried(joint)
             if (
                 evidence.p_value * tried >= SIGNIFICANCE
                 or candidate.outside(evidence.estimates, variant).any()
@@ -426,7 +426,7 @@ class Selection:
     def _p_value(self, joint: int, base: Index, columns: Index) -> float:
         return group_evidence(self.observation, joint, base, np.setdiff1d(columns, base)).p_value
 
-    def _tried(self, joint: int) -> int:
+    def tried(self, joint: int) -> int:
         """Number of candidates of a joint, for the correction of the evidence."""
         return sum(candidate.judged == joint for candidate in self.candidates)
 

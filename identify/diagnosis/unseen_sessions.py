@@ -36,7 +36,7 @@ def _residual(parts: Sequence[Prediction]) -> NDArray[np.float64]:
 
 def worse_on_unseen(fitted: FittedModel, added: Sequence[tuple[Term, int]]) -> list[tuple[Term, int]]:
     """Terms of a model, each with the joint it is judged on, that raise that joint's error on the validation sessions, or
-    that of all joints together.
+    that of all joints together; those first without which the error of all is least.
 
     Each is compared with the model without it, all constants as they are.
     """
@@ -46,7 +46,7 @@ def worse_on_unseen(fitted: FittedModel, added: Sequence[tuple[Term, int]]) -> l
     unseen = fitted.observe(entries)
     bounds = admissible_columns(fitted.observation, fitted.record.summaries)
     present = block_errors(unseen, fitted.fit.chi).sum(axis=0)[:, 0]
-    worse = []
+    worse: list[tuple[float, tuple[Term, int]]] = []
     for term, judged in added:
         for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True):
             if slot.term.key == term.key:
@@ -55,5 +55,5 @@ def worse_on_unseen(fitted: FittedModel, added: Sequence[tuple[Term, int]]) -> l
                 other = admissible_fit(fitted.observation, other, bounds)
                 left = block_errors(unseen, other.chi).sum(axis=0)[:, 0]
                 if left[judged] < present[judged] or left.sum() < present.sum():
-                    worse.append((term, judged))
-    return worse
+                    worse.append((float(left.sum()), (term, judged)))
+    return [row for _, row in sorted(worse, key=lambda each: each[0])]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 from identify.diagnosis.probability import (
@@ -120,9 +122,9 @@ def test_what_is_too_small_to_be_missing_leaves_a_joint_adequate():
     found = joint_probabilities([small], n, {}, {}, [], "adequate")
     assert found.effects == {"small": 0.0}
     assert found.adequate == pytest.approx(0.95)
-    found = joint_probabilities([large], n, {}, {}, [], "adequate")
-    assert found.effects["large"] == pytest.approx(SURE * 0.95)
-    assert found.adequate == pytest.approx(0.0, abs=1e-9)
+    found = joint_probabilities([], n, {"large": large}, {}, [], "missing")
+    assert found.effects["large"] == pytest.approx(SURE * likely(1e-4))
+    assert found.adequate == pytest.approx(0.95 * (1 - SURE * likely(1e-4)))
     # what is asked of whatever effect it is
     found = joint_probabilities([large], n, {}, {}, [], "adequate", least=0.5)
     assert found.effects["large"] == 0.0
@@ -142,7 +144,7 @@ def test_a_cause_of_no_catalogue_leaves_the_catalogue_the_rest():
     imitates = finding(before, held_out(*[0.5] * 10), "spring")
     found = joint_probabilities([imitates], n, {}, {}, [], "unexplained")
     assert found.unexplained == 0.9
-    assert found.effects["spring"] == pytest.approx(SURE * 0.1)
+    assert found.effects["spring"] == pytest.approx(SURE * 0.1 * 0.5)
     assert found.effects["spring"] + found.unexplained + found.adequate <= 1.0
 
 
@@ -157,23 +159,83 @@ def test_a_cause_of_no_catalogue_leaves_the_catalogue_the_rest():
 def test_an_effect_of_derivatives_counts_only_as_far_as_instruments_saw_it(figures, counts):
     before, after = held_out(*[1.0] * 10), held_out(*[0.5] * 10)
     found = joint_probabilities(
-        [finding(before, after, "lag", from_derivatives=True, **figures)], 20.0, {}, {}, [], "adequate"
+        [finding(before, after, "lag", from_derivatives=True, **figures)], 20.0, {}, {}, [], "unexplained"
     )
-    expected = needed(before, after if counts else before, 20.0, 0.1)
-    assert found.effects["lag"] == pytest.approx(SURE * 0.95 * expected)
+    expected = min(0.5, needed(before, after if counts else before, 20.0, 0.1))
+    assert found.effects["lag"] == pytest.approx(SURE * 0.1 * expected)
 
 
 def test_of_an_effect_of_derivatives_counts_what_instruments_account_for():
-    before, after = held_out(*[1.0] * 10), held_out(*[0.5] * 10)
+    before, after = held_out(*[1.0] * 10), held_out(*[0.7] * 10)
     lag = finding(before, after, "lag", from_derivatives=True, loop=instruments(1e-4, part=0.4))
-    found = joint_probabilities([lag], 20.0, {}, {}, [], "adequate")
-    assert found.effects["lag"] == pytest.approx(SURE * 0.95 * needed(before, held_out(*[0.8] * 10), 20.0))
+    found = joint_probabilities([lag, finding(before, before, "idle")], 10.0, {}, {}, [], "unexplained")
+    expected = probabilities(before, [held_out(*[0.88] * 10), before], 10.0)[1][0]
+    assert 0.1 < expected < 0.5
+    assert found.effects["lag"] == pytest.approx(SURE * 0.1 * expected)
+
+
+def likely(p_value: float) -> float:
+    """Of an effect with this p-value at most: odds that −e p ln p gives (Sellke, Bayarri, Berger), even at 0.01."""
+    against, even = (-np.e * p * np.log(p) for p in (p_value, 0.01))
+    return float(even / (even + against))
+
+
+@pytest.mark.parametrize(("p_value", "most"), [(1e-4, likely(1e-4)), (0.01, 0.5), (0.9, 0.125 / 1.125)])
+def test_the_evidence_bounds_what_the_density_says(p_value, most):
+    """From 1/e on a p-value says nothing, and what is left is what the least at 0.01 is of that."""
+    before, after = held_out(*[1.0] * 10), held_out(*[0.5] * 10)
+    found = joint_probabilities(
+        [finding(before, after, "spring", p_value=p_value)], 400.0, {}, {}, [], "unexplained"
+    )
+    assert found.effects["spring"] == pytest.approx(SURE * 0.1 * min(0.5, most), rel=2e-3)
+
+
+def test_what_a_session_refutes_is_not_probable():
+    before, after = held_out(*[1.0] * 10), held_out(*[0.5] * 10)
+    disagrees = finding(before, after, "spring", sessions_agree=False)
+    assert joint_probabilities([disagrees], 400.0, {}, {}, [], "adequate").adequate == pytest.approx(0.95)
+    harms = finding(before, after, "spring")
+    found = joint_probabilities([harms], 400.0, {}, {}, [], "adequate", harmful={"spring"})
+    assert found.effects["spring"] == 0.0
+
+
+@given(
+    gains=st.lists(st.floats(-0.2, 0.9), max_size=6),
+    p_values=st.lists(st.floats(0.0, 1.0), min_size=6, max_size=6),
+    samples=st.floats(1.0, 1e4),
+    share=st.floats(0.0, 1.0),
+    named_p=st.floats(0.0, 0.0099),
+    verdict=st.sampled_from(["adequate", "missing", "unexplained"]),
+)
+def test_what_is_said_is_at_least_as_probable_as_not_and_what_is_not_said_at_most(
+    gains, p_values, samples, share, named_p, verdict
+):
+    before = held_out(*[1.0] * 10)
+    last = [
+        finding(before, held_out(*[1.0 - gain] * 10), f"effect {place}", p_value=p)
+        for place, (gain, p) in enumerate(zip(gains, p_values, strict=False))
+    ]
+    named = {"named": finding(before, held_out(*[0.96] * 10), "named", p_value=named_p)}
+    left = [Structure(("q",), share, 0.001)]
+    told = joint_probabilities(
+        last, samples, named if verdict == "missing" else {}, {"named": ["effect 0"]}, left, verdict
+    )
+    even = 0.5 * SURE
+    assert (told.unexplained >= 0.5) == (verdict == "unexplained")
+    if verdict == "missing":
+        assert told.effects["named"] + told.effects.get("effect 0", 0.0) >= even - 1e-9
+        assert told.adequate <= 1 - even
+    else:
+        assert max(told.effects.values(), default=0.0) <= 0.5
+    if verdict == "adequate":
+        assert told.adequate >= 0.5 - 1e-9
+    assert sum(told.effects.values()) + told.unexplained + told.adequate <= 1 + 1e-9 or verdict == "missing"
 
 
 def test_a_named_effect_shares_what_it_has_with_its_rivals_by_their_evidence():
     """One of them is right: each has its likelihood on unseen motion; what was not compared does as well as what is named."""
     n, before, after, worse = 20.0, held_out(*[1.0] * 10), held_out(*[0.5] * 10), held_out(*[0.6] * 10)
-    need = SURE * needed(before, after, n)
+    need = SURE * min(needed(before, after, n), likely(1e-4))
     named = {"friction": finding(before, after, "friction"), "spring": finding(before, after, "spring")}
     contested = {"friction": [named["friction"], finding(before, worse, "drag")]}
     rivals = {"friction": ["drag", "spring", "ripple"]}
