@@ -72,7 +72,9 @@ faults: setup-test
 attack: setup-test
 	$(BIN)/python -m pytest -q --run-attacks tests/attack tests/api/test_acceptor.py tests/api/test_stop_desk.py \
 		tests/api/test_upload_bombs.py tests/api/test_confined_reader.py tests/api/test_sign_in_throttle.py \
-		tests/api/test_roles.py tests/api/test_any_request.py tests/api/test_audit.py
+		tests/api/test_connections.py tests/api/test_turnstile.py tests/api/test_request_head.py \
+		tests/api/test_access.py tests/api/test_credentials.py tests/api/test_turned_away.py \
+		tests/api/test_any_request.py tests/api/test_any_body.py tests/api/test_audit.py tests/api/test_bounded_log.py
 
 # 600 cases; hours. Broken off, it goes on where it was; PART=1/3 and so on on several machines, docs/bench.md says how to merge.
 PART ?= 1/1

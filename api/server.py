@@ -15,6 +15,7 @@ from uvicorn.config import STARTUP_FAILURE
 
 from api.acceptor import BACKLOG, Acceptor, Door, Listener
 from api.application import create_application
+from api.bounded_log import UVICORN_LOG, log_everything_bounded
 from api.connections import MOST_CONNECTIONS, Connections, LinkedProtocol
 from api.data_folder import STOP_SOCKET
 from api.descriptors import raise_limit
@@ -55,6 +56,7 @@ class ServiceServer(uvicorn.Server):
             uvicorn.Config(
                 application,
                 log_level="warning",
+                log_config=UVICORN_LOG,
                 access_log=False,
                 http=LinkedProtocol,
                 ws=QuietWebSocket,
@@ -135,6 +137,7 @@ def run_service(
 
     Raises InputError if the address cannot be listened on, or see `create_application`.
     """
+    log_everything_bounded()
     application = create_application(settings)
     listening = listen(settings.host, settings.port)
     stop = _listen_for_stops(listening, settings.host, stop_port, https=certificate is not None)

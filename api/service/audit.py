@@ -13,6 +13,7 @@ from sqlalchemy import select
 
 from api.service.accounts import User
 from api.service.database import AuditRow, Database
+from identify.recording.errors import one_line
 from identify.results.document import Json
 
 FIRST = ""
@@ -67,7 +68,7 @@ class AuditLog:
         details: Json | None = None,
         at: float | None = None,
     ) -> None:
-        """Write one row and commit it.
+        """Write one row and commit it. What is not shown, in texts that somebody sent, is written as its code.
 
         action  : what was asked, such as `POST /rigs/{rig}/stop` or `session start`
         target  : on what, such as `rig bench, experiment rx130l`
@@ -80,10 +81,10 @@ class AuditLog:
             user=user.name,
             role=user.role,
             client=client[:64],
-            action=action[:200],
-            target=target[:300],
-            outcome=outcome[:300],
-            details=details or {},
+            action=one_line(action)[:200],
+            target=one_line(target)[:300],
+            outcome=one_line(outcome)[:300],
+            details=_in_lines(details or {}),
         )
         with self._database.transaction(alone=True) as session:
             before = session.scalar(select(AuditRow.digest).order_by(AuditRow.id.desc()).limit(1))
@@ -116,3 +117,7 @@ class AuditLog:
             query = query.where(AuditRow.id < before)
         with self._database.transaction() as session:
             return list(session.scalars(query))
+
+
+def _in_lines(details: Json) -> Json:
+    return {name: one_line(value) if isinstance(value, str) else value for name, value in details.items()}

@@ -17,9 +17,10 @@ from sqlalchemy.orm import DeclarativeBase, Mapped, Session, mapped_column, sess
 
 from api.service.migrations import bring_forward
 from identify.recording.errors import InputError
+from identify.recording.plain_text import LONGEST_NAME
 from identify.results.document import Json
 
-LONGEST_NAME, LONGEST_STATE, LONGEST_WORDS = 255, 20, 1000
+LONGEST_STATE, LONGEST_WORDS = 20, 1000
 """Letters of texts that come from files and people's programs; PostgreSQL refuses longer ones, so they are cut."""
 BUSY_TIMEOUT = 10_000
 """ms that a SQLite writer waits for another: longer than any transaction here takes."""

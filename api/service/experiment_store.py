@@ -18,7 +18,6 @@ from sqlalchemy import delete, select
 
 from api.service.confined_reader import ConfinedReader
 from api.service.database import (
-    LONGEST_NAME,
     LONGEST_STATE,
     LONGEST_WORDS,
     Database,
@@ -117,7 +116,7 @@ class ExperimentStore:
             row.problem = description.problem and description.problem[:LONGEST_WORDS]
             if declared is None:
                 return
-            row.name = declared.name[:LONGEST_NAME]
+            row.name = declared.name
             row.joints = [joint.name for joint in declared.robot.joints]
             row.payloads = [payload.model_dump() for payload in declared.payloads]
             session.flush()

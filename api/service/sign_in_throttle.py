@@ -11,6 +11,8 @@ from api.service.problems import Problem
 
 FREE_ATTEMPTS = 5
 """Failures before the first wait: a person who mistypes is not held up."""
+FREE_FROM_ANYWHERE = 10 * FREE_ATTEMPTS
+"""Failures for one name from addresses where its owner never signed in, all together."""
 FIRST_WAIT = 2.0
 """s; doubles with every further failure."""
 LONGEST_WAIT = 15 * 60.0
@@ -35,7 +37,8 @@ class _Failures:
 class SignInThrottle:
     """Counts failed attempts by user name with address, and by address alone.
 
-    Both, because one address may try many names, and because a name alone would let anybody lock its owner out. An attempt
+    Both, because one address may try many names, and because a name alone would let anybody lock its owner out. Who has many
+    addresses is counted by the name alone as well, but nobody waits for that where they have signed in before. An attempt
     counts as failed before its password is looked at, so that attempts at the same time are no cheaper than one after the
     other; the right password takes its count back.
 
@@ -46,6 +49,7 @@ class SignInThrottle:
     def __init__(self, clock: Callable[[], float]) -> None:
         self._clock = clock
         self._failures: dict[tuple[str, str], _Failures] = {}
+        self._at_home: dict[tuple[str, str], None] = {}
         self._lock = Lock()
         self._checked = BoundedSemaphore(CHECKED_TOGETHER)
         self._admitted = BoundedSemaphore(CHECKED_TOGETHER + WAITING_TOGETHER)
@@ -68,26 +72,33 @@ class SignInThrottle:
             self._admitted.release()
 
     def succeeded(self, name: str, address: str) -> None:
-        """Forget that name's failures, and the address's count of this attempt; not the others, else one's own account would
+        """Forget that name's failures here, and the other counts of this attempt; not the others', else one's own account would
         reset them."""
         address = network(address)
         with self._lock:
             self._failures.pop((name, address), None)
-            failures = self._failures.get(("", address))
-            if failures is not None:
-                failures.count -= 1
+            for key, _free in self._counts(name, address)[1:]:
+                if (failures := self._failures.get(key)) is not None:
+                    failures.count -= 1
+            self._at_home.pop((name, address), None)
+            self._at_home[name, address] = None
+            if len(self._at_home) > REMEMBERED:
+                self._at_home.pop(next(iter(self._at_home)))
+
+    def _counts(self, name: str, address: str) -> list[tuple[tuple[str, str], int]]:
+        """What an attempt is counted by, each with the failures that are free."""
+        counts = [((name, address), FREE_ATTEMPTS), (("", address), 4 * FREE_ATTEMPTS)]
+        return counts if (name, address) in self._at_home else [*counts, ((name, ""), FREE_FROM_ANYWHERE)]
 
     def _begin(self, name: str, address: str) -> int:
         """Count an attempt as failed; or, uncounted, the whole seconds that it has to wait."""
         now = self._clock()
         with self._lock:
-            wait = max(
-                self._wait((name, address), FREE_ATTEMPTS, now),
-                self._wait(("", address), 4 * FREE_ATTEMPTS, now),
-            )
+            counts = self._counts(name, address)
+            wait = max(self._wait(key, free, now) for key, free in counts)
             if wait > 0:
                 return math.ceil(wait)
-            for key in ((name, address), ("", address)):
+            for key, _free in counts:
                 failures = self._failures.pop(key, None)
                 if failures is None or now - failures.last > FORGOTTEN_AFTER:
                     failures = _Failures(0, now)

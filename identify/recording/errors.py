@@ -14,7 +14,12 @@ class InputError(Exception):
     """
 
     def __init__(self, message: str) -> None:
-        super().__init__("".join(_shown(character) for character in message))
+        super().__init__(one_line(message))
+
+
+def one_line(text: str) -> str:
+    """The text with every character that is not shown written as its code, and line ends as spaces."""
+    return text if text.isprintable() else "".join(_shown(character) for character in text)
 
 
 def _shown(character: str) -> str:

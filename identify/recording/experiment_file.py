@@ -12,7 +12,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 
 from identify.recording.atomic_file import write_atomically
 from identify.recording.errors import InputError
-from identify.recording.plain_text import Printable
+from identify.recording.plain_text import Name, Printable
 from identify.recording.strict_yaml import Lines, read_strict_yaml
 
 EXPERIMENT_FILE = "experiment.yaml"
@@ -54,7 +54,7 @@ class JointLimits(_Settings):
 class Joint(_Settings):
     """One joint; modified Denavit-Hartenberg (Khalil-Kleinfinger) of its frame in the frame before."""
 
-    name: Word
+    name: Name
     type: Literal["revolute", "prismatic"]
     alpha: Number = 0.0
     """rad"""
@@ -125,7 +125,7 @@ class Robot(_Settings):
 class Payload(_Settings):
     """A known body fixed to the last link, in the last link's frame."""
 
-    name: Word
+    name: Name
     mass: NotNegative
     """kg"""
     com: tuple[Number, Number, Number] = (0.0, 0.0, 0.0)
@@ -160,7 +160,7 @@ class DeclaredSession(_Settings):
     """One line of `sessions`: a file of samples and the payload that was carried."""
 
     file: Word
-    payload: Word
+    payload: Name
     role: Literal["identification", "validation"] = "identification"
     excluded: Word | None = None
     """Why no model is to use the session; None where it takes part in its role."""
@@ -180,7 +180,7 @@ class ExperimentFile(_Settings):
     """The whole of `experiment.yaml`."""
 
     format: Annotated[Literal[1], BeforeValidator(_whole)]
-    name: Word
+    name: Name
     robot: Robot
     payloads: Annotated[tuple[Payload, ...], Field(min_length=1)]
     sessions: tuple[DeclaredSession, ...] = ()

@@ -3,10 +3,12 @@
 import unicodedata
 from typing import Annotated
 
-from pydantic import AfterValidator
+from pydantic import AfterValidator, Field
 
 ZERO_WIDTH_JOINERS = "\u200c\u200d"
 """Format characters that words of several scripts are written with."""
+LONGEST_NAME = 255
+"""Characters of a name, wherever one is taken in: as long as a file system lets one be, and as the index stores it."""
 FORMULA_SIGNS = "=+-@\t\r"
 """With one of them in front, a spreadsheet takes a cell for a formula and computes it."""
 
@@ -24,6 +26,8 @@ def check_printable(text: str) -> str:
 
 Printable = Annotated[str, AfterValidator(check_printable)]
 """A text in which every character is shown."""
+Name = Annotated[str, Field(min_length=1, max_length=LONGEST_NAME), AfterValidator(check_printable)]
+"""What people call a robot, a joint, a payload."""
 
 
 def printable(text: str) -> str:

@@ -40,6 +40,15 @@ def test_a_failed_sign_in_is_logged_with_the_name_and_without_the_password(servi
     assert "guessed" not in str(row)
 
 
+def test_what_somebody_sent_writes_no_line_of_its_own_and_commands_no_terminal(service):
+    operator, admin = service.client(Role.OPERATOR), service.client(Role.ADMIN)
+    operator.post("/rigs/a%0aB%1b[2J%e2%80%ae/take")
+    service.client().post("/sign-in", json={"name": "eve\n\x1b[2J", "password": "a wrong password"})
+    sign_in, take = admin.get("/audit").json()
+    assert sign_in["details"] == {"name": "eve \\x1b[2J"}
+    assert "a B\\x1b[2J\\u202e" in take["target"]
+
+
 @pytest.mark.parametrize("statement", ["UPDATE audit_log SET user = 'nobody'", "DELETE FROM audit_log"])
 def test_the_database_itself_refuses_to_change_the_log(service, statement):
     service.client(Role.OPERATOR).post(f"/rigs/{RIG}/take")

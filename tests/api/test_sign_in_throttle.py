@@ -4,7 +4,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from api.service.problems import Problem
-from api.service.sign_in_throttle import FREE_ATTEMPTS, LONGEST_WAIT, REMEMBERED, SignInThrottle
+from api.service.sign_in_throttle import (
+    FREE_ATTEMPTS,
+    FREE_FROM_ANYWHERE,
+    LONGEST_WAIT,
+    REMEMBERED,
+    SignInThrottle,
+)
 
 
 class _Clock:
@@ -67,3 +73,13 @@ def test_addresses_that_one_computer_chooses_among_count_as_one():
         seconds_to_wait(throttle, f"user{number}", f"2001:db8::{number:x}")
     assert seconds_to_wait(throttle, "another", "2001:db8::ffff") > 0
     assert seconds_to_wait(throttle, "another", "2001:db8:0:1::1") == 0
+
+
+def test_who_has_many_addresses_guesses_no_more_and_keeps_nobody_from_where_they_have_signed_in_before():
+    throttle = SignInThrottle(_Clock())
+    assert seconds_to_wait(throttle, "ada", "192.0.2.1") == 0
+    throttle.succeeded("ada", "192.0.2.1")
+    looked_at = [seconds_to_wait(throttle, "ada", f"2001:db8:0:{number:x}::1") == 0 for number in range(500)]
+    assert sum(looked_at) == FREE_FROM_ANYWHERE
+    assert seconds_to_wait(throttle, "ada", "192.0.2.1") == 0
+    assert seconds_to_wait(throttle, "grace", "2001:db8:1:1::1") == 0

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from identify.recording import InputError, load_experiment
-from identify.recording.plain_text import check_printable, header_cell, printable, text_cell
+from identify.recording.plain_text import LONGEST_NAME, check_printable, header_cell, printable, text_cell
 from identify.recording.session_csv import write_csv_session
 
 YAML = """format: 1
@@ -53,3 +53,10 @@ def test_a_column_called_as_a_formula_is_written_as_text(tmp_path):
     write_csv_session(tmp_path / "a.csv", rows, rows, rows, extra={"=cmd|'/C calc'!A0": rows, "a,b": rows})
     header = (tmp_path / "a.csv").read_text().splitlines()[0]
     assert header == "t,q1,v1,'=cmd|'/C calc'!A0,a_b"
+
+
+@pytest.mark.parametrize("short", ["NAME", "name: j1", "name: none"])
+def test_a_name_has_a_length_that_an_index_and_a_file_system_can_store(tmp_path, short):
+    (tmp_path / "experiment.yaml").write_text(YAML.replace(short, short + "x" * LONGEST_NAME))
+    with pytest.raises(InputError, match=f"experiment.yaml.* at most {LONGEST_NAME} characters"):
+        load_experiment(tmp_path)
