@@ -56,8 +56,8 @@ class BoundedKinds(logging.Filter):
         return count <= MOST_OF_A_KIND
 
 
-def _append(record: logging.LogRecord, words: str) -> None:
-    record.msg, record.args = record.getMessage() + words, None
+def _append(record: logging.LogRecord, addition: str) -> None:
+    record.msg, record.args = record.getMessage() + addition, None
 
 
 class OneLine(DefaultFormatter):
