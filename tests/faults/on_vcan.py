@@ -20,7 +20,7 @@ import yaml
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.excitation.trapezoid import Move
 from daq.rig import Rig
-from daq.session_events import SessionState
+from daq.session_events import SessionState, StepOutOfTurn
 from daq.session_workflow import PayloadSession
 from drivers.canopen_network import CanopenNetwork
 from drivers.cia402 import State
@@ -79,7 +79,10 @@ def vcan_cells(only: str, kept: set[tuple[str, str]]) -> Iterator[VcanCell]:
         for phase in VCAN_PHASES:
             if only in fault.name and (fault.name, phase) not in kept:
                 with tempfile.TemporaryDirectory() as folder:
-                    yield _cell(fault, phase, Path(folder))
+                    try:
+                        yield _cell(fault, phase, Path(folder))
+                    except StepOutOfTurn as error:
+                        yield _failed(fault, phase, str(error))
 
 
 def _cell(fault: Fault, phase: str, folder: Path) -> VcanCell:
