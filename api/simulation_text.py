@@ -27,6 +27,8 @@ def _lines(document: SimulationDocument) -> Iterator[str]:
         )
         for joint in errors.joints:
             yield _row(joint, beside)
+        if errors.energy_drift is not None:
+            yield f"  energy drift {100 * errors.energy_drift:.2g} % of the work done"
     if document.unseen is not None:
         where = (
             "validation sessions"

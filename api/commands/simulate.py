@@ -26,8 +26,8 @@ def simulate_command(
         str | None,
         typer.Option(
             metavar="FILE",
-            help="close the loop with the gains in this YAML file, or 'estimate' to tell them from the record;"
-            " without it the recorded torque drives the model",
+            help="close the loop with the gains in this YAML file (docs/simulation.md), or 'estimate' to tell"
+            " them from the record; without it the recorded torque drives the model",
         ),
     ] = None,
     free_run: Annotated[

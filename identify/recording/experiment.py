@@ -77,6 +77,15 @@ class Experiment:
         """
         return self._held.get(entry, lambda: _read_session(entry, self.n))
 
+    def read_with_setpoints(self, entry: SessionEntry) -> Session:
+        """The same samples, a recording of ours with the setpoints in force as further columns `qref1` ... `qrefn`.
+
+        Raises InputError: as `read`.
+        """
+        if not is_hdf5(entry.path):
+            return self.read(entry)
+        return uniform_session(entry, read_hdf5_session(entry.path, self.n, setpoints=True))
+
 
 def _read_session(entry: SessionEntry, n: int) -> Session:
     if is_hdf5(entry.path):

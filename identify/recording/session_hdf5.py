@@ -77,8 +77,10 @@ def is_hdf5(path: Path) -> bool:
         return False
 
 
-def read_hdf5_session(path: Path, n: int) -> RawSamples:
+def read_hdf5_session(path: Path, n: int, setpoints: bool = False) -> RawSamples:
     """Read a recorded session of n joints.
+
+    setpoints : whether the setpoints in force at each SYNC are read too, as columns `qref1` ... `qrefn`, rad or m
 
     Isolated missing samples of an axis are bridged and counted in the remarks; rows in a longer hole are
     left out, so that time has a hole there.
@@ -87,7 +89,7 @@ def read_hdf5_session(path: Path, n: int) -> RawSamples:
     """
     try:
         with _opened(path) as file:
-            return _read(file, path, n)
+            return _read(file, path, n, setpoints)
     except OSError as error:
         reason = str(error).splitlines()[0] if str(error) else "no reason given"
         raise InputError(f"{path}: cannot be read as HDF5: {reason}") from None
@@ -125,7 +127,7 @@ class _Layout:
     scale: Array
 
 
-def _read(file: h5py.File, path: Path, n: int) -> RawSamples:
+def _read(file: h5py.File, path: Path, n: int, setpoints: bool) -> RawSamples:
     layout = _layout(file, path, n)
     remarks = _status_remarks(file)
     time, nominal = _time(file, layout, path, remarks)
@@ -157,7 +159,12 @@ def _read(file: h5py.File, path: Path, n: int) -> RawSamples:
         position.append((counts @ layout.matrix.T + layout.offset)[alive])
         command.append((raw * layout.scale)[alive])
     temperature = _temperature(layout, dead, remarks)
-    return RawSamples(time[~dead], position.array(), command.array(), None, temperature, {}, remarks)
+    extra: dict[str, NDArray[Any]] = {}
+    if setpoints:
+        sent = _data_set(file, SETPOINT, path)[: layout.rows].astype(float) @ layout.matrix.T + layout.offset
+        sent[1:] = sent[:-1].copy()  # what is sent with a SYNC is in force from the next
+        extra = {f"qref{joint + 1}": sent[~dead, joint] for joint in range(n)}
+    return RawSamples(time[~dead], position.array(), command.array(), None, temperature, extra, remarks)
 
 
 def _layout(file: h5py.File, path: Path, n: int) -> _Layout:

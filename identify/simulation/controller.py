@@ -26,6 +26,12 @@ ESTIMATED = "estimate"
 LEAST_EXPLAINED = 0.5
 """part of the command's variance that a linear law must explain to pass for the controller"""
 
+WORTH_AN_INTEGRAL = 0.5
+"""of the variance that is left without an integral part: no more may be left with it"""
+
+INTEGRAL = 3
+"""place of the integral among the columns of the law"""
+
 
 class JointController(BaseModel):
     """Gains of one joint; the command's unit is that of the recorded command."""
@@ -124,34 +130,25 @@ def reference_columns(listed: tuple[JointController, ...]) -> tuple[str, ...]:
 def estimated_controllers(motions: list[MeasuredMotion], joint_names: list[str]) -> Controllers:
     """Gains that explain the recorded command best: least squares of the law on reference and recorded motion.
 
+    Each stretch of motion has a constant of its own, where its integral begins; an integral part is taken where it leaves half
+    of what is unexplained without it, or less.
+
     Raises InputError: a joint's command is not explained by its error and speeds.
     """
     listed = []
     for joint, name in enumerate(joint_names):
-        column = f"qref{joint + 1}"
-        rows, commands = [], []
-        for motion in motions:
-            reference = motion.extra[column]
-            error = reference - motion.q[:, joint]
-            rows.append(
-                np.column_stack(
-                    [
-                        error,
-                        np.gradient(reference, motion.period),
-                        -motion.dq[:, joint],
-                        np.ones(len(error)),
-                    ]
-                )
-            )
-            commands.append(motion.command[:, joint])
-        W, Y = np.vstack(rows), np.concatenate(commands)
-        size = np.maximum(np.linalg.norm(W, axis=0), 1e-300)
-        gains = np.linalg.lstsq(W / size, Y, rcond=1e-9)[0] / size
-        explained = 1.0 - float(np.var(Y - W @ gains) / max(float(np.var(Y)), 1e-300))
+        W, Y = _law(motions, joint)
+        gains, left = _least_squares(np.delete(W, INTEGRAL, axis=1), Y)
+        integral = 0.0
+        with_integral, left_with = _least_squares(W, Y)
+        if left_with <= WORTH_AN_INTEGRAL * left and with_integral[INTEGRAL] > 0.0:
+            gains, left = np.delete(with_integral, INTEGRAL), left_with
+            integral = float(with_integral[INTEGRAL])
+        explained = 1.0 - left / max(float(np.var(Y)), 1e-300)
         if explained < LEAST_EXPLAINED or gains[0] <= 0.0:
             raise InputError(
                 f"--controller {ESTIMATED}: joint '{name}': position error and speeds explain {100 * max(0.0, explained):.0f} %"
-                f" of the recorded command with {column}; give the gains in a file"
+                f" of the recorded command with qref{joint + 1}; give the gains in a file"
             )
         listed.append(
             JointController(
@@ -159,8 +156,31 @@ def estimated_controllers(motions: list[MeasuredMotion], joint_names: list[str])
                 position=float(gains[0]),
                 reference_velocity=float(gains[1]),
                 velocity=float(gains[2]),
-                offset=float(gains[3]),
+                integral=integral,
+                offset=float(np.mean(gains[3:])),
                 limit=float(np.max(np.abs(Y))) * 1.2,
             )
         )
     return Controllers(tuple(listed), tuple(f"qref{joint + 1}" for joint in range(len(joint_names))))
+
+
+def _law(motions: list[MeasuredMotion], joint: int) -> tuple[Array, Array]:
+    """(N, 4 + motions) columns of the law for one joint: k_p, k_r, k_v, k_i, a constant of each motion; (N,) its command."""
+    rows, commands = [], []
+    for number, motion in enumerate(motions):
+        reference = motion.extra[f"qref{joint + 1}"]
+        error = reference - motion.q[:, joint]
+        constants = np.zeros((len(error), len(motions)))
+        constants[:, number] = 1.0
+        speed = np.gradient(reference, motion.period)
+        integral = motion.period * np.cumsum(error)
+        rows.append(np.column_stack([error, speed, -motion.dq[:, joint], integral, constants]))
+        commands.append(motion.command[:, joint])
+    return np.vstack(rows), np.concatenate(commands)
+
+
+def _least_squares(W: Array, Y: Array) -> tuple[Array, float]:
+    """Gains, and the variance that they leave."""
+    size = np.maximum(np.linalg.norm(W, axis=0), 1e-300)
+    gains = np.linalg.lstsq(W / size, Y, rcond=1e-9)[0] / size
+    return gains, float(np.var(Y - W @ gains))

@@ -99,11 +99,12 @@ def measured_motions(
 ) -> list[MeasuredMotion]:
     """The stretches of a session, one for each segment that the filters leave something of.
 
-    extra : names of further columns of the session to take along, e.g. the reference position of a controller
+    extra : names of further columns of the session to take along, e.g. the reference position of a controller; `qref` of a
+            recording of ours are its setpoints
     Raises InputError: the session's file is wrong, or shorter than the filters need.
     """
     record = fitted.record
-    session = record.session(entry)
+    columns_of = record.experiment.read_with_setpoints(entry).extra if extra else {}
     parts: dict[int, list[tuple[JointContext, slice, Array]]] = {}
     for context in contexts(record, entry, fitted.load_from):
         block = context.block
@@ -134,10 +135,10 @@ def measured_motions(
                 resting=np.abs(dq) <= record.rest_speed,
                 extra={
                     name: np.concatenate(
-                        [np.asarray(session.extra[name][block.rows], float)[core] for block, core in blocks]
+                        [np.asarray(columns_of[name][block.rows], float)[core] for block, core in blocks]
                     )
                     for name in extra
-                    if name in session.extra
+                    if name in columns_of
                 },
             ).thinned()
         )

@@ -292,7 +292,7 @@ def _controllers(
         controllers, source = read_controllers(Path(controller), names), "file"
         columns = reference_columns(controllers.listed)
     for entry in result.experiment.sessions:
-        present = result.fitted.record.session(entry).extra
+        present = result.experiment.read_with_setpoints(entry).extra
         for column in columns:
             if column not in present:
                 others = ", ".join(present) or "none"

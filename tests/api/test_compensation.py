@@ -34,6 +34,8 @@ from identify.export.record_error import Motion
 from identify.identification import identify
 from identify.recording import InputError, load_experiment
 from identify.results.compensation import CompensationDocument
+from identify.simulation.controller import estimated_controllers
+from identify.simulation.measured_motion import measured_motions
 
 RIG = "rx130l-joint3-simulated"
 PAYLOAD = "disk-3.5"
@@ -227,6 +229,21 @@ def test_friction_that_drives_is_refused(rig, plan, experiment):
     turned = replace(usual, fitted=replace(usual.fitted, fit=replace(fit, chi=chi)))
     with pytest.raises(InputError, match="would drive"):
         torque_ahead(turned, rig, plan, rig.payload(PAYLOAD), "whole", 0.6)
+
+
+def test_the_gains_of_the_drive_are_told_from_its_recordings(rig, result):
+    """Of its cascade: v = K_v (K_p e + q'_ref - q') + K_i ∫ (K_p e + q'_ref - q'), e = q_ref - q, per rad of the motor."""
+    motions = [
+        motion
+        for entry in result.fitted.entries
+        for motion in measured_motions(result.fitted, entry, ("qref1",))
+    ]
+    (gains,) = estimated_controllers(motions, ["j3"]).listed
+    servo, ratio = rig.simulated["drives"][0]["servo"], rig.axes[0].gear_ratio
+    proportional, integral = ratio * servo["velocity_gain"], ratio * servo["velocity_integral"]
+    assert gains.position == pytest.approx(servo["position_gain"] * proportional + integral, rel=0.05)
+    assert gains.integral == pytest.approx(servo["position_gain"] * integral, rel=0.05)
+    assert gains.velocity == pytest.approx(proportional, rel=0.1)
 
 
 def test_a_proof_whose_first_run_never_began_leaves_nothing(rig, plan, result, tmp_path):

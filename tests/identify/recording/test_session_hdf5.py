@@ -68,6 +68,16 @@ def test_counts_are_scaled_by_the_attributes(tmp_path):
     assert session.temperature is None
 
 
+def test_setpoints_are_read_where_asked_for_as_they_were_in_force(tmp_path):
+    path = tmp_path / "s.h5"
+    counts = np.random.default_rng(1).integers(-1000, 1000, (2000, 2)).astype(np.int32)
+    recording(path, setpoint=counts)
+    assert read_hdf5_session(path, 2).extra == {}
+    read = read_hdf5_session(path, 2, setpoints=True).extra
+    found = np.column_stack([read["qref1"], read["qref2"]])
+    np.testing.assert_allclose(found[1:], counts[:-1] @ MATRIX.T + OFFSET, atol=1e-12)
+
+
 def test_a_wrong_gear_ratio_is_mended_by_mending_the_attribute(tmp_path):
     path = tmp_path / "s.h5"
     sets = recording(path)
