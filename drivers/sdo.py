@@ -10,7 +10,7 @@ from typing import Any
 
 import can
 import canopen
-from canopen.sdo.constants import ABORT_TIMED_OUT, RESPONSE_ABORTED
+from canopen.sdo.constants import ABORT_OUT_OF_MEMORY, ABORT_TIMED_OUT, RESPONSE_ABORTED
 from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 
 from drivers.errors import BusError, DriveError, reason_in_words
@@ -30,6 +30,9 @@ _ANSWER_TO = {0x20: 0x60, 0x40: 0x40, 0x00: 0x20, 0x60: 0x00}
 """Command specifier of the server's answer to that of the client's request (CiA 301, 7.2.4.3): initiate download and
 upload, download and upload of a segment."""
 _INITIATES = (0x20, 0x40)
+_UPLOAD_SEGMENT = 0x60
+MOST_SEGMENTS = 10_000
+"""of one upload, seven bytes each: what is longer is no object of a drive, but a node whose last segment never comes"""
 
 
 _SECOND_ANSWER = 0.02
@@ -62,6 +65,7 @@ class SdoAccess:
         # asked for twice, would be read as that to the next question.
         vars(self._client)["request_response"] = self._ask
         self._lock = threading.RLock()
+        self._segments = 0
 
     @contextlib.contextmanager
     def hurried(self, timeout: float, retries: int = 0) -> Generator[None]:
@@ -80,6 +84,10 @@ class SdoAccess:
         Raises SdoAbortedError when the node refuses, SdoCommunicationError when it does not answer.
         """
         client = self._client
+        self._segments = self._segments + 1 if request[0] & 0xE0 == _UPLOAD_SEGMENT else 0
+        if self._segments > MOST_SEGMENTS:
+            client.abort(ABORT_OUT_OF_MEMORY)
+            raise SdoCommunicationError(f"The answer does not end after {MOST_SEGMENTS} segments")
         responses: queue.Queue[bytes] = queue.Queue()
         client.responses = responses
         for _ in range(1 + self.retries):

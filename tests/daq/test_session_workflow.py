@@ -41,17 +41,6 @@ def test_a_session_goes_from_plan_to_a_listed_recording(rig, armed_session, shor
     assert np.abs(samples.position - wanted).max() < rig.axes[0].limits.following_error
 
 
-def test_a_step_that_comes_while_another_is_under_way_is_refused_and_changes_nothing(
-    rig, tmp_path, short_plan, monkeypatch
-):
-    """Two requests to arm at once had lost whole sessions."""
-    with PayloadSession(rig, tmp_path / "experiment", short_plan, rig.payload("none"), "operator") as session:
-        monkeypatch.setattr(session, "_launch", session.check)  # the second comes in the middle of the first
-        with pytest.raises(StepOutOfTurn, match="another step of this session is under way"):
-            session.check()
-        assert session.state is SessionState.NEW
-
-
 def test_the_recording_holds_what_is_needed_to_read_it_in_ten_years(rig, armed_session, short_plan):
     session = armed_session(rig)
     session.start()

@@ -2,6 +2,7 @@
 
 import struct
 
+import numpy as np
 import pytest
 
 from drivers.bus import BusSettings
@@ -82,3 +83,66 @@ def test_an_answer_has_the_server_s_command_specifier_of_cia_301(asked, answered
     assert not any(_answers(request, bytes([other]) + multiplexer + bytes(4)) for other in others)
     assert _answers(request, b"\x80" + multiplexer + bytes(4))  # abort
     assert not _answers(request, bytes([answered]) + multiplexer)  # too short
+
+
+@pytest.fixture
+def node_that_answers(request):
+    """An access to a node whose answer to each request is what a function makes of it."""
+    channel = f"sdo-{request.node.name}"
+    bus = InProcessBus(channel)
+
+    def make(answered, timeout):
+        def handle(can_id, data):
+            if can_id == 0x600 + NODE and data[0] != 0x80:
+                bus.send_frame(0x580 + NODE, answered(bytes(data)))
+
+        bus.serve(handle)
+        return SdoAccess(NODE, network.add_node(NODE), timeout=timeout, retries=0)
+
+    with CanopenNetwork(BusSettings(interface="virtual", channel=channel)) as network:
+        yield make
+    bus.shutdown()
+
+
+def test_whatever_a_node_answers_is_a_value_or_an_error_in_words(node_that_answers):
+    """Random bytes, and random bytes that are told from a right answer by little."""
+    random = np.random.default_rng(7)
+
+    def answered(request):
+        made = bytearray(random.bytes(random.integers(0, 9) if random.random() < 0.1 else 8))
+        if len(made) == 8 and random.random() < 0.8:
+            right = {0x40: 0x40, 0x20: 0x60, 0x60: 0x00, 0x00: 0x20}[request[0] & 0xE0]
+            made[0] = right | (made[0] & 0x1F)
+            if request[0] & 0xE0 in (0x20, 0x40):
+                made[1:4] = request[1:4]
+        return bytes(made)
+
+    sdo, reasons = node_that_answers(answered, 0.01), []
+    for number in range(100):
+        try:
+            if number % 3:
+                sdo.read(0x6064, 0, "int32")
+            else:
+                sdo.write(0x6064, 0, "int32", number)
+        except DriveError as error:
+            reasons.append(str(error))
+    assert 10 < len(reasons) <= 100
+    assert all("node 5" in reason and reason.isprintable() for reason in reasons)
+
+
+def test_an_answer_that_never_ends_is_broken_off(node_that_answers, monkeypatch):
+    """The library reads on, segment by segment, as long as the node sends some."""
+    monkeypatch.setattr("drivers.sdo.MOST_SEGMENTS", 20)
+    asked = []
+
+    def answered(request):
+        asked.append(request)
+        return (
+            bytes([0x40]) + request[1:4] + bytes(4)
+            if request[0] == 0x40
+            else bytes([request[0] & 0x10]) + bytes(7)
+        )
+
+    with pytest.raises(DriveError, match="does not end after 20 segments"):
+        node_that_answers(answered, 20.0).read(0x1008, 0, "uint32")
+    assert len(asked) == 21
