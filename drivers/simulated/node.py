@@ -17,6 +17,7 @@ from drivers.simulated import abort_codes
 from drivers.simulated import process_image as slot
 from drivers.simulated.faults import Faults
 from drivers.simulated.guarded_node import GuardedNode
+from drivers.simulated.late_boot import boot_after
 from drivers.simulated.oddities import PDOS
 from drivers.simulated.pdo import PDO_OFF, Pdo
 from drivers.simulated.process_image import SLOT_OF_OBJECT, MappedSlots, bits_of
@@ -93,7 +94,7 @@ class SimulatedNode(canopen.LocalNode):
         if self.faults.frozen or self.faults.deaf_to_nmt or node not in (0, self.node):
             return
         if command == 129:
-            self.boot()
+            boot_after(self.axis.oddities.boots_after, self)
         elif command == 130:
             self.restart_communication()
         elif command in _NMT_STATE_OF_COMMAND:

@@ -47,6 +47,12 @@ class OdditySettings(BaseModel):
     holds: dict[Address, int] = Field(
         default={}, description="values of objects; one that is not in the EDS becomes an UNSIGNED32"
     )
+    boots_after: float = Field(
+        default=0.0,
+        ge=0,
+        le=600,
+        description="s from an NMT reset to the boot-up; the drive is deaf until then",
+    )
     answers_after: float = Field(default=0.0, ge=0, le=1, description="s until an SDO is answered")
     shows_state_after: int = Field(
         default=0,

@@ -104,7 +104,7 @@ for _word, _unit in _EXACT.items():
 _BRACKETED = re.compile(r"^(.*?)[\s_]*(?:\[([^\]]*)\]|\(([^)]*)\)|\{([^}]*)\}|<([^>]*)>)\s*$")
 _DIVIDED = re.compile(r"^(.*\S)\s*/\s*(\S+(?: \S+)?)\s*$")
 _WORDED = re.compile(r"^(.*\S)\s+in\s+(\S+(?: \S+)?)\s*$")
-_ENDING = re.compile(r"^(.+?)[_.](\w+)$")
+_ENDING = re.compile(r"^(.+)[_.]([^\W_]+)$")
 _SPEAKING_ENDING = re.compile(
     r"m?deg|degrees?|m?rad|[mu]m|rpm|m[av]|nm|nmm|mnm|[mun]s|[mun]?sec|counts|degc", re.IGNORECASE
 )

@@ -1,8 +1,10 @@
 """A drive whose objects are odd is set up all the same, which is said, or refused in one line."""
 
+from dataclasses import replace
+
 import pytest
 
-from drivers.cia402 import Mode
+from drivers.cia402 import Mode, State
 from drivers.drive import Drive, Timeouts
 from drivers.errors import DriveError
 from drivers.simulated.oddities import OdditySettings
@@ -47,6 +49,20 @@ def set_up(bench):
 )
 def test_it_is_set_up_and_what_is_otherwise_is_said(open_bench, axis, oddities, said):
     assert said in set_up(open_bench(axis(oddities=OdditySettings(**oddities))))
+
+
+def test_a_drive_that_boots_late_is_waited_for_and_named_where_it_takes_too_long(open_bench, axis):
+    bench = open_bench(axis(oddities=OdditySettings(boots_after=0.3)))
+    bench.bring_up()
+    bench.drive.reset_node()
+    assert bench.drive.watch.boot_ups == 1
+    assert bench.drive.state() is State.SWITCH_ON_DISABLED
+    slower = open_bench(axis(oddities=OdditySettings(boots_after=600.0)))
+    slower.bring_up()
+    slower.drive.timeouts = replace(slower.drive.timeouts, boot=0.05)
+    with pytest.raises(DriveError, match=r"NMT reset: expected boot-up within 0\.05 s; none came"):
+        slower.drive.reset_node()
+    assert not slower.node.drive.machine.enabled, "it has no power while it boots"
 
 
 @pytest.mark.parametrize(

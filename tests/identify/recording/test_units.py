@@ -64,6 +64,8 @@ def test_a_capital_letter_matters_where_two_units_differ_by_it_alone():
         ("torque / N m", "torque", "Nm"),
         ("speed in rpm", "speed", "rpm"),
         ("pos_deg", "pos", "deg"),
+        ("arm_pos_deg", "arm_pos", "deg"),
+        ("log.meas.t_ms", "log.meas.t", "ms"),
         ("drive.rpm", "drive", "rpm"),
         ("time_us", "time", "us"),
         ("q_m", "q_m", None),
