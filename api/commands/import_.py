@@ -103,7 +103,11 @@ def import_(
         float | None, typer.Option(help="Likewise. Without both: while all drives were enabled.")
     ] = None,
     robot: Annotated[
-        Path | None, typer.Option(help="URDF, SDF or MJCF of the robot, instead of --type, --dh and --joint.")
+        Path | None,
+        typer.Option(
+            help="URDF, SDF or MJCF of the robot, instead of --type, --dh and --joint; its inertias are compared with what is"
+            " identified, with --append too."
+        ),
     ] = None,
     tip: Annotated[str | None, typer.Option(help="Link of it at which the chain ends.")] = None,
     topic: RecordTopic = None,
@@ -172,6 +176,10 @@ def import_(
     prior: PriorBodies | None = None
     if known is None and robot is not None:
         made, prior = urdf_robot(robot, tip, gravity, gain, tables[0].scalars)
+    elif known is not None and robot is not None:
+        from identify.validation.prior_inertias import prior_of_file
+
+        prior = prior_of_file(robot, tip, known.robot)
     if recorded is None and tables[0].joints and not position and not command:
         wanted = [each.name for each in made.joints] if made else list(tables[0].joints)
         position, command = columns_of_joints(tables[0], wanted)

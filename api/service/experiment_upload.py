@@ -20,7 +20,7 @@ from api.service.record_documents import CanLogImport, Dialect, RecordDescriptio
 from api.service.upload_reader import BLOCK, SESSION_ENDINGS
 from daq.experiment_folder import changing
 from identify.recording import DeclaredSession, ExperimentFile, InputError, Payload, append_session
-from identify.recording.experiment_file import EXPERIMENT_FILE, read_experiment_file
+from identify.recording.experiment_file import EXPERIMENT_FILE, keep_prior, read_experiment_file
 
 READER = "api.service.upload_reader"
 RECORDS = "api.service.foreign_records"
@@ -206,6 +206,8 @@ class Uploads:
                     new = None if each.payload in there else bodies[each.payload]
                     append_session(target, each.model_copy(update={"file": claimed[-1].name}), new)
                     there.add(each.payload)
+                if added.prior is not None:
+                    keep_prior(target, added.prior)
             except BaseException:
                 settings.write_bytes(before)
                 for file in claimed:

@@ -30,6 +30,7 @@ from identify.recording.foreign import (
 from identify.recording.foreign.guesses import guess_roles
 from identify.recording.foreign.joining import join_session
 from identify.recording.foreign_import import NewSession, import_sessions
+from identify.validation.prior_inertias import prior_of_file
 
 OUTLINE_BLOCKS = 60
 """Blocks of a column's outline: its smallest and largest value in each."""
@@ -66,9 +67,11 @@ def import_records(
     """
     with _Words(folder):
         tables = _read(folder, files, wanted.dialect)
-        made, prior = (
-            (known, None) if known else _robot(wanted, Path(folder) / robot if robot else None, tables[0])
-        )
+        of_robot = Path(folder) / robot if robot else None
+        if known is None:
+            made, prior = _robot(wanted, of_robot, tables[0])
+        else:
+            made, prior = known, prior_of_file(of_robot, wanted.tip, known) if of_robot else None
         columns = _columns(wanted, tables)
         if wanted.join and len(tables) > 1:
             joined, columns = join_session(tables, wanted.time, columns, wanted.repair)

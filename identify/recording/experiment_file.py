@@ -364,6 +364,18 @@ def append_session(folder: Path, session: DeclaredSession, payload: Payload | No
     return extended
 
 
+def keep_prior(folder: Path, prior: PriorBodies) -> ExperimentFile:
+    """Declare the links' bodies in the experiment in a folder, instead of what it declares; returns what now stands there.
+
+    Raises InputError: the experiment is not valid, or they are not one for each joint.
+    """
+    path = folder / EXPERIMENT_FILE
+    document = read_experiment_file(path).model_dump() | {"prior": prior.model_dump()}
+    changed = check_settings(ExperimentFile, document, {}, path)
+    write_experiment(folder, changed)
+    return changed
+
+
 def append_effect(folder: Path, name: str, content: str) -> Path:
     """Write a user's own effect beside the experiment in a folder, and name it there; returns its file.
 

@@ -21,6 +21,7 @@ from identify.recording.experiment_file import (
     Robot,
     append_session,
     check_settings,
+    keep_prior,
     write_experiment,
 )
 from identify.recording.foreign.roles import ColumnMap, MeasuredSession
@@ -51,7 +52,7 @@ def import_sessions(
 ) -> Experiment:
     """Write sessions and the experiment that declares them; with `robot` None they are added to the experiment there.
 
-    prior : the links by the file that the robot is from, kept with a new experiment
+    prior : the links by the robot's file, kept with the experiment
 
     Every session is read back. Nothing is left behind, and nothing changed, if something is wrong.
 
@@ -87,6 +88,8 @@ def import_sessions(
         else:
             for session, each in zip(sessions, declared, strict=True):
                 append_session(folder, each, session.payload)
+            if prior is not None:
+                keep_prior(folder, prior)
         experiment = load_experiment(folder)
         for entry in experiment.sessions[-len(sessions) :]:
             experiment.read(entry)

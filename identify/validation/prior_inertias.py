@@ -32,7 +32,7 @@ def prior_of_file(path: Path, tip: str | None, robot: Robot) -> PriorBodies:
 
     read = read_urdf(path, tip=tip)
     _refuse_another_robot(path, read.robot, robot)
-    prior = read.prior(str(path))
+    prior = read.prior(path.name)
     if prior is None:
         raise InputError(f"{path}: states no mass of any link; there is nothing to compare with")
     return prior

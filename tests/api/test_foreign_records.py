@@ -119,7 +119,14 @@ def test_sessions_are_added_to_an_experiment_with_forces_temperatures_and_column
         "keep": ["Zyklus"],
         "role": "validation",
     }
-    answer = sent(operator, added | {"payloads": [{"name": "disk", "mass": 3.5}]}, with_more())
+    robot = (
+        "<robot name='arm'><link name='base'/><link name='l1'><inertial><mass value='4'/></inertial></link>"
+    )
+    robot += "<joint name='j1' type='revolute'><parent link='base'/><child link='l1'/><axis xyz='0 0 1'/></joint></robot>"
+    other = robot.replace("xyz='0 0 1'", "xyz='0 1 0'")
+    refused = sent(operator, added, with_more(), robot=other)
+    assert (refused.status_code, "its inertias are in other frames" in refused.text) == (422, True)
+    answer = sent(operator, added | {"payloads": [{"name": "disk", "mass": 3.5}]}, with_more(), robot=robot)
     assert answer.status_code == 201, answer.text
     assert answer.json()["experiment"]["id"] == made
     experiment = load_experiment(service.service.experiments.folder(made))
@@ -127,6 +134,8 @@ def test_sessions_are_added_to_an_experiment_with_forces_temperatures_and_column
         ("session-00.csv", "none", "identification"),
         ("session-01.csv", "disk", "validation"),
     ]
+    assert experiment.prior is not None
+    assert experiment.prior.links[0].mass == 4.0
     read = experiment.read(experiment.sessions[1])
     np.testing.assert_allclose(read.external[:, 0], 0.5 * np.arange(800), atol=1e-9)
     np.testing.assert_allclose(read.temperature[:, 0], 20 + np.arange(800) / 100, atol=1e-9)

@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 
 import numpy as np
 import pinocchio as pin
@@ -112,6 +113,18 @@ def test_what_the_robot_was_imported_with_is_compared_without_the_option(experim
     for row, same in zip(kept["parameters"], by_file["parameters"], strict=True):
         assert row["by_file"] == pytest.approx(same["by_file"], abs=1e-12)
         assert row["identified"] == same["identified"]
+
+
+def test_a_file_given_with_a_further_session_is_kept_too(experiment, tmp_path):
+    (tmp_path / "log.csv").write_bytes((experiment.parent / "log.csv").read_bytes())
+    (tmp_path / "light.urdf").write_text(ARM.format(mass=1.0))
+    shutil.copytree(experiment, tmp_path / "arm")
+    more = ("--append", "--robot", tmp_path / "light.urdf")
+    done = run("import", tmp_path / "log.csv", "--out", tmp_path / "arm", *more)
+    assert done.exit_code == 0, (done.exception, done.output)
+    prior = load_experiment(tmp_path / "arm").prior
+    assert prior is not None
+    assert (prior.source, prior.links[1].mass) == ("light.urdf", 1.0)
 
 
 def test_bodies_that_are_not_one_for_each_joint_are_refused(experiment, tmp_path):
