@@ -19,6 +19,7 @@ ELSEWHERE = {
     ("OdditySettings", "receive_pdos"): ((1, True), (4, True)),
     ("OdditySettings", "fixed_interpolation"): ((1, True), (255, True)),
     ("OdditySettings", "answers_after"): ((0, True), (1, True)),
+    ("OdditySettings", "boots_after"): ((0, True), (600, True)),
     ("OdditySettings", "shows_state_after"): ((0, True), (1000, True)),
     ("SimulatedAxis", "following_error_time"): ((0, True), (65, True)),
     ("FaultSettings", "emergency_code"): ((0x1000, True), (0xFFFF, True)),
