@@ -57,18 +57,32 @@ def main() -> None:
         gc.freeze()
 
 
+CTRL_C = 130
+"""what typer answers where Ctrl-C ended a command"""
+
+
 def _run() -> None:
+    try:
+        _command()
+    except KeyboardInterrupt:  # also while modules are loaded
+        print("coulomb: interrupted", file=sys.stderr)
+        raise SystemExit(1) from None
+
+
+def _command() -> None:
     _register_commands(next(iter(sys.argv[1:]), ""))
     from identify.recording.errors import InputError
 
     try:
-        raise SystemExit(application(prog_name="coulomb", standalone_mode=False))
+        status = application(prog_name="coulomb", standalone_mode=False)
+        if status == CTRL_C:
+            raise KeyboardInterrupt
+        raise SystemExit(status)
     except InputError as error:
         print(f"coulomb: {error}", file=sys.stderr)
         raise SystemExit(2) from None
-    except (KeyboardInterrupt, typer.Abort):
-        print("coulomb: interrupted", file=sys.stderr)
-        raise SystemExit(1) from None
+    except typer.Abort:
+        raise KeyboardInterrupt from None
     except Exception as error:
         if hasattr(error, "format_message"):  # what typer raises where the arguments are wrong
             raise SystemExit(_wrong_arguments(error)) from None
