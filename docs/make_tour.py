@@ -160,7 +160,7 @@ class Tour:
         self.step("Results")
         page.get_by_role("button", name="Make Python").click()
         expect(page.get_by_role("link", name="Python")).to_be_visible(timeout=PATIENCE)
-        page.get_by_role("link", name="Python").scroll_into_view_if_needed()
+        page.get_by_role("link", name="Python").evaluate("(link) => link.scrollIntoView({block: 'center'})")
         self.picture("export")
         report = page.get_by_role("link", name="Report", exact=True).get_attribute("href") or ""
         page.goto(self._address + report)

@@ -45,6 +45,7 @@ def test_what_is_chosen_in_one_picture_is_shown_in_all_others(stored, visitor) -
     for theme in ("light", "dark"):
         page.emulate_media(color_scheme=theme)
         assert violations(page) == []
+    page.emulate_media(color_scheme="light")
     ada.shot("model-choice")
 
     # whoever is sent the address sees the same
@@ -202,7 +203,7 @@ def test_two_sessions_lie_over_each_other(stored, visitor) -> None:
     # and with another model beside: colour says the model, dots the other session
     page.locator("select[name=beside]").select_option("1")
     expect(page).to_have_url(re.compile("beside=1.*overlay=session-02.csv"))
-    expect(page.get_by_text("dotted: both models and their errors there")).to_be_visible()
+    expect(page.get_by_text("dotted: models and errors of that session")).to_be_visible()
     page.locator("[data-above] .u-over").hover(position={"x": 300, "y": 100})
     expect(page.locator("[data-torque-plot] [data-cursor]")).to_contain_text(
         re.compile(r"its error −?\d+\.\d+ N m\s*its error, model beside −?\d+\.\d+ N m")

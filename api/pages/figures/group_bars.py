@@ -15,7 +15,7 @@ def draw_group_bars(
     """Draw for each (name, relative errors) its bars from zero; the first model violet, the second grey. Beneath them there is
     room for a thin bar of the samples that a person chooses."""
     models = max((len(errors) for _, errors in groups), default=1)
-    slot = 13.0 * models + 17.0
+    slot = 13.0 * models + 22.0
     height = slot * len(groups) + 12.0
     left, right = 112.0, width - 62.0
     longest = max((error for _, errors in groups for error in errors if error is not None), default=0.0)

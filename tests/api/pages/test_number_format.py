@@ -57,3 +57,4 @@ def test_formulas_get_their_subscripts_and_stay_safe() -> None:
 def test_durations_and_lists_read_as_said() -> None:
     assert duration(185) == "3\u202fmin 05\u202fs"
     assert listing(["a", "b", "c"]) == "a, b and c"
+    assert listing(["a", "b, more than c", "d"]) == "a; b, more than c; and d"
