@@ -1,6 +1,6 @@
 """The candidates: every effect of the catalogue that a joint's model does not have and the record could show."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -108,7 +108,7 @@ class Candidate:
 def find_candidates(
     record: Record,
     model: Model,
-    known: dict[str, Effect],
+    known: Mapping[str, Effect],
     summaries: Sequence[JointSummary],
     first: int,
 ) -> tuple[list[Candidate], list[NotApplicable]]:

@@ -4,6 +4,7 @@ An effect is in the catalogue because its class stands in a file of this package
 """
 
 import pkgutil
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from functools import cache
 from importlib import import_module
@@ -72,7 +73,7 @@ def effects() -> dict[str, Effect]:
 
     Raises InputError: an installed package offers what is no effect, or one whose name is taken.
     """
-    by_name = {effect.name: effect for effect in built_in()}
+    by_name = dict(_built_in_by_name())
     for entry in entry_points(group=ENTRY_POINT_GROUP):
         offered = _offered(entry)
         if offered.name in by_name:
@@ -81,6 +82,29 @@ def effects() -> dict[str, Effect]:
             )
         by_name[offered.name] = offered
     return by_name
+
+
+@cache
+def _built_in_by_name() -> dict[str, Effect]:
+    return {effect.name: effect for effect in built_in()}
+
+
+class KnownEffects(Mapping[str, Effect]):
+    """All effects by name, as `effects()`.
+
+    Installed packages are asked only for a name that is not one of our own, or when all are listed: to ask them, the metadata
+    of everything that is installed must be read, which takes as long as a third of a fit.
+    """
+
+    def __getitem__(self, name: str) -> Effect:
+        ours = _built_in_by_name()
+        return ours[name] if name in ours else effects()[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(effects())
+
+    def __len__(self) -> int:
+        return len(effects())
 
 
 def _offered(entry: EntryPoint) -> Effect:

@@ -1,6 +1,6 @@
 """A model is the rigid robot and a list of effects, each of one joint."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 
@@ -88,7 +88,9 @@ def motor_shares(drive_gain: Array) -> Array:
     return drive_gain / np.where(diagonal == 0, 1.0, diagonal)
 
 
-def parse_model(text: str, joint_names: Sequence[str], known: dict[str, Effect], drive_gain: Array) -> Model:
+def parse_model(
+    text: str, joint_names: Sequence[str], known: Mapping[str, Effect], drive_gain: Array
+) -> Model:
     """The model that the user named: `rigid`, `usual`, `load-velocity`, `link-side`, or `rigid+effect,effect…`.
 
     Raises InputError: a name that is no model and no effect.
@@ -115,7 +117,7 @@ def parse_model(text: str, joint_names: Sequence[str], known: dict[str, Effect],
 def parse_addition(
     text: str,
     joint_names: Sequence[str],
-    known: dict[str, Effect],
+    known: Mapping[str, Effect],
     drive_gain: Array,
     where: str = "",
 ) -> list[Term]:

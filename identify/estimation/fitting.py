@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.effects.catalogue import effects
+from identify.effects.catalogue import KnownEffects
 from identify.effects.model import Model, Term
 from identify.effects.motion import JointSummary
 from identify.effects.payload_errors import PayloadMass
@@ -42,7 +42,7 @@ def payload_ratio_term(record: Record, model: Model, entries: Sequence[SessionEn
         return None
     if not any(entry.payload.mass > 0 for entry in entries):
         return None
-    return Term(effects()[PayloadMass.name], 0)
+    return Term(KnownEffects()[PayloadMass.name], 0)
 
 
 def fit_model(

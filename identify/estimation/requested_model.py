@@ -1,12 +1,12 @@
 """What the user asked for: the record to identify from, and the model by the names of its effects."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.effects.catalogue import effects
+from identify.effects.catalogue import KnownEffects, effects
 from identify.effects.effect import Effect
 from identify.effects.load_velocity import SMOOTH, SPLIT_BY_POWER_SIGN, GearFriction, LoadVelocity
 from identify.effects.model import LINK_SIDE, Model, Term, parse_addition, parse_model
@@ -97,26 +97,27 @@ def with_payload_columns(record: Record, model: Model, names: Sequence[str]) -> 
     return model.with_terms([Term(UnknownPayload(), 0).chosen(slots)])
 
 
-def known_effects(experiment: Experiment) -> dict[str, Effect]:
+def known_effects(experiment: Experiment) -> Mapping[str, Effect]:
     """The catalogue and the user's own effects that the experiment names.
 
     Raises InputError: a file of an own effect is wrong, or its name is taken.
     """
-    known = dict(effects())
-    if experiment.effects:
-        from identify.effects.expression import load_own_effect
+    if not experiment.effects:
+        return KnownEffects()
+    from identify.effects.expression import load_own_effect
 
-        for path in experiment.effects:
-            effect = load_own_effect(path)
-            beyond = [each for each in effect.neighbours if each >= len(experiment.robot.joints)]
-            if beyond:
-                count = len(experiment.robot.joints)
-                raise InputError(
-                    f"{path}: columns: 'q{beyond[0] + 1}': the robot has {count} joints, q1 to q{count}"
-                )
-            if effect.name in known:
-                raise InputError(f"{path}: name: an effect named '{effect.name}' is already in the catalogue")
-            known[effect.name] = effect
+    known = effects().copy()
+    for path in experiment.effects:
+        effect = load_own_effect(path)
+        beyond = [each for each in effect.neighbours if each >= len(experiment.robot.joints)]
+        if beyond:
+            count = len(experiment.robot.joints)
+            raise InputError(
+                f"{path}: columns: 'q{beyond[0] + 1}': the robot has {count} joints, q1 to q{count}"
+            )
+        if effect.name in known:
+            raise InputError(f"{path}: name: an effect named '{effect.name}' is already in the catalogue")
+        known[effect.name] = effect
     return known
 
 

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from identify.effects.catalogue import catalogue
+import pytest
+
+from identify.effects import catalogue as catalogue_module
+from identify.effects.catalogue import KnownEffects, catalogue, effects
 from identify.effects.document import effects_document
 
 CONTRACT = {
@@ -60,3 +63,24 @@ def test_the_document_is_the_catalogue():
     assert document.read_text(encoding="utf-8") == effects_document(), (
         "run: coulomb effects --markdown > docs/effects.md"
     )
+
+
+def test_our_own_effects_are_found_without_asking_what_is_installed(monkeypatch):
+    def asked(**_):
+        raise AssertionError("read the metadata of all that is installed")
+
+    expected = effects()["load-friction"]
+    monkeypatch.setattr(catalogue_module, "entry_points", asked)
+    effects.cache_clear()
+    known = KnownEffects()
+    assert known["load-friction"] is expected
+    assert "viscous" in known
+    with pytest.raises(AssertionError, match="all that is installed"):
+        known["end-stop-bumper"]
+
+
+def test_what_is_known_by_name_is_the_whole_catalogue():
+    known = KnownEffects()
+    assert dict(known) == effects()
+    assert list(known) == [effect.effect for effect in catalogue()]
+    assert "no-such-effect" not in known
