@@ -277,7 +277,6 @@ class RegressorModel:
             motor_ratio=abs(axis.gear_ratio),
             coupled_motors=tuple(coupled_motors(self._rig.drive_gain, j)),
             period=self._rig.cycle,
-            decimated_period=10.0 * self._rig.cycle,
             axis_along_gravity=body.axis_along_gravity(j),
             loaded_sessions=sum(payload.mass > 0.0 for payload in self._payloads[:sessions]),
         )

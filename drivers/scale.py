@@ -1,6 +1,6 @@
 """A weighing scale on a serial port, MT-SICS protocol: the payload's mass is weighed, not typed.
 
-Commands of MT-SICS level 0: `S` (weight, when stable), `SI` (weight now), `Z` (zero). Answers, each one line:
+Commands of MT-SICS level 0: `S` (weight, when stable), `Z` (zero). Answers, each one line:
 
     S S     3.4584 kg     stable weight         S D     3.4571 kg    unstable (dynamic) weight
     S I                   busy, or no stable weight in time          Z A    zeroed
@@ -97,13 +97,6 @@ class Scale:
                 f"scale at {self.port}: an unstable weight came where a stable one was asked for"
             )
         return weight
-
-    def weigh_now(self) -> Weight:
-        """The weight at this moment (`SI`), stable or not.
-
-        Raises ScaleError as `weigh` does, but for instability.
-        """
-        return self._weight(self._ask("SI"))
 
     def zero(self) -> None:
         """Set the scale to zero (`Z`).

@@ -1,6 +1,7 @@
 """Jobs on the pages: what is being computed, how far it is, and how a page follows it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from urllib.parse import urlencode
 
 from fastapi import Request
@@ -87,15 +88,16 @@ def follow(
     link: str,
     failure: str = "Nothing was found",
     result_link: Callable[[Job], str] | None = None,
+    kept: Mapping[str, str] = MappingProxyType({}),
 ) -> HTMLResponse:
-    """The progress of a job in place of the button that asked for it, polled at `link`; when it is done the page of its result,
-    or the page afresh where it has none of its own."""
+    """The progress of a job in place of the button that asked for it, polled at `link` with what is `kept` of the form; when it
+    is done the page of its result, or the page afresh where it has none of its own."""
     job = access.service_of(request).jobs.get(identifier)
     if job is None:
         raise Problem(404, "That computation is no longer known; start it again.")
     if job.state.final and job.state != "done":
         return page(request, "problem_message.html", detail=f"{failure}: {job.words}.")
-    poll = f"{link}?{urlencode({'job': job.id})}"
+    poll = f"{link}?{urlencode({'job': job.id, **kept})}"
     shown: Context = job_progress(job)
     shown |= {"title": title, "poll_link": poll}
     response = page(request, "plan_progress.html", **shown)

@@ -9,11 +9,12 @@ from fastapi.responses import HTMLResponse, RedirectResponse, Response
 
 from api.pages.choices import RigChoice, chosen_rig
 from api.pages.form_input import input_errors_as_problems
-from api.pages.job_views import JOB_TITLES
+from api.pages.job_views import JOB_TITLES, follow
 from api.pages.layout import LAST_EXPERIMENT, frame, session_link
 from api.pages.plan_view import plan_view, purpose_words
 from api.pages.rendering import PREFIX, Context, page
 from api.service import access
+from api.service.jobs import Job
 from api.service.model_story import ModelStory
 from api.service.problems import Problem
 from api.service.service import Service
@@ -112,7 +113,7 @@ def make_plan(
     service = access.service_of(request)
     with input_errors_as_problems():
         job = service.planner.plan(rig, user.name, f"{rig} {seconds:g} s", seconds, "load-velocity", 0)
-    return _plan_progress(request, job.id, {"rig": rig, "experiment": experiment, "payload": payload})
+    return _follow_plan(request, job.id, {"rig": rig, "experiment": experiment, "payload": payload})
 
 
 @router.get("/plans/progress")
@@ -125,25 +126,22 @@ def plan_progress(
     payload: Choice = None,
 ) -> HTMLResponse:
     """How far the planning is; then the form with the new plan chosen."""
-    return _plan_progress(
-        request, job, {"rig": rig, "experiment": experiment or "", "payload": payload or ""}
+    return _follow_plan(request, job, {"rig": rig, "experiment": experiment or "", "payload": payload or ""})
+
+
+def _follow_plan(request: Request, job_id: str, kept: dict[str, str]) -> HTMLResponse:
+    def form_with_plan(job: Job) -> str:
+        return f"{PREFIX}/new-session?{urlencode(kept | {'plan': job.result['plan']})}"
+
+    return follow(
+        request,
+        job_id,
+        JOB_TITLES["plan"],
+        f"{PREFIX}/plans/progress",
+        "No plan was made",
+        form_with_plan,
+        kept,
     )
-
-
-def _plan_progress(request: Request, job_id: str, kept: dict[str, str]) -> HTMLResponse:
-    job = access.service_of(request).jobs.get(job_id)
-    if job is None:
-        raise Problem(404, "That planning is no longer known; plan again.")
-    poll = f"{PREFIX}/plans/progress?{urlencode({'job': job.id, **kept})}"
-    shown = {"title": JOB_TITLES["plan"], "fraction": job.fraction, "words": job.words, "poll_link": poll}
-    if job.state.final and job.state != "done":
-        return page(request, "problem_message.html", detail=f"No plan was made: {job.words}")
-    response = page(request, "plan_progress.html", **shown)
-    if job.state.final:
-        response.headers["HX-Redirect"] = (
-            f"{PREFIX}/new-session?{urlencode(kept | {'plan': job.result['plan']})}"
-        )
-    return response
 
 
 def _payload(name: str, mass: float, com: tuple[float, float, float]) -> Payload:

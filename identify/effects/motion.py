@@ -146,7 +146,6 @@ class JointSummary:
     coupled_motors: tuple[int, ...]
     """motors that act on this joint and on another one as well"""
     period: float
-    decimated_period: float
     axis_along_gravity: bool
     position_lines: tuple[float, ...] | None = None
     """candidate wave numbers of what is left over position, per rad, strongest first; None before a fit"""

@@ -392,7 +392,6 @@ class Record:
             motor_ratio=float(description.motor_ratio or 1.0),
             coupled_motors=tuple(coupled_motors(experiment.drive_gain, joint)),
             period=min(periods),
-            decimated_period=min(self.settings.decimation_factor(period) * period for period in periods),
             axis_along_gravity=self.body.axis_along_gravity(joint),
             loaded_sessions=sum(entry.payload.mass > 0 for entry in entries),
         )

@@ -33,7 +33,6 @@ def summary_of(**changed: object) -> JointSummary:
         "motor_ratio": 100.0,
         "coupled_motors": (0,),
         "period": 1e-3,
-        "decimated_period": 1e-2,
         "axis_along_gravity": False,
         "position_lines": (40.0, 80.0),
         "load_lines": (2.0,),
