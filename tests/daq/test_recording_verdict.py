@@ -4,7 +4,7 @@ import h5py
 import numpy as np
 import pytest
 
-from daq.recording_verdict import RecordingVerdict
+from daq.recording_verdict import _AROUND, RecordingVerdict, _cycles_behind
 from daq.recovery import recover_experiment
 from daq.samples import COMMAND_CAME, POSITION_CAME, Phase, sample_dtype
 from daq.session_events import SessionState
@@ -106,3 +106,23 @@ def test_a_session_in_doubt_is_kept_said_and_listed_only_by_a_person(rig, armed_
     (state,) = recover_experiment(session.experiment, "")
     assert not state.admitted
     assert load_experiment(session.experiment).sessions == ()
+
+
+def around_a_gap(position, gap: int, behind: int) -> tuple[np.ndarray, np.ndarray]:
+    """Whole counts before and after `gap` cycles without an answer, after which each answer is `behind` cycles old."""
+    before, after = np.arange(-_AROUND, 0), np.arange(_AROUND) + gap - behind
+    return np.rint(position(before)), np.rint(position(after))
+
+
+@pytest.mark.parametrize("gap", [1, 2, 5])
+@pytest.mark.parametrize(("speed", "bend"), [(900.0, 3.0), (12.0, 0.0), (400.0, 250.0)])
+def test_by_how_many_cycles_answers_fell_behind_is_told_where_an_axis_moves(gap, speed, bend):
+    for behind in range(gap + 1):
+        answers = around_a_gap(lambda k: speed * k + bend * k**2, gap, behind)
+        assert _cycles_behind(*answers, gap) == behind
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.05, -0.1])
+def test_it_is_not_told_where_a_cycle_is_less_than_the_encoder_rounds(speed):
+    for behind in range(3):
+        assert _cycles_behind(*around_a_gap(lambda k: speed * k + 1000.0, 2, behind), 2) == 0

@@ -261,3 +261,31 @@ def test_effects_that_need_one_axis_are_refused_on_a_robot():
     with pytest.raises(PlantSettingsError, match="joint 7 of 6"):
         read_plant_settings(section)
     assert build_mechanism(SECTION).axes == 6
+
+
+def test_axes_that_stop_one_after_the_other_go_the_way_that_each_is_braked_over():
+    """Two axes that do not feel each other: dry friction brakes each by itself, over w²/2a, and there it stays."""
+    inertia = (0.3, 0.2)  # kg m², the same about every axis of a link, whose centre is where the axes meet
+    links = [
+        {"mass": 1.0, "com": [0.0, 0.0, 0.0], "inertia": [j, 0.0, 0.0, j, 0.0, j], "alpha": alpha}
+        for j, alpha in zip(inertia, (0.0, math.pi / 2), strict=True)
+    ]
+    dry, rotor = (2.0, 3.0), 0.05
+    axes = [
+        {
+            "motor": {"gear_ratio": 1.0, "torque_constant": 1.0, "rotor_inertia": rotor},
+            "friction": {"dry_driving": c, "dry_backdriving": c, "rotor_in_load": False},
+        }
+        for c in dry
+    ]
+    robot = Robot(RobotSettings.model_validate({"gravity": [0.0, 0.0, 0.0], "links": links, "axes": axes}))
+    braking = np.array(dry) / (np.array([sum(inertia), inertia[1]]) + rotor)
+    stops = np.array([0.0507, 0.0503])  # s, within one stride of the integrator
+    velocity = braking * stops * [1.0, -1.0]
+    robot.set_state(np.zeros(2), velocity)
+    for cycles in range(1, 40):
+        robot.step(np.zeros(2), 0.004)
+        time = np.minimum(cycles * 0.004, stops)
+        way = np.sign(velocity) * (np.abs(velocity) * time - 0.5 * braking * time**2)
+        np.testing.assert_allclose(robot.joint_position, way, atol=1e-9)
+    np.testing.assert_array_equal(robot.joint_velocity, np.zeros(2))

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import identify
+from identify.diagnosis.description import _Tried
 from identify.diagnosis.improvement import improve
+from identify.estimation.observation import observe
 from identify.recording import InputError, append_effect
 from tests.plants.single_joint import record, write_experiment
 
@@ -80,3 +82,25 @@ def test_nothing_is_offered_where_nothing_is_missing_or_its_name_is_known_or_no_
     assert joint.verdict == {0: "adequate"}.get(
         len(effects), "unexplained" if "sloshing" in effects else "missing"
     )
+
+
+@pytest.mark.parametrize("payloads", [(0.0, 3.0), (0.0,)])
+def test_the_payload_ratio_is_the_models_last_column_and_no_column_of_its_base(tmp_path, payloads):
+    """A description is judged beside the model's base with the ratio apart: what each sees must not overlap."""
+    folder = hidden(tmp_path, {}, seed=6, duration=8.0, payload_masses=payloads)
+    fitted = identify.identify(identify.load_experiment(folder), "usual").fitted
+    observation = observe(fitted.record, fitted.entries, fitted.slots, fitted.torque)
+    tried = _Tried(fitted, observation, {}, ())
+    base, terms = tried.base(frozenset()), {slot.term.key for slot in fitted.slots}
+    names = [slot.term.effect.name for slot in fitted.slots]
+    estimated = "payload-mass" in names
+    assert estimated == (len(payloads) > 1)
+    np.testing.assert_array_equal(
+        tried.ratio, observation.slot_columns[names.index("payload-mass")] if estimated else []
+    )
+    np.testing.assert_array_equal(
+        np.sort(np.concatenate([base, tried.ratio])), np.arange(len(fitted.fit.chi))
+    )
+    (dropped,) = [key for key in terms if key[0] == "viscous"]
+    without = tried.base(frozenset({dropped}))
+    np.testing.assert_array_equal(np.setdiff1d(base, without), tried.columns_of(frozenset({dropped})))
