@@ -72,6 +72,12 @@ def read_can_log(path: Path, rig: Rig, begin: float | None = None, end: float | 
     ]
     rows = np.concatenate(decoded)
     rows["setpoint"] = _setpoints(frames, streams, rows["sync_time"])
+    short = alignment.counters.too_short
+    if short:
+        plural = "s have" if short > 1 else " has"
+        remarks.append(
+            f"{short} frame{plural} less data than the PDO: cut off, or mapped otherwise; left out"
+        )
     chosen, remark = _chosen(path, rows, begin, end)
     return LoggedSession(chosen, {"alignment": alignment.counters.to_json()}, (*remarks, remark))
 

@@ -140,6 +140,8 @@ def read_frames(path: Path) -> tuple[list[LoggedFrame], list[str]]:
     Raises InputError: it cannot be read, or its lines have no times.
     """
     try:
+        if not path.stat().st_size:
+            raise InputError(f"{path}: is empty")
         lines = _lines(path)
         layout = _layout_of(itertools.islice(lines, LOOKED_AT))
         if layout is not None:

@@ -166,6 +166,17 @@ def test_the_sync_of_another_bus_in_the_log_is_no_sample(tmp_path, recorded):
     assert "it ends before" in late.remarks[-1]
 
 
+def test_a_frame_that_was_cut_with_the_file_is_no_sample_and_said(tmp_path, recorded):
+    _, log, begin, _ = recorded
+    text = log.read_text()
+    cut = text[: text.index(" 183#", len(text) // 2) + len(" 183#") + 6]
+    (tmp_path / "cut.log").write_text(cut)
+    found = read_can_log(tmp_path / "cut.log", Rig.load(RIG), begin, begin + 1000)
+    assert "1 frame has less data than the PDO: cut off, or mapped otherwise; left out" in found.remarks
+    whole = read_can_log(log, Rig.load(RIG), begin, begin + 1000)
+    np.testing.assert_array_equal(found.rows["position"][:-1], whole.rows["position"][: len(found.rows) - 1])
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [
@@ -173,7 +184,7 @@ def test_the_sync_of_another_bus_in_the_log_is_no_sample(tmp_path, recorded):
         (lambda text: text.replace(" 183#", " 184#"), "holds no frame 0x183 of node 3"),
         (lambda text: text[: len(text) // 2].replace("#", "!"), "cannot be read as a .log log"),
         (lambda text: text.replace("3712", "3102"), "name a part by --begin and --end"),
-        (lambda text: "", "holds no SYNC"),
+        (lambda text: "", "is empty"),
     ],
 )
 def test_a_log_that_lacks_something_is_refused_and_nothing_is_left(tmp_path, recorded, change, said):
