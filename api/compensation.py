@@ -18,6 +18,7 @@ from daq.torque_offset import torque_offset
 from identify.dynamics.inverse_dynamics import InverseDynamics
 from identify.effects.catalogue import built_in
 from identify.effects.conditions import SHARED_MOTOR
+from identify.effects.load_velocity import LoadVelocity
 from identify.effects.model import motor_shares
 from identify.effects.picture import OVER_SPEED
 from identify.export.bodies import feasible_standard
@@ -70,7 +71,7 @@ def torque_ahead(
 def _shared_motors_without_friction(result: Identification) -> list[str]:
     slots = result.fitted.slots
     friction = _friction_of_a_shared_motor()
-    present = {slot.term.joint for slot in slots if slot.term.effect.name == friction}
+    present = {slot.term.joint for slot in slots if slot.term.effect.name in (friction, LoadVelocity.name)}
     names = [joint.name for joint in result.experiment.robot.joints]
     return shared_motor_remarks(names, result.experiment.drive_gain, present)
 

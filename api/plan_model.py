@@ -17,6 +17,8 @@ from identify.effects.catalogue import effects
 from identify.effects.coverage import Coverage, JointLimits
 from identify.effects.model import Model, Term, coupled_motors, parse_addition, parse_model
 from identify.effects.motion import BlockMemory, JointMotion, JointSummary
+from identify.estimation.motor_motion import GearSignals, gear_motion, rows_on
+from identify.estimation.parameters import rotor_name
 from identify.estimation.rigid_body import RigidBody
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import Payload
@@ -93,6 +95,10 @@ class RegressorModel:
         self._chi = (
             _identified_base(base.names, identified) if identified else assumed_base_parameters(rig, base)
         )
+        self._rotors = {
+            motor: identified.values.get(rotor_name(motor)[0], 0.0) if identified else 0.0
+            for motor in self._body.shared_motors
+        }
         model = self._parse(additions)
         summaries = [self._summary(j, len(payloads)) for j in range(len(rig.axes))]
         searched = identified.constants if identified else {}
@@ -106,7 +112,7 @@ class RegressorModel:
         probe = self._views(self._probe(payloads))
         for term in self._terms:
             constants = dict(term.constants or ())
-            width = term.effect.columns(probe(self._rows_of(term)[0], term.joint), constants).shape[1]
+            width = probe.columns(term, rows_on(self._body, term)[0], constants).shape[1]
             self._columns.append(np.arange(len(named), len(named) + width))
             names = _names(term, width, summaries[term.joint])
             values += self._term_values(term, [name for name, *_ in names], identified)
@@ -124,8 +130,8 @@ class RegressorModel:
         indices = [[np.flatnonzero(acts[j])] for j in range(len(acts))]
         parts = [[view(j, j).inertial] for j in range(len(acts))]
         for term, columns in zip(self._terms, self._columns, strict=True):
-            for j in self._rows_of(term):
-                parts[j].append(term.effect.columns(view(j, term.joint), dict(term.constants or ())))
+            for j in rows_on(self._body, term):
+                parts[j].append(view.columns(term, j, dict(term.constants or ())))
                 indices[j].append(columns)
         return [
             (np.concatenate(places), np.hstack(columns))
@@ -219,13 +225,6 @@ class RegressorModel:
         names = [payload.name for payload in self._payloads]
         return self._body.payloads[names.index(motion.payload.name)]
 
-    def _rows_of(self, term: Term) -> list[int]:
-        if term.effect.rows == "joint":
-            return [term.joint]
-        if term.effect.rows == "robot":
-            return list(range(self._body.joints))
-        return [int(j) for j in np.flatnonzero(self._body.shares[:, term.joint])]
-
     def _probe(self, payloads: Sequence[Payload]) -> PlannedMotion:
         """Some samples, to learn how many columns an effect has."""
         random = np.random.default_rng(0)
@@ -247,7 +246,7 @@ class RegressorModel:
         """The motion as effects see it; sessions that share a motion share its regressor."""
         if self._regressor is None or self._regressor[0] is not motion.q:
             self._regressor = (motion.q, self._body.inertial_columns(motion.q, motion.dq, motion.ddq))
-        return _Views(self._body, self._chi, self._payload(motion), motion, self._regressor[1])
+        return _Views(self._body, self._chi, self._payload(motion), motion, self._regressor[1], self._rotors)
 
     def _summary(self, j: int, sessions: int) -> JointSummary:
         """The joint as sessions within its limits would show it; effects choose their constants by it."""
@@ -286,10 +285,16 @@ class _Views:
     """Planned motion as an effect of a motor or joint `owner` sees it on the rows of a joint."""
 
     def __init__(
-        self, body: RigidBody, chi: Array, payload: Payload, motion: PlannedMotion, inertial: list[Array]
+        self,
+        body: RigidBody,
+        chi: Array,
+        payload: Payload,
+        motion: PlannedMotion,
+        inertial: list[Array],
+        rotors: Mapping[int, float],
     ) -> None:
         self._body, self._chi, self._payload, self._motion = body, chi, payload, motion
-        self._inertial = inertial
+        self._inertial, self._rotors = inertial, rotors
         self._known = body.known_load(payload, motion.q, motion.dq, motion.ddq, None)
         self._load = body.load(self._inertial, chi, self._known)
         self._memory = BlockMemory()
@@ -299,6 +304,17 @@ class _Views:
         if (joint, owner) not in self._made:
             self._made[joint, owner] = self._view(joint, owner)
         return self._made[joint, owner]
+
+    def columns(self, term: Term, joint: int, constants: Mapping[str, float]) -> Array:
+        """(N, parameters): the columns of a term on the rows of a joint."""
+        owner = term.joint
+        own = self(owner if term.effect.rows == "gear" else joint, owner)
+        if term.effect.rows != "gear" or not self._body.gears_apart[owner]:
+            return term.effect.columns(own, constants)
+        motion, sign = self._motion, np.sign(self._motion.dq)
+        signals = GearSignals(motion.q, motion.dq, motion.ddq, sign, self._load, self._known, self._inertial)
+        gear = gear_motion(self._body, own, signals, self._rotors.get(owner, 0.0))
+        return self._body.shares[joint, owner] * term.effect.columns(gear, constants)
 
     def _view(self, joint: int, owner: int) -> JointMotion:
         body, chi, payload, motion = self._body, self._chi, self._payload, self._motion

@@ -210,7 +210,7 @@ class Screening:
         named = [
             term.effect.name
             for term in self.fitted.model.terms
-            if term.joint == joint and term.effect.rows == "joint" and self.worth(term) <= 0
+            if term.joint == joint and term.effect.rows in ("joint", "gear") and self.worth(term) <= 0
         ]
         return tuple(named)
 

@@ -79,11 +79,13 @@ def admissible_values(
                     row[place[effect, term.joint] + index] = coefficient
             rows.append(row)
             least.append(relation.least)
-    for joint in sorted({term.joint for term, *_ in columns}):
+    for joint, on_motor in sorted({(t.joint, _of_shared_motor(t, summaries)) for t, *_ in columns}):
         friction = [
             (term, constants, slice(start, start + count))
             for (term, constants, count), start in zip(columns, starts[:-1], strict=True)
-            if term.joint == joint and term.effect.dissipates
+            if term.joint == joint
+            and _of_shared_motor(term, summaries) == on_motor
+            and term.effect.dissipates
         ]
         if friction:
             motion = steady_motion(summaries[joint])
@@ -98,6 +100,13 @@ def admissible_values(
             rows += list(spread)
             least += [0.0] * len(distinct)
     return Admissible(lower, upper, np.array(rows).reshape(-1, width), np.array(least))
+
+
+def _of_shared_motor(term: Term, summaries: Sequence[JointSummary]) -> bool:
+    """Whether a term is friction over the velocity of a motor that several joints share, not over its joint's own: each of
+    the two opposes its own motion."""
+    shared = term.joint in summaries[term.joint].coupled_motors
+    return shared and term.effect.rows in ("gear", "motor")
 
 
 def _distinct(rows: Array) -> Array:
@@ -177,7 +186,8 @@ def steady_motion(summary: JointSummary) -> JointMotion:
         payload=0,
         session=0,
         temperature=temperature,
-        motor_velocity=speed * direction,
+        # at rest the sign of a motor's velocity is that in which it is about to turn, as the joint's direction is
+        motor_velocity=np.maximum(speed, 1e-12) * direction,
         motor_acceleration=still,
         motor_share=1.0,
         positions=position[:, None],

@@ -124,6 +124,7 @@ class LoadFriction(Effect):
     regressors = ("|τ_out| sign(q̇)",)
     parameters = (EffectParameter("alpha", "1", lower=0.0),)
     dissipates = True
+    rows = "gear"
     source = "paper, eq. (18)"
     conditions = (LOAD_CHANGE,)
     variable = "load"
@@ -164,6 +165,7 @@ class LoadFrictionAsymmetric(Effect):
         EffectParameter("beta_difference", "N m"),
     )
     dissipates = True
+    rows = "gear"
     source = "paper, eq. (20)"
     conditions = (LOAD_CHANGE, ALL_QUADRANTS)
     variable = "load"
@@ -205,6 +207,7 @@ class LoadStribeck(Effect):
     # eq. (24): stiction's share of the load less sliding's
     parameters = (EffectParameter("b_m", "1", lower=0.0), EffectParameter("b_g", "1", lower=0.0))
     dissipates = True
+    rows = "gear"
     source = "paper, eq. (24)-(25)"
     conditions = (LOAD_CHANGE_AT_LOW_SPEED, STRIBECK_SPEEDS, ALL_QUADRANTS)
     variable = "dq"

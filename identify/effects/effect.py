@@ -76,8 +76,12 @@ class Effect(ABC):
     """how a simulation forms the effect's torque: from the state at the instant; with a state of its own
     (`state_at_start`, `state_after`, `columns_of_state`); along the measured motion, where its columns are derivatives
     over time that the simulated motion does not have yet; or as a shift of the command in time (`command_lead`)"""
-    rows: Literal["joint", "motor", "robot"] = "joint"
-    """whose rows carry the columns: the joint's own, those of every joint that its motor drives, or all"""
+    rows: Literal["joint", "gear", "motor", "robot"] = "joint"
+    """whose rows carry the columns: the joint's own; those of every joint that the joint's motor drives, in that motor's
+    velocity and load ("gear": where motors share no axes that is the joint's own); the same of shared motors alone,
+    the columns being of each row already ("motor"); or all"""
+    rotor: int | None = None
+    """which parameter is the inertia of a shared motor's rotor, a part of what that motor's gear carries"""
 
     in_link_files: Literal["damping", "dry", "stiffness"] | None = None
     """which attribute of a joint in URDF, SDF and MJCF files holds the effect exactly, if any"""
@@ -149,7 +153,8 @@ class Effect(ABC):
         """The columns as formulas of the state, for code that runs without this library; None where there are none.
 
         In the language of a user's own effect (`expression.py`), whose signals are joined by `direction` (sign of dq),
-        `memory` (the effect's state), `motor_velocity`, `motor_acceleration` and `motor_share`.
+        `memory` (the effect's state), `motor_velocity`, `motor_acceleration` and `motor_share`. Those of a gear are of its
+        motor where motors share axes (`identify.export.exported_model.of_motor`).
         """
         return None
 

@@ -51,6 +51,7 @@ class LoadVelocity(Effect):
     parameters = DRY  # those of the products depend on the joint's base parameters (`linear_names`)
     source = "paper, eq. (30), (42), (43)"
     uses_load = True
+    rows = "gear"
     declared_load = DeclaredLoad.TRUSTED
 
     def replaces_payload_ratio(self, constants: Constants) -> bool:

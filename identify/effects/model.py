@@ -16,7 +16,7 @@ USUAL = ("viscous", "coulomb", "offset")
 NAMED_MODELS: dict[str, tuple[str, ...]] = {
     "rigid": ("offset",),
     "usual": USUAL,
-    "load-velocity": (*USUAL, "load-friction-asymmetric", "stribeck", "load-stribeck"),
+    "load-velocity": (*USUAL, "coupled-friction", "load-friction-asymmetric", "stribeck", "load-stribeck"),
     "link-side": ("offset",),
 }
 LINK_SIDE = "link-side"
@@ -88,6 +88,25 @@ def motor_shares(drive_gain: Array) -> Array:
     return drive_gain / np.where(diagonal == 0, 1.0, diagonal)
 
 
+def load_shares(drive_gain: Array) -> Array:
+    """c⁻¹[m, j]: what of the load of joint j the gear of motor m carries, (n, n).
+
+    Power balance asks for it: the loads of the joints times their velocities are those of the motors times theirs.
+    """
+    shares = motor_shares(drive_gain)
+    try:
+        return np.linalg.inv(shares)
+    except np.linalg.LinAlgError:  # motors that cannot be told apart share the load alike
+        return np.linalg.pinv(shares)
+
+
+def gear_apart(drive_gain: Array, motor: int) -> bool:
+    """Whether the gear of a motor turns, or carries, other than its own joint does: friction is then the motor's."""
+    own = np.eye(len(drive_gain))[motor]
+    turns, carries = motor_shares(drive_gain)[:, motor], load_shares(drive_gain)[motor]
+    return not (np.array_equal(turns, own) and np.array_equal(carries, own))
+
+
 def parse_model(
     text: str, joint_names: Sequence[str], known: Mapping[str, Effect], drive_gain: Array
 ) -> Model:
@@ -148,7 +167,7 @@ def terms_of(effect: Effect, joints: Iterable[int], drive_gain: Array) -> list[T
     """The terms that an effect makes on these joints, each once."""
     if effect.rows == "robot":
         return [Term(effect, 0)]
-    if effect.rows == "joint":
+    if effect.rows in ("joint", "gear"):
         return [Term(effect, joint) for joint in joints]
     owners: list[int] = []
     for joint in joints:

@@ -51,6 +51,7 @@ class MotorInertia(Effect):
     source = "Khalil, Dombre 2002, ch. 9 (coupled drives)"
     conditions = (SHARED_MOTOR,)
     rows = "motor"
+    rotor = 0
     variable = "ddq"
     picture = OVER_ACCELERATION
 
@@ -59,6 +60,28 @@ class MotorInertia(Effect):
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         return motion.motor_share * motion.motor_acceleration[:, None]
+
+
+class MotorViscous(Effect):
+    """What eq. (30) leaves of `coupled-friction`: its dry part is the equation's own, and so is the rotor in its load."""
+
+    catalogued = False
+    name = "motor-viscous"
+    group = "transmission"
+    equation = "F_VM w_m"
+    explanation = "Viscous friction of a motor that several joints share."
+    regressors = ("c_jm w_m",)
+    parameters = (EffectParameter("FVM", "N m s/rad", lower=0.0),)
+    source = "Gautier, Janot, Vandanjon 2013, IEEE TCST 21(2)"
+    dissipates = True
+    conditions = (SHARED_MOTOR,)
+    rows = "motor"
+
+    def formulas(self, constants: Constants) -> tuple[str, ...] | None:
+        return ("motor_share * motor_velocity",)
+
+    def columns(self, motion: JointMotion, constants: Constants) -> Array:
+        return motion.motor_share * motion.motor_velocity[:, None]
 
 
 class CoupledFriction(Effect):
@@ -77,8 +100,10 @@ class CoupledFriction(Effect):
         EffectParameter("IaM", "kg m^2", lower=0.0),
     )
     source = "Stäubli TX40 wrist: Gautier, Janot, Vandanjon 2013, IEEE TCST 21(2)"
+    dissipates = True
     conditions = (SHARED_MOTOR,)
     rows = "motor"
+    rotor = 2
     variable = "motor velocity"
     picture = OVER_SPEED
     confusable = ("viscous", "coulomb", "motor-inertia")

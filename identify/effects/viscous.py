@@ -165,6 +165,7 @@ class Stribeck(Effect):
     regressors = ("exp(−|q̇|/q̇_s) sign(q̇)",)
     parameters = (EffectParameter("FS", "N m", lower=0.0),)  # stiction is more than sliding friction
     dissipates = True
+    rows = "gear"
     source = "paper, eq. (22)"
     conditions = (STRIBECK_SPEEDS,)
     picture = OVER_SIZE_OF_SPEED

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from identify.effects.model import Term
 from identify.effects.motion import BlockMemory, JointMotion
+from identify.estimation.motor_motion import GearSignals, gear_motion, rows_on
 from identify.estimation.record import PreparedBlock, Record
 from identify.recording import SessionEntry
 from identify.signals import MotionBlock
@@ -58,6 +59,14 @@ class FittedTorque:
     chi: Array
     factors: tuple[tuple[Slot, Array], ...] = ()
 
+    def rotor(self, motor: int) -> float:
+        """kg m²: inertia of a shared motor's rotor, where the model has it beside the base parameters; else 0."""
+        return sum(
+            float(values[slot.term.effect.rotor])
+            for slot, values in self.factors
+            if slot.term.joint == motor and slot.term.effect.rotor is not None
+        )
+
 
 @dataclass
 class JointContext:
@@ -79,6 +88,7 @@ class JointContext:
     record: Record
     fitted: FittedTorque | None
     _views: dict[tuple[int, int], JointMotion] = field(default_factory=dict)
+    _gears: dict[int, JointMotion] = field(default_factory=dict)
 
     @property
     def block(self) -> MotionBlock:
@@ -100,6 +110,34 @@ class JointContext:
         if (joint, owner) not in self._views:
             self._views[joint, owner] = self._view(joint, owner)
         return self._views[joint, owner]
+
+    def columns(self, slot: Slot, joint: int) -> Array:
+        """(N, parameters): the columns of a slot on the rows of a joint."""
+        effect, owner = slot.term.effect, slot.term.joint
+        if effect.rows != "gear" or not self.record.body.gears_apart[owner]:
+            return effect.columns(self.motion(joint, owner), slot.values)
+        return self.record.body.shares[joint, owner] * effect.columns(self.gear(owner), slot.values)
+
+    def gear(self, motor: int) -> JointMotion:
+        """The block as the gear of a motor sees it that shares axes with others: the motor's velocity and load."""
+        if motor not in self._gears:
+            block = self.block
+            self._gears[motor] = gear_motion(
+                self.record.body,
+                self.motion(motor, motor),
+                GearSignals(
+                    block.q,
+                    block.dq,
+                    block.ddq,
+                    block.direction,
+                    self.load,
+                    self.known,
+                    self.inertial,
+                    block.shared_direction,
+                ),
+                0.0 if self.fitted is None else self.fitted.rotor(motor),
+            )
+        return self._gears[motor]
 
     def _view(self, joint: int, owner: int) -> JointMotion:
         block, body = self.block, self.record.body
@@ -158,6 +196,7 @@ def contexts(
         if fitted is not None and with_torque:
             context.torque = model_torque(context, fitted)
             context._views.clear()
+            context._gears.clear()
         yield context
 
 
@@ -173,15 +212,10 @@ def model_torque(context: JointContext, fitted: FittedTorque) -> Array:
 
 def slot_rows(context: JointContext, slot: Slot) -> Iterator[tuple[int, Array]]:
     """The rows that a slot has columns on: joint and columns (N, parameters)."""
-    effect, owner = slot.term.effect, slot.term.joint
     for joint in rows_of(context.record, slot.term):
-        yield joint, effect.columns(context.motion(joint, owner), slot.values)
+        yield joint, context.columns(slot, joint)
 
 
 def rows_of(record: Record, term: Term) -> list[int]:
     """Joints whose rows carry the columns of a term."""
-    if term.effect.rows == "joint":
-        return [term.joint]
-    if term.effect.rows == "robot":
-        return list(range(record.joints))
-    return [int(joint) for joint in np.flatnonzero(record.body.shares[:, term.joint])]
+    return rows_on(record.body, term)

@@ -142,7 +142,7 @@ class _Columns:
         waiting: dict[int, Array] = {}
         for index in indices:
             slot = self._slots[index]
-            waiting[index] = slot.term.effect.columns(context.motion(joint, slot.term.joint), slot.values)
+            waiting[index] = context.columns(slot, joint)
             if index == indices[-1] or sum(columns.size for columns in waiting.values()) >= NUMBERS_AT_ONCE:
                 filtered = context.block.decimate_tables(list(waiting.values()))
                 ends = np.cumsum([columns.shape[1] for columns in waiting.values()])

@@ -57,7 +57,16 @@ class Identified:
         form = self.structured
         listed = zip(form.names, form.values, form.std, form.std_robust, strict=True)
         return tuple(
-            Parameter(name, joint, float(value), number(float(std)), number(float(robust)), unit, grouping)
+            Parameter(
+                name,
+                joint,
+                float(value),
+                number(float(std)),
+                number(float(robust)),
+                unit,
+                grouping,
+                f"the motion does not tell {name}: it is held at {value:g}" if name in form.held else None,
+            )
             for (name, joint, unit, grouping), value, std, robust in listed
         )
 

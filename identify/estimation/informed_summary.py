@@ -30,7 +30,8 @@ def informed_summaries(fitted: FittedModel) -> list[JointSummary]:
 
 def _informed(fitted: FittedModel, predictions: Sequence[Sequence[Prediction]]) -> list[JointSummary]:
     record = fitted.record
-    inertias = record.own_inertias(fitted.entries, fitted.torque.chi)
+    torque_of = fitted.torque
+    inertias = record.own_inertias(fitted.entries, torque_of.chi)
     informed = []
     for summary, parts in zip(record.summaries, predictions, strict=True):
         torque = np.concatenate([part.predicted for part in parts])
@@ -39,7 +40,7 @@ def _informed(fitted: FittedModel, predictions: Sequence[Sequence[Prediction]]) 
             replace(
                 summary,
                 load_range=(float(torque.min()), float(torque.max())),
-                own_inertia=max(0.0, inertias[summary.joint]),
+                own_inertia=max(0.0, inertias[summary.joint]) + max(0.0, torque_of.rotor(summary.joint)),
                 position_lines=lines.torque,
                 load_lines=lines.gain,
                 line_width=lines.width,

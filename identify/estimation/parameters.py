@@ -7,6 +7,7 @@ import numpy as np
 from identify.effects.admissible import named_parameters
 from identify.effects.load_velocity import LoadVelocity, linear_names
 from identify.effects.model import Term
+from identify.effects.transmission import MotorInertia
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.record import Record
 from identify.results import identification as documents
@@ -72,9 +73,12 @@ def slot_names(
     """Name, joint, unit of an effect's columns."""
     summary = record.summaries[term.joint]
     if isinstance(term.effect, LoadVelocity):
-        acts = record.body.base.acts[term.joint]
-        names = [n for n, on in zip(record.body.base.names, acts, strict=True) if on]
-        units = [u for u, on in zip(record.body.base.units, acts, strict=True) if on]
+        carried = record.body.gear_parameters(term.joint)
+        names = [record.body.base.names[index] for index in carried]
+        units = [record.body.base.units[index] for index in carried]
+        if term.joint in record.body.shared_motors:
+            name, unit = rotor_name(term.joint)
+            names, units = [*names, name], [*units, unit]
         listed = linear_names(names, units)
         suffix = "" if record.joints == 1 else f"@{summary.name}"
         return [(name + suffix, summary.name, _unit(unit, summary.revolute), None) for name, unit in listed]
@@ -89,6 +93,12 @@ def slot_names(
         )
         for each in listed
     ]
+
+
+def rotor_name(motor: int) -> tuple[str, str]:
+    """Name and unit of the inertia of a shared motor's rotor, as `motor-inertia` has them."""
+    (parameter,) = MotorInertia.parameters
+    return f"{parameter.name}{motor + 1}", parameter.unit
 
 
 def _unit(unit: str, revolute: bool) -> str:

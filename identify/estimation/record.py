@@ -185,7 +185,11 @@ class Record:
     def with_positions(self, positions_of: Callable[[Session], Array]) -> "Record":
         """The same record with other positions; speeds at rest and all settings stay what they are."""
         other = Record(self.experiment, self.settings, self.body, positions_of, dict(self._facts))
-        vars(other).update(top_speed=self.top_speed, rest_speed=self.rest_speed)
+        vars(other).update(
+            top_speed=self.top_speed,
+            rest_speed=self.rest_speed,
+            _rest_speed_of_motors=self._rest_speed_of_motors,
+        )
         return other
 
     def facts(self, entry: SessionEntry) -> SessionFacts:
@@ -220,7 +224,7 @@ class Record:
         hold = self._held_bytes + cost <= LARGEST_HELD
         held: list[PreparedBlock] = []
         empty = True
-        for block in motion_blocks(session, self.settings):
+        for block in motion_blocks(session, self.settings, shared=self._shared):
             empty = False
             prepared = PreparedBlock(block, self.body, entry, self.experiment.drive_gain)
             if hold:
@@ -287,8 +291,14 @@ class Record:
 
         def gather(file: str) -> Samples:
             samples, filtered, recorded = self._gather(entries[file])
-            moves = (recorded > self.rest_speed) | ~self.shows_stops
-            return replace(samples, moving=moves & (filtered > self.rest_speed))
+            rest = np.append(self.rest_speed, self._rest_speed_of_motors)
+            moves = ((recorded > rest) | ~self.shows_stops) & (filtered > rest)
+            moving = moves[:, : self.joints]
+            for motor, moves_too in zip(self.body.shared_motors, moves[:, self.joints :].T, strict=True):
+                # while a motor stops, what holds it is in the torque of every joint that it turns with
+                turned = self.body.shares[:, motor] != 0
+                moving = np.where(turned, moving & moves_too[:, None], moving)
+            return replace(samples, moving=moving)
 
         return _ByFile(gather)
 
@@ -301,7 +311,7 @@ class Record:
             self._gathered[entry.file] = gathered
 
     def _gather(self, entry: SessionEntry) -> tuple[Samples, Array, Array]:
-        """Samples of a session, and the stopping speeds around each, filtered and recorded, (samples, joints)."""
+        """Samples of a session, and the stopping speeds around each, filtered and recorded, (samples, n + k)."""
         if entry.file not in self._gathered:
             parts: list[tuple[Array, ...]] = []
             for prepared in self.blocks(entry):
@@ -344,10 +354,31 @@ class Record:
         return np.maximum(REST_SPEED * self.top_speed, 3.0 * self.speed_resolution)
 
     @cached_property
+    def _shared(self) -> Array | None:
+        """(n, k): how the motors that several joints share turn with these; None where there are none."""
+        motors = list(self.body.shared_motors)
+        return self.body.shares[:, motors] if motors else None
+
+    @cached_property
+    def _rest_speed_of_motors(self) -> Array:
+        """(k,): of the motors that several joints share, rad/s."""
+        if self._shared is None:
+            return np.zeros(0)
+        self._gather_all(self.experiment.sessions)
+        speeds = [np.abs(self._gathered[e.file][0].dq @ self._shared) for e in self.experiment.sessions]
+        top = np.max([np.quantile(speed, 0.999, axis=0) for speed in speeds], axis=0)
+        resolution = np.sqrt(self.speed_resolution**2 @ self._shared**2)
+        return np.maximum(REST_SPEED * top, 3.0 * resolution)
+
+    @cached_property
     def shows_stops(self) -> NDArray[np.bool_]:
-        """(n,): whether the positions as recorded are fine enough to tell a stop from slow motion."""
+        """(n + k,): whether the positions as recorded are fine enough to tell a stop from slow motion; of the joints, then
+        of the motors that several of them share."""
         rounding = np.max([self.facts(entry).position_rounding for entry in self.experiment.sessions], axis=0)
-        return STEPS_AT_REST_SPEED * rounding <= self.rest_speed * STOP_TIME
+        if self._shared is not None:
+            rounding = np.append(rounding, np.sqrt(rounding**2 @ self._shared**2))
+        rest = np.append(self.rest_speed, self._rest_speed_of_motors)
+        return STEPS_AT_REST_SPEED * rounding <= rest * STOP_TIME
 
     @cached_property
     def summaries(self) -> list[JointSummary]:
@@ -398,7 +429,14 @@ class Record:
 
     def __reduce__(self) -> tuple[Callable[..., "Record"], tuple[object, ...]]:
         """For another process: the figures found so far go along, samples are read and filtered there."""
-        figures = ("_facts", "position_resolution", "top_speed", "rest_speed", "shows_stops")
+        figures = (
+            "_facts",
+            "position_resolution",
+            "top_speed",
+            "rest_speed",
+            "_rest_speed_of_motors",
+            "shows_stops",
+        )
         known = {name: vars(self)[name] for name in figures if name in vars(self)}
         return _arrived, (self.experiment, self.settings, self.body, self.positions_of, self._token, known)
 

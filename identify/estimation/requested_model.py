@@ -7,9 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.effects.catalogue import KnownEffects, effects
+from identify.effects.dry_friction import Coulomb
 from identify.effects.effect import Effect
 from identify.effects.load_velocity import SMOOTH, SPLIT_BY_POWER_SIGN, GearFriction, LoadVelocity
 from identify.effects.model import LINK_SIDE, Model, Term, parse_addition, parse_model
+from identify.effects.transmission import CoupledFriction, MotorInertia, MotorViscous
 from identify.effects.unknown_payload import UnknownPayload
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.fitting import fit_model
@@ -149,14 +151,25 @@ def fit_linear(record: Record, loaded: FittedModel, add: Sequence[str]) -> Fitte
         for joint in range(record.joints)
         for term in (
             Term(LoadVelocity(), joint).chosen({"stribeck_velocity": velocities[joint]}),
-            *(Term(known[name], joint) for name in SMOOTH),
+            *beside_gear(record, known, joint),
         )
     ]
     more = [t for text in add for t in parse_addition(text, record.joint_names, known, gain)]
     model = Model("load-velocity", tuple(terms)).with_terms(
-        t for t in more if t.effect.name not in SPLIT_BY_POWER_SIGN
+        t
+        for t in more
+        if t.effect.name not in (*SPLIT_BY_POWER_SIGN, CoupledFriction.name, MotorInertia.name)
     )
     return fit_model(record, model, loaded.entries, load_from=loaded.torque, inertial=False)
+
+
+def beside_gear(record: Record, known: Mapping[str, Effect], joint: int) -> list[Term]:
+    """Friction of a joint beside eq. (30) for its gear: what is smooth, and, where the gear is that of a shared motor, the
+    joint's own dry friction and the motor's viscous friction."""
+    terms = [Term(known[name], joint) for name in SMOOTH]
+    if joint in record.body.shared_motors:
+        terms += [Term(known[Coulomb.name], joint), Term(MotorViscous(), joint)]
+    return terms
 
 
 def stribeck_velocities(loaded: FittedModel) -> list[float]:
@@ -164,14 +177,12 @@ def stribeck_velocities(loaded: FittedModel) -> list[float]:
     record = loaded.record
     gear = GearFriction()
     known = known_effects(record.experiment)
-    besides = [Slot.of(Term(known[name], joint)) for joint in range(record.joints) for name in SMOOTH]
+    besides = [Slot.of(term) for joint in range(record.joints) for term in beside_gear(record, known, joint)]
     tried = [gear.grid(summary) for summary in record.summaries]
     for last in (False, True):
         slots = [Slot.of(Term(gear, joint), c) for joint, choices in enumerate(tried) for c in choices]
         observation = observe(record, loaded.entries, [*slots, *besides], loaded.torque)
-        errors = np.split(
-            _gear_errors(observation, len(slots)), np.cumsum([len(choices) for choices in tried])[:-1]
-        )
+        errors = _gear_errors(observation, [len(choices) for choices in tried], record.body.shares)
         if not last:
             best = [choices[int(np.argmin(error))] for choices, error in zip(tried, errors, strict=True)]
             listed = zip(best, record.summaries, strict=True)
@@ -198,24 +209,33 @@ def least_between(values: Array, errors: Array) -> float:
     return float(values[best] * np.exp(np.clip(-slope / (2 * curved), place[0], place[2])))
 
 
-def _gear_errors(observation: Observation, gears: int) -> Array:
-    """Residual of the torque for each of the first slots, each with the smooth friction of its joint."""
-    errors = []
-    for index in range(gears):
-        joint = observation.slots[index].term.joint
-        smooth = [
-            observation.slot_columns[other]
-            for other in range(gears, len(observation.slots))
-            if observation.slots[other].term.joint == joint
-        ]
-        wanted = np.concatenate([observation.slot_columns[index], *smooth])
+def _gear_errors(observation: Observation, counts: Sequence[int], shares: Array) -> list[Array]:
+    """For each choice of q̇_s of each joint's gear the residual of the joint's torque.
+
+    counts : choices of each gear; the slots are theirs, gear by gear, and behind them the smooth friction
+    shares : c of `motor_shares`. Where other motors act on the joint too, they do so with the best of their own choices, so
+             that joints with the fewest motors come first.
+    """
+    starts = np.concatenate([[0], np.cumsum(counts)]).astype(int)
+    acting = [np.flatnonzero(row) for row in shares]
+    best = [int(start + count // 2) for start, count in zip(starts[:-1], counts, strict=True)]
+    errors: dict[int, Array] = {}
+    for joint in sorted(range(len(counts)), key=lambda each: len(acting[each])):
+        on_joint = observation.joint_columns[joint]
+        beside = [best[motor] for motor in acting[joint] if motor != joint]
+        beside += range(starts[-1], len(observation.slots))
         rows = observation.merged(joint).r
-        W = rows[:, np.flatnonzero(np.isin(observation.joint_columns[joint], wanted))]
-        size = np.maximum(np.linalg.norm(W, axis=0), 1e-300)
         tau = rows[:, -1]
-        coefficients = np.linalg.lstsq(W / size, tau, rcond=None)[0]
-        errors.append(float(np.linalg.norm(tau - (W / size) @ coefficients)))
-    return np.array(errors)
+        found = []
+        for choice in range(starts[joint], starts[joint + 1]):
+            wanted = np.concatenate([observation.slot_columns[slot] for slot in (choice, *beside)])
+            W = rows[:, np.flatnonzero(np.isin(on_joint, wanted))]
+            size = np.maximum(np.linalg.norm(W, axis=0), 1e-300)
+            coefficients = np.linalg.lstsq(W / size, tau, rcond=None)[0]
+            found.append(float(np.linalg.norm(tau - (W / size) @ coefficients)))
+        errors[joint] = np.array(found)
+        best[joint] = int(starts[joint] + np.argmin(errors[joint]))
+    return [errors[joint] for joint in range(len(counts))]
 
 
 def ratio_columns(fitted: FittedModel) -> list[int]:

@@ -11,7 +11,7 @@ from identify.dynamics.base_parameters import BaseParameters, base_parameters
 from identify.dynamics.geometry import Geometry
 from identify.dynamics.payload import payload_regressor, payload_torque
 from identify.dynamics.standard_parameters import PARAMETERS_PER_JOINT
-from identify.effects.model import motor_shares
+from identify.effects.model import coupled_motors, gear_apart, load_shares, motor_shares
 from identify.recording import Experiment
 from identify.recording.experiment_file import Payload
 
@@ -66,6 +66,35 @@ class RigidBody:
     def shares(self) -> Array:
         """c[j, m] of `motor_shares`."""
         return motor_shares(self.drive_gain)
+
+    @cached_property
+    def load_shares(self) -> Array:
+        """c⁻¹[m, j] of `load_shares`."""
+        return load_shares(self.drive_gain)
+
+    @cached_property
+    def gears_apart(self) -> tuple[bool, ...]:
+        """Of each motor `gear_apart`."""
+        return tuple(gear_apart(self.drive_gain, motor) for motor in range(self.joints))
+
+    @cached_property
+    def shared_motors(self) -> tuple[int, ...]:
+        """Motors that turn with several joints; their rotors are no base parameters."""
+        return tuple(m for m in range(self.joints) if m in coupled_motors(self.drive_gain, m))
+
+    def gear_parameters(self, motor: int) -> NDArray[np.intp]:
+        """(k,) indices of the base parameters that act on what the gear of a motor carries."""
+        carried = self.load_shares[motor] != 0
+        return np.flatnonzero(np.any(self.base.acts[carried], axis=0)).astype(np.intp)
+
+    def gear_inertial(self, motor: int, columns: Sequence[Array]) -> Array:
+        """(N, k): what the gear of a motor carries, for each of `gear_parameters`; columns as `inertial_columns` has them."""
+        indices = self.gear_parameters(motor)
+        carried = np.zeros((len(columns[0]), len(self.base)))
+        for joint, share in enumerate(self.load_shares[motor]):
+            if share != 0:
+                carried[:, self.base.acts[joint]] += share * columns[joint]
+        return carried[:, indices]
 
     def payload_index(self, payload: Payload) -> int:
         """Position of a payload among those of the experiment."""

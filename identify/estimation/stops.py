@@ -20,25 +20,32 @@ parameter gets better"""
 
 
 def stopping_speed(block: MotionBlock) -> Array:
-    """(M, n): the speed below which a joint stayed for `STOP_TIME` at some time near each decimated sample.
+    """(M, n + k): the speed below which a joint, or a shared motor, stayed for `STOP_TIME` at some time near each decimated
+    sample.
 
     Near is the main lobe of the parallel filter: half a period of its cut-off to either side.
     """
     stay, reach = _stay(block), _odd(1.0 / (block.cutoff * block.sampling_period))
-    held_below = running_maximum(np.abs(block.dq), stay)
+    held_below = running_maximum(np.abs(with_motors(block.dq, block.shared)), stay)
     return block.at_decimated(running_minimum(held_below, reach))
 
 
 def recorded_stopping_speed(block: MotionBlock) -> Array:
-    """(M, n): the same by the way that the positions as recorded went within `STOP_TIME`.
+    """(M, n + k): the same by the way that the positions as recorded went within `STOP_TIME`.
 
     A joint stops with a corner in its velocity. The position filter rounds the corner and rings behind it, so that
     the filtered velocity may stay above the rest speed throughout a short stop. A stop seen here is certain;
     near it are all samples that the parallel filter still mixes it into: `FILTER_REACH` to either side.
     """
     stay, reach = _stay(block), _odd(2.0 * FILTER_REACH / (block.cutoff * block.sampling_period))
-    way = running_maximum(block.position, stay) - running_minimum(block.position, stay)
+    course = with_motors(block.position, block.shared)
+    way = running_maximum(course, stay) - running_minimum(course, stay)
     return block.at_decimated(running_minimum(way, reach)) / ((stay - 1) * block.sampling_period)
+
+
+def with_motors(values: Array, shared: Array | None) -> Array:
+    """(N, n + k): positions or velocities of the joints, and beside them those of the motors that several joints share."""
+    return values if shared is None else np.hstack([values, values @ shared])
 
 
 def _stay(block: MotionBlock) -> int:

@@ -16,11 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.effects.load_velocity import LoadVelocity
-from identify.estimation.context import FittedTorque
+from identify.effects.model import Term
+from identify.effects.transmission import MotorInertia
+from identify.estimation.context import FittedTorque, Slot
 from identify.estimation.estimate import Estimate, with_parameters
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.least_squares import LeastSquares, joint_rows, least_squares
 from identify.estimation.observation import Observation, observe
+from identify.estimation.parameters import rotor_name, slot_names
 from identify.estimation.statistics import deviation_from_blocks
 
 Array = NDArray[np.float64]
@@ -35,6 +38,14 @@ KNOWN_LOAD = 1e-6
 """norm of a known load's column, in parts of the torque's, from which on it counts"""
 NOT_SEEN = 1e-6
 """part of a parameter's own effect that those of the others leave; below, the data do not tell it"""
+NOTHING_SAID = 1 / np.sqrt(12)
+"""deviation of a share that may be anything from 0 to 1: data that leave as much say nothing of it"""
+NOT_TOLD = {
+    ("b_m", "b_g"): "how the load's share of friction changes at low speed",
+    ("d_m", "d_g"): "what friction has at the start of sliding",
+    ("a_m", "a_g"): "how friction grows with the load",
+}
+"""groups of a gear's parameters that are held where data do not tell them, in the order in which they are given up"""
 
 
 @dataclass(frozen=True)
@@ -47,6 +58,8 @@ class StructuredFit:
     names   : (name, joint, unit, grouping) of every physical parameter
     values, std, std_robust : of them; NaN deviations where the data do not tell the parameter
     tied    : joints without a known load, for which a_m + a_g = 2
+    held    : names of parameters that the motion does not tell, held where a gear has no such friction
+    untold  : joint and what its motion does not tell, in words
     """
 
     form: "_Form"
@@ -57,16 +70,23 @@ class StructuredFit:
     std: Array
     std_robust: Array
     tied: tuple[str, ...]
+    held: frozenset[str] = frozenset()
+    untold: tuple[tuple[str, str], ...] = ()
 
     @property
     def remarks(self) -> tuple[str, ...]:
         """What the reader must know."""
-        if not self.tied:
-            return ()
-        return (
-            f"no known load on {', '.join(self.tied)}: the structured estimate takes a_m + a_g = 2 there"
-            " (the same loss both ways)",
-        )
+        remarks = [
+            f"{joint}: the motion does not tell {', '.join(what for name, what in self.untold if name == joint)};"
+            " the structured estimate leaves it out"
+            for joint in dict.fromkeys(name for name, _ in self.untold)
+        ]
+        if self.tied:
+            remarks.append(
+                f"no known load on {', '.join(self.tied)}: the structured estimate takes a_m + a_g = 2 there"
+                " (the same loss both ways)"
+            )
+        return tuple(remarks)
 
 
 class _Form:
@@ -80,12 +100,21 @@ class _Form:
         self.names: list[tuple[str, str, str, str | None]] = list(
             zip(base.names, base.joints, base.units, base.groupings, strict=True)
         )
-        self.start = [0.0] * self.base
+        self.rotors: dict[int, int] = {}
+        """place of the rotor's inertia of each shared motor, which is in the load of its gear beside the base parameters"""
+        for motor in record.body.shared_motors:
+            self.rotors[motor] = len(self.names)
+            name, unit = rotor_name(motor)
+            self.names.append((name, record.joint_names[motor], unit, None))
+        self.start = [0.0] * len(self.names)
         self.gears: list[tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp], bool]] = []
-        """for each joint: columns of (30), its base parameters, places of its gear's parameters, tied"""
+        """for each gear: columns of (30), places of what it carries, places of its own parameters, tied"""
         self.others: list[tuple[int, int]] = []
         """(column, place) of the columns that stand for themselves"""
         self.tied: list[str] = []
+        self.held: list[int] = []
+        """places of parameters that stay where they are"""
+        self.untold: list[tuple[str, str]] = []
         listed = zip(linear.slots, observation.slot_columns, strict=True)
         for slot, columns in listed:
             joint = slot.term.joint
@@ -93,7 +122,9 @@ class _Form:
             if not isinstance(slot.term.effect, LoadVelocity):
                 self._add_others(linear, slot, columns)
                 continue
-            inertial = np.flatnonzero(base.acts[joint])
+            inertial = record.body.gear_parameters(joint)
+            if joint in self.rotors:
+                inertial = np.append(inertial, self.rotors[joint])
             known = columns[len(inertial)]
             place = np.flatnonzero(observation.joint_columns[joint] == known)
             norm = float(np.linalg.norm(observation.merged(joint).r[:, place]))
@@ -112,9 +143,7 @@ class _Form:
                 self.start.append(0.0)
             self.gears.append((columns, inertial.astype(np.intp), np.array(places, np.intp), tied))
 
-    def _add_others(self, linear: FittedModel, slot, columns: NDArray[np.intp]) -> None:
-        from identify.estimation.parameters import slot_names
-
+    def _add_others(self, linear: FittedModel, slot: Slot, columns: NDArray[np.intp]) -> None:
         for column, name in zip(
             columns, slot_names(linear.record, slot.term, slot.values, len(columns)), strict=True
         ):
@@ -126,12 +155,19 @@ class _Form:
         """Parameters to start from: the arm of the load that the power sign came from, a gear without loss."""
         theta = np.array(self.start)
         theta[: self.base] = load.chi
+        for motor, place in self.rotors.items():
+            theta[place] = load.rotor(motor)
         for columns, inertial, places, tied in self.gears:
             theta[places[0]] = 0.0 if tied else 1.0
             if not tied:
                 theta[places[2]] = 1.0
             theta[places[4:]] = linear.fit.chi[columns[4 * (len(inertial) + 1) :]]
         return theta
+
+    def load(self, theta: Array) -> FittedTorque:
+        """The arm and the rotors, which the power sign is taken from."""
+        rotors = [(Slot.of(Term(MotorInertia(), motor)), place) for motor, place in self.rotors.items()]
+        return FittedTorque(theta[: self.base], tuple((slot, theta[[place]]) for slot, place in rotors))
 
     def coefficients(self, theta: Array) -> tuple[Array, Array]:
         """(width,) coefficients of the columns and (width, parameters) their derivatives."""
@@ -155,7 +191,31 @@ class _Form:
             dry = columns[4 * (len(inertial) + 1) :]
             chi[dry] = theta[places[4:]]
             slope[dry, places[4:]] = 1.0
+        slope[:, self.held] = 0.0
         return chi, slope
+
+    def hold(self, theta: Array, deviations: Array) -> Array | None:
+        """Hold of every gear the first group of parameters that the data say nothing of; the parameters then, or None where
+        nothing is left to hold.
+
+        deviations : (parameters,) that hold for coloured residuals; NaN where nothing at all is seen
+        """
+        held = theta.copy()
+        before = len(self.held)
+        for *_, places, tied in self.gears:
+            sliding = max(float(np.mean(np.abs(theta[places[[4, 6]]]))), 1e-300)
+            for symbols, words in NOT_TOLD.items():
+                own = np.unique([places[GEAR.index(symbol)] for symbol in symbols])
+                size = sliding if symbols[0][0] == "d" else 1.0
+                if self.held and np.isin(own, self.held).all():
+                    continue
+                if np.all(deviations[own] < NOTHING_SAID * size):
+                    continue
+                self.held += own.tolist()
+                self.untold.append((self.names[own[0]][1], words))
+                held[own] = 1.0 if symbols[0][0] == "a" and not tied else 0.0
+                break
+        return held if len(self.held) > before else None
 
     def reported(self, theta: Array, std: Array, robust: Array) -> tuple[list, Array, Array, Array]:
         """Names, values and deviations for the reader: a tied joint's a_m and a_g both."""
@@ -186,11 +246,18 @@ def fit_structured(linear: FittedModel, weights: Array) -> StructuredFit:
     observation, load = linear.observation, linear.load_from
     best: tuple[float, Array, Observation, FittedTorque] | None = None
     for _ in range(POWER_SIGN_ROUNDS):
-        theta, cost = _minimise(form, _rows(observation, weights), theta)
+        rows = _rows(observation, weights)
+        theta, cost = _minimise(form, rows, theta)
+        while form.rotors and best is None:
+            fit = _with_coefficients(form, linear.fit, observation, weights, theta)
+            held = form.hold(theta, _deviations(form, fit, observation, rows, theta)[1])
+            if held is None:
+                break
+            theta, cost = _minimise(form, rows, held)
         if best is not None and cost >= best[0] * (1 - 1e-6):
             break
         best = (cost, theta, observation, load)
-        load = FittedTorque(theta[: form.base])
+        load = form.load(theta)
         observation = observe(linear.record, linear.entries, linear.slots, load)
     assert best is not None
     _, theta, observation, load = best
@@ -264,11 +331,33 @@ def _minimise(form: "_Form", rows: Array, theta: Array) -> tuple[Array, float]:
 
 
 def _result(form: _Form, linear: FittedModel, theta: Array) -> StructuredFit:
-    observation = linear.observation
+    observation, weights = linear.observation, linear.fit.weights
+    fit = _with_coefficients(form, linear.fit, observation, weights, theta)
+    std, robust = _deviations(form, fit, observation, _rows(observation, weights), theta)
+    held = {form.names[place][0] for place in form.held}
+    held |= {name.replace("a_m", "a_g") for name in held}  # one and the same where the joint is tied
+    names, values, std, robust = form.reported(theta, std, robust)
+    estimate = Estimate(fit, np.full(form.width, np.nan), np.full(form.width, np.nan), ())
+    fitted = replace(linear, fit=fit, estimate=estimate, eliminated=())
+    return StructuredFit(
+        form, theta, fitted, tuple(names), values, std, robust, tuple(form.tied), frozenset(held), tuple(form.untold)
+    )
+
+
+def _with_coefficients(
+    form: _Form, fit: LeastSquares, observation: Observation, weights: Array, theta: Array
+) -> LeastSquares:
+    """The linear form's fit with the coefficients that the physical parameters make."""
     chi, slope = form.coefficients(theta)
-    fit = with_parameters(linear.fit, observation, chi)
-    fit = replace(fit, fitted=np.flatnonzero(np.any(slope != 0, axis=1)), dropped=np.zeros(0, np.intp))
-    rows = _rows(observation, fit.weights)
+    fit = with_parameters(replace(fit, weights=weights), observation, chi)
+    return replace(fit, fitted=np.flatnonzero(np.any(slope != 0, axis=1)), dropped=np.zeros(0, np.intp))
+
+
+def _deviations(
+    form: _Form, fit: LeastSquares, observation: Observation, rows: Array, theta: Array
+) -> tuple[Array, Array]:
+    """(parameters,) each: deviations of white residuals and of coloured ones; NaN where the data do not tell."""
+    slope = form.coefficients(theta)[1]
     J = rows[:, :-2] @ slope
     scale = np.maximum(np.linalg.norm(J, axis=0), 1e-300)
     seen = _seen(J / scale)
@@ -280,10 +369,7 @@ def _result(form: _Form, linear: FittedModel, theta: Array) -> StructuredFit:
     slopes, scores = _block_products(observation, fit, slope[:, seen] / scale[seen])
     sessions = np.array([block.session for block in observation.blocks])
     robust[seen] = deviation_from_blocks(slopes, scores, slopes, sessions) / scale[seen]
-    names, values, std, robust = form.reported(theta, std, robust)
-    estimate = Estimate(fit, np.full(form.width, np.nan), np.full(form.width, np.nan), ())
-    fitted = replace(linear, fit=fit, estimate=estimate, eliminated=())
-    return StructuredFit(form, theta, fitted, tuple(names), values, std, robust, tuple(form.tied))
+    return std, robust
 
 
 def _block_products(observation: Observation, fit: LeastSquares, slope: Array) -> tuple[Array, Array]:

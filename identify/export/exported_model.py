@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import Literal
 
@@ -68,6 +69,7 @@ class ExportedModel:
     chi      : (b,) base parameters
     standard : (11 n,) standard parameters that have them; a choice among many
     shares   : (n, n) of `motor_shares`: the velocity of motor m is shares[:, m] · dq
+    load_shares : (n, n) of `load_shares`: the gear of motor m carries load_shares[m] · tau_out
     lost     : (effect, joint) of effects that have no formula of the state
     remarks  : what the reader must know
     """
@@ -78,6 +80,7 @@ class ExportedModel:
     chi: Array
     standard: Array
     shares: Array
+    load_shares: Array
     torques: tuple[Torque, ...]
     lost: tuple[tuple[str, int], ...]
     remarks: tuple[str, ...]
@@ -114,12 +117,19 @@ def exported_model(result: Identification) -> ExportedModel:
     fitted = result.fitted if structured is None else structured.fitted
     chi = np.array(fitted.fit.chi if structured is None else structured.theta, float)[: len(base)]
     gears = {} if structured is None else _gears(structured)
+    load = fitted.torque if structured is None else structured.form.load(structured.theta)
     torques: list[Torque] = []
     lost: list[tuple[str, int]] = []
     remarks = [] if structured is None else [STRUCTURED]
     if not base.rotors:
         remarks.append(LINKS_ALONE)
-    for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True):
+    listed = [
+        (slot, fitted.fit.chi[columns])
+        for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True)
+    ]
+    if structured is not None:
+        listed = [*load.factors, *listed]  # rotors of shared motors, which eq. (30) has in its load
+    for slot, estimates in listed:
         effect, joint = slot.term.effect, slot.term.joint
         if effect.reported_offset(slot.values):
             remarks.append(
@@ -128,7 +138,7 @@ def exported_model(result: Identification) -> ExportedModel:
             )
             continue
         formulas = effect.formulas(slot.values)
-        values = tuple(float(value) for value in fitted.fit.chi[columns])
+        values = tuple(float(value) for value in estimates)
         if isinstance(effect, LoadVelocity) and structured is not None:
             formulas = _gear_formulas(slot.values["stribeck_velocity"])
             values = gears[record.joint_names[joint]]
@@ -136,7 +146,9 @@ def exported_model(result: Identification) -> ExportedModel:
             lost.append((effect.name, joint))
             continue
         distance = slot.values.get("presliding_distance") if effect.simulated == "state" else None
-        rubs = effect.dissipates or effect.rows == "motor" or isinstance(effect, LoadVelocity)
+        rubs = effect.dissipates or isinstance(effect, LoadVelocity)
+        if effect.rows == "gear" and record.body.gears_apart[joint]:
+            formulas = of_motor(formulas, load.rotor(joint))
         torques += [
             Torque(effect.name, row, joint, formulas, values, rubs, effect.in_link_files, distance)
             for row in rows_of(record, slot.term)
@@ -150,6 +162,7 @@ def exported_model(result: Identification) -> ExportedModel:
         chi=chi,
         standard=base.nearest_standard(chi),
         shares=record.body.shares,
+        load_shares=record.body.load_shares,
         torques=tuple(torques),
         lost=tuple(lost),
         remarks=tuple(dict.fromkeys(remarks)),
@@ -187,4 +200,24 @@ def _gear_formulas(stribeck_velocity: float) -> tuple[str, ...]:
         f"{fading} * {ahead}",
         back,
         f"{fading} * {back}",
+    )
+
+
+_OF_A_JOINT = re.compile(r"\b(dq|ddq|direction|load)\b")
+
+
+def of_motor(formulas: tuple[str, ...], rotor: float) -> tuple[str, ...]:
+    """Formulas of a gear's friction, in the velocity and load of its motor, on the joints that the motor turns.
+
+    rotor : kg m², of the motor's rotor, which the gear carries beside the base parameters
+    """
+    carried = f"(motor_load + {number(rotor)} * motor_acceleration)" if rotor else "motor_load"
+    names = {
+        "dq": "motor_velocity",
+        "ddq": "motor_acceleration",
+        "direction": "sign(motor_velocity)",
+        "load": carried,
+    }
+    return tuple(
+        f"motor_share * ({_OF_A_JOINT.sub(lambda found: names[found[0]], formula)})" for formula in formulas
     )

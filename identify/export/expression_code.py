@@ -6,6 +6,9 @@ import ast
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from identify.export.exported_model import ExportedModel, Torque
 
 
@@ -119,8 +122,19 @@ def torque_text(model: ExportedModel, torque: Torque, dialect: Dialect) -> str:
         signal: name.format(row=torque.row, motor=torque.motor, state=state)
         for signal, name in dialect.signals.items()
     }
+    names["motor_load"] = _sum_of_loads(model.load_shares[torque.motor], dialect)
     names["motor_share"] = literal(float(model.shares[torque.row, torque.motor]))
     return render(torque.formula, names, dialect)
+
+
+def _sum_of_loads(shares: NDArray[np.float64], dialect: Dialect) -> str:
+    """What the gear of a motor carries of the joints' loads, in a language."""
+    parts = [
+        f"{literal(float(share))} * {dialect.signals['load'].format(row=joint)}"
+        for joint, share in enumerate(shares)
+        if share != 0
+    ]
+    return f"({' + '.join(parts)})"
 
 
 def _render(node: ast.expr, names: Mapping[str, str], dialect: Dialect) -> str:

@@ -32,7 +32,8 @@ class ExportedTorque(Part):
     """A torque of one effect on one joint: the sum of values times formulas.
 
     Formulas are of q, dq, ddq, direction (sign of dq), load (tau_out of eq. 6), torque (load and all friction before),
-    t, temp, memory (state of presliding), motor_velocity, motor_acceleration and motor_share of `motor`.
+    t, temp, memory (state of presliding), motor_velocity, motor_acceleration, motor_load (the inverse of `motor_shares` times
+    the joints' loads) and motor_share of `motor`.
     """
 
     effect: str = Field(examples=["viscous"])

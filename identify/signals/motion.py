@@ -69,6 +69,10 @@ class MotionBlock:
     """Hz, of the parallel filter."""
     sampling_period: float
     """s, of the rows."""
+    shared: Array | None = None
+    """(n, k) of motors that several joints share: their angles are q @ shared"""
+    shared_direction: Array | None = None
+    """(N, k) of these motors, as `direction` is of the joints"""
 
     @property
     def decimated_time(self) -> Array:
@@ -127,11 +131,15 @@ class _Grid:
 
 
 def motion_blocks(
-    session: Session, settings: SignalSettings, largest_block: int | None = None
+    session: Session,
+    settings: SignalSettings,
+    largest_block: int | None = None,
+    shared: Array | None = None,
 ) -> Iterator[MotionBlock]:
     """The blocks of a session, one after the other.
 
     largest_block : rows, the overlap not counted; the default keeps a block within some ten megabytes
+    shared        : (n, k) of motors that several joints share, where there are any: their angles are position @ shared
 
     Raises InputError: every segment is shorter than the filters need.
     """
@@ -147,11 +155,11 @@ def motion_blocks(
         )
     largest = largest_block or max(LARGEST_BLOCK // session.n, 4 * grid.around)
     per_block = max(1, largest // grid.factor)
-    rounding = _rounding(session)
+    rounding = _rounding(session, shared)
     for index, segment, decimated in kept:
         for begin in range(decimated.start, decimated.stop, per_block):
             piece = decimated[begin - decimated.start :][:per_block]
-            yield _block(session, settings, grid, rounding, index, segment, piece)
+            yield _block(session, settings, grid, rounding, index, segment, piece, shared)
             for array in (session.time, session.position, session.command):
                 release(array)
 
@@ -175,6 +183,7 @@ def _block(
     index: int,
     segment: slice,
     outputs: range,
+    shared: Array | None,
 ) -> MotionBlock:
     rows_in_segment = (segment.stop - segment.start - 1) // grid.stride + 1
     first = max(outputs.start * grid.factor - grid.around, 0)
@@ -185,10 +194,13 @@ def _block(
     wide = slice(max(start - around, segment.start), min(stop + around, segment.stop))
     recorded = np.asarray(session.position[wide])
     derivatives = differentiation.differentiate(recorded, session.sampling_period, settings.position_cutoff)
+
+    def turning(course: Array, velocity: Array, cutoff: float, coarse: float) -> Reversals:
+        found = find_reversals(course, velocity, cutoff, session.sampling_period, coarse)
+        return found.in_rows(start - wide.start, grid.stride)
+
     reversals = tuple(
-        find_reversals(
-            recorded[:, joint], derivatives[1][:, joint], cutoff, session.sampling_period, rounding[joint]
-        ).in_rows(start - wide.start, grid.stride)
+        turning(recorded[:, joint], derivatives[1][:, joint], cutoff, rounding[joint])
         for joint, cutoff in enumerate(settings.position_cutoff)
     )
     q, dq, ddq = (values[start - wide.start : stop - wide.start : grid.stride] for values in derivatives)
@@ -198,6 +210,18 @@ def _block(
             None if values is None else _at_rows(values, start, stop, segment, grid, session.sampling_period)
         )
 
+    shared_direction = None
+    if shared is not None:
+        turns = [
+            turning(
+                recorded @ joints,
+                derivatives[1] @ joints,
+                min(np.asarray(settings.position_cutoff)[joints != 0]),
+                rounding[session.n + motor],
+            )
+            for motor, joints in enumerate(shared.T)
+        ]
+        shared_direction = direction_of_motion(dq @ shared, turns)
     command = measured(session.command)
     assert command is not None
     rows = slice(start, stop, grid.stride)
@@ -219,13 +243,18 @@ def _block(
         factor=grid.factor,
         cutoff=settings.decimation_cutoff,
         sampling_period=grid.period,
+        shared=shared,
+        shared_direction=shared_direction,
     )
 
 
-def _rounding(session: Session) -> Array:
-    """(n,) step of the encoder, or of a rounding that would scatter the positions alike."""
+def _rounding(session: Session, shared: Array | None) -> Array:
+    """(n + k,) step of the encoder, or of a rounding that would scatter the positions alike; of the joints, then of the
+    shared motors."""
     first = np.array(session.position[session.segments[0]][:SAMPLES])
     release(session.position)
+    if shared is not None:
+        first = np.hstack([first, first @ shared])
     step = position_step(first)
     return np.maximum(np.where(np.isfinite(step), step, 0.0), position_rounding(first))
 

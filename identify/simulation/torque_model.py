@@ -162,10 +162,10 @@ class TorqueModel:
 
     def _columns(self, context: JointContext, slot: Slot, joint: int, windows: Windows) -> Array:
         effect, owner = slot.term.effect, slot.term.joint
-        motion = context.motion(joint, owner)
         if effect.simulated == "state":
+            motion = context.motion(joint, owner)
             return effect.columns_of_state(motion, windows.memory[effect.name, owner], slot.values)
-        return effect.columns(motion, slot.values)
+        return context.columns(slot, joint)
 
     def _rigid_parts(self, windows: Windows, acceleration: Array) -> tuple[Array, Array, Array]:
         """tau_out of eq. (6), the load that other effects follow, and the known part of both, (windows, joints) each."""
@@ -185,7 +185,9 @@ class TorqueModel:
         )
         vars(prepared)["known"] = known
         if not self._wants_columns:  # nobody looks at the regressor, which would cost most of the time
-            vars(prepared)["inertial"] = [np.zeros((len(load), 0))] * record.joints
+            vars(prepared)["inertial"] = [
+                np.zeros((len(load), int(acts.sum()))) for acts in record.body.base.acts
+            ]
         context = JointContext(
             prepared,
             self.entry,
@@ -201,6 +203,7 @@ class TorqueModel:
         if load_from is not None and self._wants_torque:
             context.torque = self._whole_torque(context, load_from, windows)
             context._views.clear()
+            context._gears.clear()
         return context
 
     def _whole_torque(self, context: JointContext, load_from: FittedTorque, windows: Windows) -> Array:

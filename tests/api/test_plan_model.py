@@ -86,6 +86,27 @@ def test_six_coupled_axes_have_columns_on_every_row():
     assert np.isfinite(torque).all()
 
 
+def test_friction_of_a_shared_motor_s_load_is_planned_on_every_row_that_it_turns():
+    rig = Rig.load("tx40-simulated")
+    model = RegressorModel(rig, "load-velocity", rig.payloads)
+    random = np.random.default_rng(2)
+    q, dq, ddq = random.uniform(-1, 1, (3, 40, 6))
+    motion = PlannedMotion(rig.payloads[2], 0.01 * np.arange(40.0), q, dq, ddq, 0.01)
+    rows = model.rows(motion)
+    names = [parameter.name for parameter in model.parameters]
+    columns = [dict(zip([names[k] for k in indices], part.T, strict=True)) for indices, part in rows]
+    load = model.load(motion)
+    # motor 5 carries joint 5 less what motor 6 brings to it; motor 6 turns with both
+    for joint, carried, speed in (
+        (5, load[:, 4] - load[:, 5], dq[:, 4]),
+        (6, load[:, 5], dq[:, 4] + dq[:, 5]),
+    ):
+        both = columns[4][f"alpha_m{joint}"] + columns[4][f"alpha_g{joint}"]
+        assert both == pytest.approx(np.abs(carried) * np.sign(speed), rel=1e-9)
+    assert columns[5]["FS6"] == pytest.approx(columns[4]["FS6"])
+    assert "alpha_m5" not in columns[5]
+
+
 def test_a_result_file_of_another_robot_or_none_at_all_is_refused(rig, tmp_path):
     path = tmp_path / "result.json"
     other = Identified({"XX9": 1.0}, "identified: other, model usual")

@@ -94,7 +94,7 @@ def test_friction_inside_the_bounds_never_drives_the_joint(FV, FC, quadratic, di
         "load-friction-asymmetric": {"rotor_inertia": 0.0},
     }
     values = np.array([FV, FC, quadratic, *alpha, difference])
-    inside = admissible(names).violation(values) <= 1e-9
+    inside = admissible_values(columns_of(names), [summary_of(coupled_motors=())]).violation(values) <= 1e-9
     speed = TOP_SPEED * np.array([0.02, 0.1, 0.5, 0.9, 1.0])[:, None, None]
     load = LARGEST_LOAD * np.array([-1.0, -1e-6, 1e-6, 1.0])[None, :, None]
     direction = np.array([-1.0, 1.0])[None, None, :]
@@ -149,3 +149,17 @@ def test_a_delay_has_either_sign_and_so_has_an_offset():
     bounds = admissible({"delay": {}, "offset": {}})
     assert bounds.violation(np.array([-0.004, -3.0])) == 0.0
     assert bounds.violation(np.array([0.004, 3.0])) == 0.0
+
+
+def test_friction_of_a_shared_motor_opposes_that_motor_whatever_the_joint_s_own_friction_is():
+    """beta_difference is bounded by the motor's own dry friction, F_CM ± ½ of it, not by the joint's."""
+    known = effects()
+    shared = summary_of(coupled_motors=(0,))
+    names = ("coulomb", "coupled-friction", "load-friction-asymmetric")
+    columns = [(Term(known[name], 0), CONSTANTS.get(name, {}), len(known[name].parameters)) for name in names]
+    bounds = admissible_values(columns, [shared])
+    # coulomb FC; FVM, FCM, IaM; alpha_m, alpha_g, beta_difference
+    assert bounds.violation(np.array([0.0, 1.0, 2.0, 0.1, 0.0, 0.0, 3.9])) == 0.0
+    assert bounds.violation(np.array([9.0, 1.0, 2.0, 0.1, 0.0, 0.0, 4.1])) > 0.0
+    apart = admissible_values(columns, [summary_of(coupled_motors=())])
+    assert apart.violation(np.array([9.0, 1.0, 2.0, 0.1, 0.0, 0.0, 4.1])) == 0.0
