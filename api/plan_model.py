@@ -308,12 +308,15 @@ class _Views:
     def columns(self, term: Term, joint: int, constants: Mapping[str, float]) -> Array:
         """(N, parameters): the columns of a term on the rows of a joint."""
         owner = term.joint
-        own = self(owner if term.effect.rows == "gear" else joint, owner)
+        motion = self(owner if term.effect.rows == "gear" else joint, owner)
         if term.effect.rows != "gear" or not self._body.gears_apart[owner]:
-            return term.effect.columns(own, constants)
-        motion, sign = self._motion, np.sign(self._motion.dq)
-        signals = GearSignals(motion.q, motion.dq, motion.ddq, sign, self._load, self._known, self._inertial)
-        gear = gear_motion(self._body, own, signals, self._rotors.get(owner, 0.0))
+            return term.effect.columns(motion, constants)
+        planned = self._motion
+        direction = np.sign(planned.dq)
+        signals = GearSignals(
+            planned.q, planned.dq, planned.ddq, direction, self._load, self._known, self._inertial
+        )
+        gear = gear_motion(self._body, motion, signals, self._rotors.get(owner, 0.0))
         return self._body.shares[joint, owner] * term.effect.columns(gear, constants)
 
     def _view(self, joint: int, owner: int) -> JointMotion:

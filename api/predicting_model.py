@@ -8,7 +8,10 @@ from numpy.typing import NDArray
 from api.plan_model import Identified, RegressorModel, usual_model
 from daq.excitation.plan_model import PlannedMotion
 from daq.rig import Rig
+from identify.effects.dry_friction import Coulomb
 from identify.effects.load_velocity import SPLIT_BY_POWER_SIGN, GearFriction, LoadVelocity
+from identify.effects.model import Term, coupled_motors
+from identify.estimation.motor_motion import rows_on
 from identify.estimation.structured import GEAR
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import Payload
@@ -45,8 +48,19 @@ class _LoadVelocityModel(RegressorModel):
         assert document.structured is not None
         linear = Identified.of(document)
         values = {parameter.name: parameter.value for parameter in document.structured.parameters}
-        smooth = [str(each) for each in document.effects if each.effect not in SPLIT_BY_POWER_SIGN]
-        super().__init__(rig, "rigid", [payload], smooth, Identified(values, linear.source, linear.constants))
+        joints = [axis.joint for axis in rig.axes]
+        # on the far side of a shared motor the joint has dry friction of its own
+        apart = {
+            joints[motor] for motor in range(len(joints)) if motor in coupled_motors(rig.drive_gain, motor)
+        }
+        besides = [
+            str(each)
+            for each in document.effects
+            if each.effect not in SPLIT_BY_POWER_SIGN or (each.effect == Coulomb.name and each.joint in apart)
+        ]
+        super().__init__(
+            rig, "rigid", [payload], besides, Identified(values, linear.source, linear.constants)
+        )
         self._gears: list[tuple[dict[str, float], Array]] = []
         for axis in rig.axes:
             named = [values.get(f"{symbol}@{axis.joint}", values.get(symbol)) for symbol in GEAR]
@@ -58,7 +72,9 @@ class _LoadVelocityModel(RegressorModel):
 
     def torque(self, motion: PlannedMotion) -> Array:
         """(N, n) N m: load and friction, that of the gears with them."""
-        torque, view, friction = super().torque(motion), self._views(motion), GearFriction()
+        torque, view = super().torque(motion), self._views(motion)
         for joint, (constants, values) in enumerate(self._gears):
-            torque[:, joint] += friction.columns(view(joint, joint), constants) @ values
+            gear = Term(GearFriction(), joint)
+            for row in rows_on(self._body, gear):
+                torque[:, row] += view.columns(gear, row, constants) @ values
         return torque

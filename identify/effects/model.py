@@ -95,16 +95,16 @@ def load_shares(drive_gain: Array) -> Array:
     """
     shares = motor_shares(drive_gain)
     try:
-        return np.linalg.inv(shares)
+        return np.asarray(np.linalg.inv(shares), np.float64)
     except np.linalg.LinAlgError:  # motors that cannot be told apart share the load alike
-        return np.linalg.pinv(shares)
+        return np.asarray(np.linalg.pinv(shares), np.float64)
 
 
 def gear_apart(drive_gain: Array, motor: int) -> bool:
     """Whether the gear of a motor turns, or carries, other than its own joint does: friction is then the motor's."""
-    own = np.eye(len(drive_gain))[motor]
+    joint = np.eye(len(drive_gain))[motor]
     turns, carries = motor_shares(drive_gain)[:, motor], load_shares(drive_gain)[motor]
-    return not (np.array_equal(turns, own) and np.array_equal(carries, own))
+    return not (np.array_equal(turns, joint) and np.array_equal(carries, joint))
 
 
 def parse_model(

@@ -37,21 +37,21 @@ class GearSignals:
     shared: Array | None = None
 
 
-def gear_motion(body: RigidBody, own: JointMotion, signals: GearSignals, rotor: float) -> JointMotion:
+def gear_motion(body: RigidBody, joint: JointMotion, signals: GearSignals, rotor: float) -> JointMotion:
     """The motion of a joint with the position, velocity and load of its motor in the place of its own.
 
-    own   : the motion of the motor's own joint
+    joint : the motion of the motor's own joint
     rotor : kg m², inertia of the motor's rotor beside the base parameters. A rotor of one joint is among its base parameters
             and so in its load; that of a shared motor is in its load too.
     """
-    motor = own.joint
+    motor = joint.joint
     turns, carries = body.shares[:, motor], body.load_shares[motor]
     acceleration = signals.ddq @ turns
     inertial = body.gear_inertial(motor, signals.inertial)
     if motor in body.shared_motors:
         inertial = np.column_stack([inertial, acceleration])
     return replace(
-        own,
+        joint,
         q=signals.q @ turns,
         dq=signals.dq @ turns,
         ddq=acceleration,

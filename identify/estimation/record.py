@@ -12,6 +12,7 @@ from identify.effects.model import coupled_motors
 from identify.effects.motion import JointSummary
 from identify.estimation.executor import chosen_executor
 from identify.estimation.rigid_body import AlongParameters, RigidBody
+from identify.estimation.session_facts import SessionFacts, ever_commanded
 from identify.estimation.stops import STOP_TIME, recorded_stopping_speed, stopping_speed
 from identify.recording import Experiment, InputError, Session, SessionEntry
 from identify.signals import MotionBlock, SignalSettings, choose_signal_settings, motion_blocks
@@ -47,26 +48,6 @@ class Samples:
     """filtered torque g_f v, N m"""
     moving: NDArray[np.bool_]
     temperature: Array | None
-
-
-@dataclass(frozen=True)
-class SessionFacts:
-    """What is asked of a session again and again, so that its samples need not be at hand for it."""
-
-    start: float
-    """s, time of the first sample"""
-    duration: float
-    """s"""
-    period: float
-    """s, of sampling"""
-    position_step: Array
-    """(n,) smallest step between recorded positions, rad or m; infinite where none was seen"""
-    position_rounding: Array
-    """(n,) step that would give the scatter of the recorded positions from sample to sample, rad or m"""
-    commanded: NDArray[np.bool_]
-    """(n,) whether the recorded command is ever other than zero"""
-    has_external: bool
-    remarks: tuple[str, ...]
 
 
 class PreparedBlock:
@@ -202,7 +183,7 @@ class Record:
                 period=session.sampling_period,
                 position_step=position_step(session.position[:SAMPLES]),
                 position_rounding=position_rounding(session.position[session.segments[0]][:SAMPLES]),
-                commanded=_commanded(session.command),
+                commanded=ever_commanded(session.command),
                 has_external=session.external is not None,
                 remarks=session.remarks,
             )
@@ -463,13 +444,3 @@ def _arrived(
         _copy_here[token] = record
     vars(record).update(known)
     return record
-
-
-def _commanded(command: Array) -> NDArray[np.bool_]:
-    """(n,) whether a column is ever other than zero; looks no further than needed."""
-    commanded = np.zeros(command.shape[1], bool)
-    for first in range(0, len(command), SAMPLES):
-        commanded |= np.any(command[first : first + SAMPLES], axis=0)
-        if commanded.all():
-            break
-    return commanded

@@ -226,14 +226,14 @@ def _gear_errors(observation: Observation, counts: Sequence[int], shares: Array)
         beside += range(starts[-1], len(observation.slots))
         rows = observation.merged(joint).r
         tau = rows[:, -1]
-        found = []
+        residuals = []
         for choice in range(starts[joint], starts[joint + 1]):
             wanted = np.concatenate([observation.slot_columns[slot] for slot in (choice, *beside)])
             W = rows[:, np.flatnonzero(np.isin(on_joint, wanted))]
             size = np.maximum(np.linalg.norm(W, axis=0), 1e-300)
             coefficients = np.linalg.lstsq(W / size, tau, rcond=None)[0]
-            found.append(float(np.linalg.norm(tau - (W / size) @ coefficients)))
-        errors[joint] = np.array(found)
+            residuals.append(float(np.linalg.norm(tau - (W / size) @ coefficients)))
+        errors[joint] = np.array(residuals)
         best[joint] = int(starts[joint] + np.argmin(errors[joint]))
     return [errors[joint] for joint in range(len(counts))]
 

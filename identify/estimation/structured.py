@@ -42,10 +42,9 @@ NOTHING_SAID = 1 / np.sqrt(12)
 """deviation of a share that may be anything from 0 to 1: data that leave as much say nothing of it"""
 NOT_TOLD = {
     ("b_m", "b_g"): "how the load's share of friction changes at low speed",
-    ("d_m", "d_g"): "what friction has at the start of sliding",
     ("a_m", "a_g"): "how friction grows with the load",
 }
-"""groups of a gear's parameters that are held where data do not tell them, in the order in which they are given up"""
+"""shares of a gear's load that are held where data do not tell them, in the order in which they are given up"""
 
 
 @dataclass(frozen=True)
@@ -195,7 +194,7 @@ class _Form:
         return chi, slope
 
     def hold(self, theta: Array, deviations: Array) -> Array | None:
-        """Hold of every gear the first group of parameters that the data say nothing of; the parameters then, or None where
+        """Hold of every gear the first shares of the load that the data say nothing of; the parameters then, or None where
         nothing is left to hold.
 
         deviations : (parameters,) that hold for coloured residuals; NaN where nothing at all is seen
@@ -203,17 +202,13 @@ class _Form:
         held = theta.copy()
         before = len(self.held)
         for *_, places, tied in self.gears:
-            sliding = max(float(np.mean(np.abs(theta[places[[4, 6]]]))), 1e-300)
-            for symbols, words in NOT_TOLD.items():
-                own = np.unique([places[GEAR.index(symbol)] for symbol in symbols])
-                size = sliding if symbols[0][0] == "d" else 1.0
-                if self.held and np.isin(own, self.held).all():
+            for symbols, untold in NOT_TOLD.items():
+                shares = np.unique([places[GEAR.index(symbol)] for symbol in symbols])
+                if np.isin(shares, self.held).all() or np.all(deviations[shares] < NOTHING_SAID):
                     continue
-                if np.all(deviations[own] < NOTHING_SAID * size):
-                    continue
-                self.held += own.tolist()
-                self.untold.append((self.names[own[0]][1], words))
-                held[own] = 1.0 if symbols[0][0] == "a" and not tied else 0.0
+                self.held += shares.tolist()
+                self.untold.append((self.names[shares[0]][1], untold))
+                held[shares] = 1.0 if symbols == ("a_m", "a_g") and not tied else 0.0
                 break
         return held if len(self.held) > before else None
 
@@ -340,7 +335,16 @@ def _result(form: _Form, linear: FittedModel, theta: Array) -> StructuredFit:
     estimate = Estimate(fit, np.full(form.width, np.nan), np.full(form.width, np.nan), ())
     fitted = replace(linear, fit=fit, estimate=estimate, eliminated=())
     return StructuredFit(
-        form, theta, fitted, tuple(names), values, std, robust, tuple(form.tied), frozenset(held), tuple(form.untold)
+        form,
+        theta,
+        fitted,
+        tuple(names),
+        values,
+        std,
+        robust,
+        tuple(form.tied),
+        frozenset(held),
+        tuple(form.untold),
     )
 
 

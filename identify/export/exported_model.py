@@ -219,5 +219,5 @@ def of_motor(formulas: tuple[str, ...], rotor: float) -> tuple[str, ...]:
         "load": carried,
     }
     return tuple(
-        f"motor_share * ({_OF_A_JOINT.sub(lambda found: names[found[0]], formula)})" for formula in formulas
+        f"motor_share * ({_OF_A_JOINT.sub(lambda match: names[match[0]], formula)})" for formula in formulas
     )

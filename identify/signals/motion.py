@@ -196,8 +196,8 @@ def _block(
     derivatives = differentiation.differentiate(recorded, session.sampling_period, settings.position_cutoff)
 
     def turning(course: Array, velocity: Array, cutoff: float, coarse: float) -> Reversals:
-        found = find_reversals(course, velocity, cutoff, session.sampling_period, coarse)
-        return found.in_rows(start - wide.start, grid.stride)
+        reversals = find_reversals(course, velocity, cutoff, session.sampling_period, coarse)
+        return reversals.in_rows(start - wide.start, grid.stride)
 
     reversals = tuple(
         turning(recorded[:, joint], derivatives[1][:, joint], cutoff, rounding[joint])

@@ -17,7 +17,7 @@ from identify.export.structured_text import structured_text
 from identify.identification import identify
 from identify.simulation.torque_model import TorqueModel, Windows
 from tests.identify.export.structured_text_interpreter import Block
-from tests.identify.shared_motor_arm import GAINS, SharedMotorArm, experiment
+from tests.identify.estimation.shared_motor_arm import GAINS, SharedMotorArm, experiment
 
 ARM = SharedMotorArm()
 COMPILER = shutil.which("cc") or shutil.which("gcc")
@@ -96,14 +96,15 @@ def test_in_the_joints_own_coordinates_the_friction_is_in_no_model(recorded, by_
 
 
 def test_exports_are_the_model_and_both_are_the_plant(result, by_effects, motion, tmp_path):
-    true = ARM.torque(*motion, 0.0)
+    q, dq, ddq = motion
+    true = ARM.torque(q, dq, ddq, 0.0)
     for name, found, part in (("arm", result, 2e-3), ("other", by_effects, 2e-2)):
         planned, fitted = along(found, motion)
         assert planned == pytest.approx(fitted, rel=1e-9, abs=1e-9)
         assert np.sqrt(np.mean((planned - true) ** 2)) < part * np.sqrt(np.mean(true**2))
         model = exported_model(found)
         block = Block(structured_text(model, "arm"), "ARM")
-        rows = [dict(block(Q=q, DQ=dq, DDQ=ddq)["TORQUE"]) for q, dq, ddq in zip(*motion, strict=True)]
+        rows = [dict(block(Q=a, DQ=b, DDQ=c)["TORQUE"]) for a, b, c in zip(q, dq, ddq, strict=True)]
         assert np.array([[row[(j,)] for j in range(2)] for row in rows]) == pytest.approx(
             planned, rel=1e-9, abs=1e-9
         )
@@ -112,7 +113,7 @@ def test_exports_are_the_model_and_both_are_the_plant(result, by_effects, motion
             (tmp_path / f"{name}.c").write_text(source)
             (tmp_path / f"{name}.h").write_text(header)
             torque_of = compiled_torque(COMPILER, tmp_path / f"{name}.c", name, model)
-            asked = Motion(np.zeros(60), *motion, None, found.experiment.payloads[0])
+            asked = Motion(np.zeros(60), q, dq, ddq, None, found.experiment.payloads[0])
             assert torque_of(asked) == pytest.approx(planned, rel=1e-9, abs=1e-9)
 
 
