@@ -138,6 +138,8 @@ def test_the_torque_of_the_model_sent_ahead_halves_the_following_error_of_every_
             session.start()
             assert session.wait(300.0) is SessionState.DONE, session.reason
     for joint in run.document().joints:
+        assert joint.rms_without is not None
+        assert joint.rms_with is not None
         assert joint.rms_with < 0.5 * joint.rms_without, joint
 
 

@@ -131,7 +131,8 @@ def experiment(arm: SharedMotorArm, payloads: dict[str, float], seconds: float =
     raw = {}
     for name, mass in payloads.items():
         torque = arm.torque(q, dq, ddq, mass) + noise * random.standard_normal(q.shape)
-        raw[f"{name}.csv"] = RawSamples(time, q, np.linalg.solve(arm.shares * GAINS, torque.T).T)
+        command = np.asarray(np.linalg.solve(arm.shares * GAINS, torque.T).T, np.float64)
+        raw[f"{name}.csv"] = RawSamples(time, q, command)
     joint = {"type": "revolute", "alpha": 0.0, "theta": 0.0, "r": 0.0}
     declared = ExperimentFile.model_validate(
         {

@@ -16,8 +16,8 @@ from identify.export.record_error import Motion
 from identify.export.structured_text import structured_text
 from identify.identification import identify
 from identify.simulation.torque_model import TorqueModel, Windows
-from tests.identify.export.structured_text_interpreter import Block
 from tests.identify.estimation.shared_motor_arm import GAINS, SharedMotorArm, experiment
+from tests.identify.export.structured_text_interpreter import Block
 
 ARM = SharedMotorArm()
 COMPILER = shutil.which("cc") or shutil.which("gcc")
