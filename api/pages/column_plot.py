@@ -32,6 +32,8 @@ class Seen:
 
     def of(self, x: Array, y: Array) -> tuple[Array, Array]:
         """Both columns (samples,), NaN where a sample is not seen."""
+        if self == Seen():
+            return x, y
         seen = np.ones(len(x), bool)
         for values, low, high in ((x, self.x_from, self.x_to), (y, self.y_from, self.y_to)):
             if low is not None:

@@ -294,6 +294,7 @@ def _shown(described: list[RecordDescription], count: int, key: str) -> Context:
                 "decided": each.decided,
                 "left_off": each.left_off,
                 "time": each.time,
+                "rate": each.rate,
                 "columns": [
                     (column, column_outline(column), _role(each, column.name)) for column in each.columns
                 ],
