@@ -109,7 +109,6 @@ class LinkedProtocol(H11Protocol):
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Read first what the acceptor had read."""
         super().connection_made(transport)
-        self._connections.now_idle(self.link)
         prefix, self.link.prefix = self.link.prefix, b""
         if prefix:
             self.data_received(prefix)
@@ -313,6 +312,7 @@ class Connections:
         assert self._loop is not None
         turnstile = self._turnstile
         assert turnstile is not None
+        self.now_idle(link)  # from here on: a crowd that never goes on with its TLS handshake makes room too
 
         def protocol() -> LinkedProtocol:
             link.protocol = LinkedProtocol(link, self, turnstile)

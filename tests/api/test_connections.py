@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import socket
+import ssl
 import threading
 from urllib.parse import urlsplit
 
@@ -111,3 +112,28 @@ def test_a_peek_reads_nothing_and_needs_no_descriptor():
         assert ours.recv(4) == b"POST"
     assert link.gone
     assert link.peek() == b""
+
+
+def test_whoever_never_goes_on_with_a_tls_handshake_makes_room_too():
+    async def crowd() -> None:
+        config = uvicorn.Config(lambda *_arguments: None, lifespan="off", log_config=None)
+        admitted = connections.Connections(config, ServerState(), 4)
+        admitted.start({})
+        far: list[socket.socket] = []
+        for _ in range(5):
+            near, other = socket.socketpair()
+            far.append(other)
+            for each in (near, other):
+                each.setblocking(False)
+            link = Link(near, "a")
+            assert admitted.admit(link, ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER))
+            while link.protocol is None:
+                await asyncio.sleep(0)
+        assert await asyncio.get_running_loop().sock_recv(far[0], 100) == b""
+        admitted.end()
+        for each in far:
+            each.close()
+        while any(not link.gone for link in admitted.served()):
+            await asyncio.sleep(0)
+
+    asyncio.run(crowd())
