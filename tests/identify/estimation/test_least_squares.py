@@ -62,6 +62,18 @@ def test_the_weights_found_are_the_inverse_deviations_of_the_joints():
     assert np.linalg.norm(fit.chi - chi) < 0.2 * np.linalg.norm(ordinary.chi - chi)
 
 
+def test_a_joint_that_is_fitted_to_rounding_weighs_as_one_fitted_to_a_millionth_of_its_torque():
+    random = np.random.default_rng(6)
+    W = random.standard_normal((400, 2))
+    exact = np.column_stack([W, W @ [3000.0, -500.0]])
+    noisy = np.column_stack([W, W @ [1.0, 2.0] + 0.1 * random.standard_normal(400)])
+    fit = least_squares(observation_of([exact, noisy], [np.array([0, 1]), np.array([2, 3])], 4))
+    np.testing.assert_allclose(
+        fit.weights[0], np.sqrt(400) / (1e-6 * np.linalg.norm(exact[:, -1])), rtol=1e-9
+    )
+    np.testing.assert_allclose(fit.chi[:2], [3000.0, -500.0], rtol=1e-9)
+
+
 @given(seeds, st.floats(-5, 5), st.floats(0.1, 5))
 def test_a_column_made_up_of_those_before_it_is_dropped_and_nothing_else(seed, one, other):
     random = np.random.default_rng(seed)
