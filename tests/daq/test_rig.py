@@ -168,3 +168,10 @@ def test_a_profile_that_contradicts_its_eds_is_named_before_the_bus_is_touched(t
 def test_a_drive_file_that_is_not_there_is_named(tmp_path):
     with pytest.raises(InputError, match=r"other\.eds: there is no such file"):
         Rig.load(own_drive(tmp_path, "../drives/other.eds"))
+
+
+@pytest.mark.parametrize("position", [(0.5, 0.5), (0.6, 0.5)])
+def test_an_axis_whose_limits_leave_it_no_way_is_refused(position):
+    (axis,) = Rig.load("rx130l-joint3-simulated").axes
+    with pytest.raises(ValueError, match="must lie below the highest"):
+        type(axis.limits).model_validate({**axis.limits.model_dump(), "position": position})

@@ -38,3 +38,9 @@ def test_friction_by_the_power_sign_has_one_column_for_each_pair_of_quadrants():
     columns = LoadFrictionAsymmetric().columns(motion, {"rotor_inertia": 0.0})
     np.testing.assert_allclose(columns[:, 0], [2.0, -3.0, 0.0, 0.0])
     np.testing.assert_allclose(columns[:, 1], [0.0, 0.0, -2.0, 3.0])
+
+
+def test_a_gear_may_lose_any_share_of_its_load_and_gives_none_back():
+    (alpha,) = LoadFriction().parameters
+    assert alpha.lower == 0.0
+    assert alpha.upper > 1.0, "a worm gear that locks itself loses more than it passes on"
