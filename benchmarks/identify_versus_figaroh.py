@@ -12,6 +12,7 @@ a dependency of this script alone; where it is installed elsewhere, name that in
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import tempfile
 from pathlib import Path
@@ -50,6 +51,8 @@ def main() -> None:
         raise SystemExit(
             f"{chosen.experiment}: no experiment.yaml; name the folder of a record with a gain matrix"
         )
+    # As installed: pip compiles what it installs. Otherwise our sources would be compiled in every run, and figaroh's not.
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     with tempfile.TemporaryDirectory() as scratch:
         urdf = Path(scratch) / "robot.urdf"
         write_figaroh_urdf(chosen.experiment, urdf)
