@@ -45,6 +45,8 @@ class RecorderOrder:
     frames: str
     claimed: bool = False
     """whether the empty raw log was made for us (`claim_recording`)"""
+    provisional: bool = False
+    """whether nobody wants the recording once its folder was removed; else it is written anew there"""
 
 
 @dataclass(frozen=True)
@@ -65,6 +67,7 @@ class Recorder:
     def __init__(self, order: RecorderOrder, tell: Callable[[StopReason], None]) -> None:
         self._tell = tell
         self._storage = order.description.rig.storage
+        self._provisional = order.provisional
         self._rows = RingReader(order.rows)
         self._frames = RingReader(order.frames)
         self._log = RawLog(raw_log_of(order.path), order.description.rig.bus.channel, claimed=order.claimed)
@@ -182,7 +185,10 @@ class Recorder:
             reason = StopReason(StopCause.DATA_IN_DOUBT, sentence)
         counters["problems"] = problems
         self._log.close()
-        self.file.finish(reason.status, reason.words, counters, reason.cause.value)
+        if self._provisional and self.file.gone:
+            self.file.abandon()
+        else:
+            self.file.finish(reason.status, reason.words, counters, reason.cause.value)
         self._rows.close()
         self._frames.close()
 

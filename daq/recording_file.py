@@ -190,6 +190,10 @@ class RecordingFile:
         finally:
             os.close(held)
 
+    def abandon(self) -> None:
+        """Close the file as it is; where it was deleted, it is gone."""
+        self._file.close()
+
     def finish(self, status: str, reason: str, counters: JsonObject, cause: str) -> None:
         """Close the file with its final status: `complete`, `aborted` or `faulted`; cause: a `StopCause`.
 

@@ -58,6 +58,7 @@ class PayloadSession:
     after_session : called likewise with a Recorded, before the state becomes `done`
     sign_of_life : asked before every sign of life to the acquisition: whether a stop would be heard now; while it is not, the
         motion ends as if this process had died
+    provisional : whether the experiment is still being put together: once its folder is removed, nobody wants the recording
 
     Raises InputError when plan, payload or folder do not fit the rig.
     """
@@ -76,6 +77,7 @@ class PayloadSession:
         seed: int | None = None,
         sign_of_life: Callable[[], bool] = lambda: True,
         ahead: SentAhead | None = None,
+        provisional: bool = False,
     ) -> None:
         require_within_limits(plan, rig)
         self.rig = rig
@@ -92,6 +94,7 @@ class PayloadSession:
         self._on_event = on_event or _unheard
         self._after_session = after_session
         self._seed = seed
+        self._provisional = provisional
         self._could_stop_now = sign_of_life
         self._counts = plan_counts(rig, plan)
         if ahead is not None and ahead.counts.shape != self._counts.shape:
@@ -219,7 +222,12 @@ class PayloadSession:
             self._rows = RingReader(f"{self._ring}-rows")
             self.file = claim_recording(self.experiment)
             order = RecorderOrder(
-                self.file, description, f"{self._ring}-rows", f"{self._ring}-frames", claimed=True
+                self.file,
+                description,
+                f"{self._ring}-rows",
+                f"{self._ring}-frames",
+                claimed=True,
+                provisional=self._provisional,
             )
             self.processes.record(order)
             self.processes.order("arm", str(self.file))

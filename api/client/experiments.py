@@ -27,6 +27,13 @@ class ExperimentCalls(Connection):
         """An experiment without sessions on a rig."""
         return self._post("/experiments", {"name": name, "rig": rig})
 
+    def start_demo(self) -> Json:
+        """Measure three payload sessions on the simulated arm and fit the first model.
+
+        Returns the job, whose result names the new experiment and its model.
+        """
+        return self._post("/experiments/demo")
+
     def import_experiment(self, archive: Path | str) -> Json:
         """Store an experiment measured elsewhere: a .zip of experiment.yaml and its sessions.
 

@@ -2,34 +2,15 @@
 
 import json
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-import config
-
 if TYPE_CHECKING:
     from daq.excitation.excitation_plan import ExcitationPlan
-    from daq.rig import Rig
     from identify.results.identification import IdentificationDocument
-
-_RIG = "rx130l-joint3-simulated"
-_PAYLOADS = ("none", "disk-3.5", "disk-7")
-"""0, 3.4584 and 6.970 kg: those of section IV of the paper"""
-PLAN = Path(config.__file__).parent / "plans" / "rx130l-joint3-load-velocity.json"
-"""made by `coulomb plan rx130l-joint3-simulated --model load-velocity --seconds 66`"""
-
-
-@dataclass(frozen=True)
-class DemoSession:
-    """A session of the demo. mass: kg, of the payload; words: how it ended."""
-
-    file: str
-    payload: str
-    mass: float
-    words: str
 
 
 def register(application: typer.Typer) -> None:
@@ -49,6 +30,7 @@ def demo(
 
     from api.commands.run import identify_so_far, percent, print_errors
     from api.data_folder import default_data_folder
+    from api.simulated_demo import PAYLOADS, PLAN, RIG, DemoSession, fresh_folder, record
     from daq.excitation.excitation_plan import ExcitationPlan
     from daq.rig import Rig
     from daq.session_outcome import Recorded
@@ -62,9 +44,9 @@ def demo(
     def say(text: str = "") -> None:
         console.print(text, highlight=False, soft_wrap=True)
 
-    rig = Rig.load(_RIG)
+    rig = Rig.load(RIG)
     data = out or default_data_folder()
-    folder = _fresh_folder(data / "experiments")
+    folder = fresh_folder(data / "experiments")
     plan = ExcitationPlan.load(PLAN)
     moving = _seconds_of_motion(plan)
     say(f"Rig {rig.name}: {rig.description}.")
@@ -75,8 +57,8 @@ def demo(
     say()
     sessions: list[DemoSession] = []
     identifications: list[IdentificationDocument] = []
-    for payload in _PAYLOADS:
-        session = _record(rig, folder, plan, payload)
+    for payload in PAYLOADS:
+        session = record(rig, folder, plan, payload)
         sessions.append(session)
         say(f"Session with payload {payload}: {session.words}.")
         result = identify_so_far(Recorded(folder, folder / session.file, payload), "demo")
@@ -119,37 +101,9 @@ def demo(
         )
 
 
-def _fresh_folder(experiments: Path) -> Path:
-    """`demo`, `demo-2`, …: a demo never touches what is there."""
-    number = 1
-    while (folder := experiments / ("demo" if number == 1 else f"demo-{number}")).exists():
-        number += 1
-    return folder
-
-
 def _seconds_of_motion(plan: "ExcitationPlan") -> float:
     """s of the plan in which a joint moves."""
     import numpy as np
 
     times = np.arange(0.0, plan.duration, 0.01)
     return float(0.01 * np.count_nonzero(np.abs(plan.setpoints(times).velocity).max(axis=1) > 1e-6))
-
-
-def _record(rig: "Rig", folder: Path, plan: "ExcitationPlan", payload: str) -> DemoSession:
-    """One session over CAN; what is to be told of it."""
-    from daq.session_events import SessionState
-    from daq.session_workflow import PayloadSession
-
-    known = rig.payload(payload)
-    with PayloadSession(rig, folder, plan, known, "demo") as session:
-        check = session.check()
-        if not check.ok:
-            raise RuntimeError(f"the simulated rig is not ready: {check.problems}")
-        session.confirm_payload(known.mass)
-        session.arm()
-        session.start()
-        if session.wait() is not SessionState.DONE or session.file is None:
-            raise RuntimeError(
-                f"the session with payload {payload} ended as {session.state.value}: {session.reason}"
-            )
-    return DemoSession(session.file.name, payload, known.mass, session.reason)

@@ -1,20 +1,26 @@
 """The list of experiments: how good the model of each is, and where to go on."""
 
-from fastapi import APIRouter, Request
+from typing import Annotated
+from urllib.parse import urlencode
+
+from fastapi import APIRouter, Query, Request
 from fastapi.responses import HTMLResponse
 
+from api.pages.job_views import JOB_TITLES, follow, job_progress
 from api.pages.layout import experiment_link, frame
 from api.pages.number_format import utc_time
 from api.pages.rendering import PREFIX, Context, page
 from api.service import access
 from api.service.database import ExperimentRow
+from api.service.jobs import Job
 from api.service.model_story import ModelStory
 from api.service.service import Service
 from api.service.unlisted_recordings import RECORDING
+from api.simulated_demo import RIG
 from identify.results.diagnosis import DiagnosisDocument
 
-FIRST_RIG = "rx130l-joint3-simulated"
-"""For whoever has no experiment yet: one joint, simulated."""
+DEMO_LINK = f"{PREFIX}/demo"
+DEMO_PROGRESS = f"{DEMO_LINK}/progress"
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
 
@@ -29,16 +35,38 @@ def experiments_page(request: Request, user: access.Viewer) -> HTMLResponse:
         "experiments": rows,
         "upload_limit": service.settings.upload_limit,
         "add_link": f"{PREFIX}/experiments/import",
-        "simulated_link": _simulated_link(service) if not rows else None,
+        "demo_link": DEMO_LINK,
+        "demo_progress": _demo_under_way(service, user.name) if not rows else None,
+        "step_by_step_link": f"{PREFIX}/new-session?{urlencode({'rig': RIG})}",
     }
     return page(request, "experiments.html", **context)
 
 
-def _simulated_link(service: Service) -> str | None:
-    """The way to a first session on the arm that comes with the service; None where its rig is not there."""
-    if FIRST_RIG not in service.rigs.files():
-        return None
-    return f"{PREFIX}/new-session?rig={FIRST_RIG}"
+@router.post("/demo")
+def start_demo(request: Request, user: access.Operator) -> HTMLResponse:
+    """Measure on the simulated arm and fit the first model; progress until it is there."""
+    return _follow_demo(request, access.service_of(request).demos.start(user.name).id)
+
+
+@router.get("/demo/progress")
+def demo_progress(
+    request: Request, _user: access.Viewer, job: Annotated[str, Query(max_length=32)]
+) -> HTMLResponse:
+    """How far the demo is; then the results of its experiment."""
+    return _follow_demo(request, job)
+
+
+def _follow_demo(request: Request, job: str) -> HTMLResponse:
+    def results(ended: Job) -> str:
+        return experiment_link(ended.result["experiment"], "results")
+
+    return follow(request, job, JOB_TITLES["demo"], DEMO_PROGRESS, "Nothing was measured", results)
+
+
+def _demo_under_way(service: Service, user: str) -> Context | None:
+    """Context of the progress of a demo that a user has begun before."""
+    job = service.demos.under_way(user)
+    return job_progress(job) | {"poll_link": f"{DEMO_PROGRESS}?{urlencode({'job': job.id})}"} if job else None
 
 
 def _row(service: Service, row: ExperimentRow) -> Context:

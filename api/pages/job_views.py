@@ -23,6 +23,7 @@ JOB_TITLES = {
     "export": "Writing the model for another program",
     "improve": "Adding effects step by step",
     "plan": "Planning the motion",
+    "demo": "Measuring on the simulated arm",
     "refit": "Fitting earlier versions to all sessions",
 }
 

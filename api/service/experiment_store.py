@@ -11,7 +11,7 @@ import tempfile
 import threading
 import unicodedata
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from sqlalchemy import delete, select
@@ -225,13 +225,16 @@ class ExperimentStore:
     @contextmanager
     def incoming(self) -> Iterator[Path]:
         """A folder on the same disk in which an experiment is put together; removed unless `adopt` took
-        it.
+        it. Processes that still write there, because who led them was killed, no longer find it by its name.
         """
         folder = Path(tempfile.mkdtemp(prefix=".incoming-", dir=self.root))
         try:
             yield folder
         finally:
-            shutil.rmtree(folder, ignore_errors=True)
+            removed = folder.with_name(f"{folder.name}-removed")
+            with suppress(FileNotFoundError):
+                folder.rename(removed)
+            shutil.rmtree(removed, ignore_errors=True)
 
     def adopt(self, folder: Path, name: str) -> ExperimentRow:
         """Move a finished folder in, under an id made from the experiment's name."""

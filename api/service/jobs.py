@@ -75,6 +75,7 @@ class _Task:
     arguments: Callable[[], Arguments]
     store: Callable[[Any], Json]
     repeated: bool = False
+    clean_up: Callable[[], None] | None = None
     cancelled: threading.Event = field(default_factory=threading.Event)
 
 
@@ -142,6 +143,7 @@ class JobRunner:
         user: str,
         experiment: str | None,
         repeated: bool = False,
+        clean_up: Callable[[], None] | None = None,
     ) -> Job:
         """Queue a computation.
 
@@ -150,6 +152,7 @@ class JobRunner:
         store     : takes the computation's result in this process, stores it and says what it became
         repeated  : follows by itself from what changed in an experiment, and starts from all that is stored when its turn
                     comes: one that waits serves for all changes so far, and it is not refused
+        clean_up  : called once the process has ended whose arguments were asked for, whatever became of it
 
         Raises the problem 429 where the user, or all together, have as many jobs as they may.
         """
@@ -163,7 +166,7 @@ class JobRunner:
             words="waiting for its turn",
             created=self._clock(),
         )
-        task = _Task(job, function, arguments, store, repeated)
+        task = _Task(job, function, arguments, store, repeated, clean_up)
         with self._lock:
             if repeated and (waiting := self._waiting_repeat(experiment)) is not None:
                 return waiting
@@ -217,6 +220,14 @@ class JobRunner:
             jobs = [task.job for task in self._tasks.values()]
         return [job for job in jobs if job.experiment == experiment and not job.state.final]
 
+    def unfinished_of(self, user: str, kind: str) -> Job | None:
+        """The first job of a user that is of this kind and not final yet."""
+        with self._lock:
+            jobs = [task.job for task in self._tasks.values()]
+        return next(
+            (job for job in jobs if (job.user, job.kind) == (user, kind) and not job.state.final), None
+        )
+
     def active(self, experiment: str) -> Job | None:
         """The first job of an experiment that is not final yet."""
         return next(iter(self.unfinished(experiment)), None)
@@ -265,22 +276,28 @@ class JobRunner:
             return
         self._change(task, state=JobState.RUNNING, words="starting")
         try:
+            ending = self._computed(task)
+        finally:
+            if task.clean_up is not None:
+                task.clean_up()
+        self._change(task, **ending)
+
+    def _computed(self, task: _Task) -> Json:
+        """Compute and store; what the job is then."""
+        try:
             arguments = task.arguments()
         except Problem as problem:
-            self._change(task, state=JobState.FAILED, words=problem.detail)
-            return
+            return {"state": JobState.FAILED, "words": problem.detail}
         process = JobProcess(task.function, arguments, self._limits, self._computing)
         try:
             kind, content = self._follow(task, process)
         finally:
             process.end()
         if kind == "result":
-            self._change(task, state=JobState.DONE, fraction=1.0, words="done", result=task.store(content))
-        elif kind == "cancelled":
-            self._change(task, state=JobState.CANCELLED, words="cancelled")
-        else:
-            reason = content[1] if kind == "refused" else str(content)
-            self._change(task, state=JobState.FAILED, words=reason)
+            return {"state": JobState.DONE, "fraction": 1.0, "words": "done", "result": task.store(content)}
+        if kind == "cancelled":
+            return {"state": JobState.CANCELLED, "words": "cancelled"}
+        return {"state": JobState.FAILED, "words": content[1] if kind == "refused" else str(content)}
 
     def _waiting_repeat(self, experiment: str | None) -> Job | None:
         for task in self._tasks.values():

@@ -7,6 +7,7 @@ from api.service.audit import AuditLog
 from api.service.bus_claims import BusClaims
 from api.service.confined_reader import ConfinedReader
 from api.service.database import Database, open_database
+from api.service.demos import Demos
 from api.service.disk_budget import DiskBudget
 from api.service.drive_resets import DriveResets
 from api.service.expected_current import CurrentForecast
@@ -50,6 +51,7 @@ class Service:
     uploads: Uploads
     disk: DiskBudget
     jobs: JobRunner
+    demos: Demos
     models: ModelWorkflow
     catalogue: SessionCatalogue
     model_use: ModelUse
@@ -92,6 +94,7 @@ def create_service(settings: ServiceSettings) -> Service:
         settings.without_folders,
     )
     models = ModelWorkflow(experiments, jobs)
+    disk = DiskBudget(settings.data_folder, settings.disk_budget)
     rigs = RigStore(settings.data_folder / "rigs")
     claims = BusClaims()
     operators = RigOperators(claims, clock)
@@ -110,8 +113,9 @@ def create_service(settings: ServiceSettings) -> Service:
         audit=audit,
         experiments=experiments,
         uploads=Uploads(experiments, ConfinedReader(settings.upload_limits), settings.unpacked_limit),
-        disk=DiskBudget(settings.data_folder, settings.disk_budget),
+        disk=disk,
         jobs=jobs,
+        demos=Demos(experiments, jobs, disk),
         models=models,
         catalogue=SessionCatalogue(experiments, models, FileFacts(ConfinedReader(settings.upload_limits))),
         model_use=ModelUse(experiments, jobs),

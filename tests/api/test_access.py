@@ -31,6 +31,7 @@ TABLE: dict[tuple[str, str], Role | None] = {
     ("GET", "/docs"): VIEWER,
     ("GET", "/experiments"): VIEWER,
     ("POST", "/experiments"): OPERATOR,
+    ("POST", "/experiments/demo"): OPERATOR,
     ("POST", "/experiments/import"): OPERATOR,
     ("POST", "/experiments/import/can-logs"): OPERATOR,
     ("POST", "/experiments/import/columns"): OPERATOR,

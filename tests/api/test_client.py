@@ -119,3 +119,12 @@ def test_other_peoples_records_and_logs_become_experiments(coulomb, tmp_path):
     (tmp_path / "bus.log").write_text("(0.000000) can0 183#0000000000003712\n")
     with pytest.raises(ServiceError, match="holds no SYNC"):
         coulomb.import_can_logs([tmp_path / "bus.log"], CanLogImport(rig=RIG))
+
+
+def test_a_demo_is_begun_and_broken_off(coulomb):
+    job = coulomb.start_demo()
+    assert job["kind"] == "demo"
+    coulomb.cancel(job["id"])
+    with pytest.raises(JobFailed, match="demo: cancelled"):
+        coulomb.wait(job)
+    assert coulomb.experiments() == []

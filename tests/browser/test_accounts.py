@@ -5,6 +5,7 @@ import re
 import pytest
 from playwright.sync_api import expect
 
+from tests.api.short_demo import short_plan
 from tests.browser.test_accessibility import violations
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
@@ -38,13 +39,30 @@ def test_a_page_that_needs_a_sign_in_leads_there_and_back(laboratory_with, chrom
     context.close()
 
 
+def test_a_first_visit_is_one_click_from_a_result(laboratory_with, visitor) -> None:
+    laboratory = laboratory_with()
+    demos = laboratory.application.state.service.demos
+    demos.plan = laboratory.folder / "short.json"
+    demos.plan.write_text(short_plan())
+    vera = visitor(laboratory, "vera")
+    vera.open("experiments")
+    expect(vera.page.get_by_text("An operator can start it")).to_be_visible()
+    ada = visitor(laboratory, "ada")
+    ada.open("experiments")
+    for way in ("Try it on the simulated arm", "Upload a record", "Connect a rig"):
+        expect(ada.page.get_by_role("heading", name=way)).to_be_visible()
+    assert violations(ada.page) == []
+    ada.shot("first-visit")
+    ada.page.get_by_role("button", name="Measure and fit").click()
+    expect(ada.page).to_have_url(re.compile("/pages/experiments/demo/results$"))
+    expect(ada.page.get_by_role("heading", name="demo")).to_be_visible()
+    ada.shot("first-result")
+
+
 def test_the_rest_calls_are_listed_without_asking_another_host(laboratory_with, visitor) -> None:
     ada = visitor(
         laboratory_with(), "ada"
     )  # who looks at what leaves the host, and at errors of scripts and of the policy
-    ada.open("experiments")
-    for way in ("Try it on the simulated arm", "Upload a record", "Connect a rig"):
-        expect(ada.page.get_by_role("heading", name=way)).to_be_visible()
     ada.page.goto(f"{ada.laboratory.address}/docs")
     page = ada.page
     page.get_by_label("Find a call").fill("get /rigs")

@@ -8,8 +8,8 @@ import pytest
 from scipy.stats import norm
 
 from api.assumed_masses import torque_limits
-from api.commands.demo import PLAN
 from api.plan_model import RegressorModel
+from api.simulated_demo import PLAN
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.excitation.optimal_excitation import Request
 from daq.excitation.plan_report import make_plan

@@ -147,6 +147,16 @@ def create_experiment(
     return view(request, row.id)
 
 
+@router.post("/experiments/demo", status_code=202, responses=problems(507))
+def start_demo(request: Request, response: Response, user: access.Operator) -> JobView:
+    """Measure three payload sessions on the simulated arm and fit the first model: nothing real moves.
+
+    The job's result names the new experiment and its model. Nothing is listed before it is done. Who has a demo under way
+    is given that one.
+    """
+    return JobView.accepted(access.service_of(request).demos.start(user.name), response)
+
+
 @router.get("/experiments/{experiment}")
 def get_experiment(request: Request, _user: access.Viewer, experiment: ExperimentId) -> ExperimentView:
     """One experiment with its payloads and sessions."""

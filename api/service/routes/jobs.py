@@ -19,7 +19,7 @@ class JobView(BaseModel):
     """A job as it is now."""
 
     id: str = Field(examples=["5f1c7a90b2d34e68"])
-    kind: str = Field(description="identify, diagnose, improve or plan", examples=["identify"])
+    kind: str = Field(description="identify, diagnose, improve, plan, demo, …", examples=["identify"])
     experiment: str | None = Field(examples=["rx130l-joint3"])
     user: str = Field(examples=["ada"])
     state: jobs.JobState = Field(examples=[jobs.JobState.RUNNING])

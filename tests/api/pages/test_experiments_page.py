@@ -11,8 +11,11 @@ def test_the_first_visit_shows_three_ways_to_who_may_change_something(service):
     text = operator.get("/pages/experiments", headers=HTML).text
     for way in ("Try it on the simulated arm", "Upload a record", "Connect a rig"):
         assert f"<h3>{way}</h3>" in text
+    assert 'hx-post="/pages/demo"' in text  # one click to a result, or the same step by step
     assert 'href="/pages/new-session?rig=rx130l-joint3-simulated"' in text
     assert operator.get("/pages/new-session?rig=rx130l-joint3-simulated", headers=HTML).status_code == 200
     seen = viewer.get("/pages/experiments", headers=HTML).text
-    assert "<h3>Connect a rig</h3>" in seen
-    assert "Upload a record" not in seen
+    for way in ("Try it on the simulated arm", "Upload a record", "Connect a rig"):
+        assert f"<h3>{way}</h3>" in seen
+    assert "hx-post" not in seen.partition('class="ways"')[2].partition("</section>")[0]
+    assert seen.count("you are signed in as a viewer") == 2
