@@ -1,4 +1,4 @@
-"""Requests begin a few in each turn of the event loop, stops first, and none while many go on for nobody.
+"""Requests begin a few in each turn of the event loop, stops first, and no others while many go on for nobody.
 
 Whoever has let so many connections in could else be asked something by all of them in the same turn, and a turn that is long
 takes the sign of life from the acquisition (`api/service/pulse.py`). The number of connections does not bound the requests of
@@ -11,7 +11,8 @@ from collections.abc import Callable
 AT_ONCE = 4
 """requests that begin in one turn: some milliseconds"""
 MOST_ABANDONED = 64
-"""requests under way whose connection is gone, beyond which the next ones wait; more than there are threads to work on them"""
+"""requests under way whose connection is gone, beyond which the next ones but stops wait; more than there are threads to
+work on them"""
 Begin = Callable[[], None]
 
 
@@ -44,15 +45,19 @@ class Turnstile:
         self._abandoned -= 1
         self._go_on()
 
+    def _next(self) -> dict[Begin, None]:
+        """Those of whom the first may begin now."""
+        return self._stops or (self._others if self._abandoned < MOST_ABANDONED else {})
+
     def _go_on(self) -> None:
-        if not self._turning and (self._stops or self._others) and self._abandoned < MOST_ABANDONED:
+        if not self._turning and self._next():
             self._turning = True
             self._loop.call_soon(self._turn)
 
     def _turn(self) -> None:
         self._turning = False
         for _ in range(AT_ONCE):
-            if waiting := self._stops or self._others:
+            if waiting := self._next():
                 begin = next(iter(waiting))
                 del waiting[begin]
                 self._loop.call_soon(begin)

@@ -41,9 +41,13 @@ def test_requests_that_go_on_for_nobody_keep_the_next_ones_waiting_until_they_en
         for _ in range(5):
             await asyncio.sleep(0)
         assert begun == []
+        turnstile.wait(lambda: begun.append("stop"), is_stop=True)
+        for _ in range(3):
+            await asyncio.sleep(0)
+        assert begun == ["stop"]
         turnstile.end_abandoned()
         for _ in range(3):
             await asyncio.sleep(0)
-        assert begun == ["next"]
+        assert begun == ["stop", "next"]
 
     asyncio.run(crowd())
