@@ -93,11 +93,20 @@ def _hash_of_nobody() -> str:
 
 
 class Accounts:
-    """Users, sign-ins and tokens in the database. Raises InputError for what a person typed wrongly."""
+    """Users, sign-ins and tokens in the database. Raises InputError for what a person typed wrongly.
 
-    def __init__(self, database: Database, clock: Callable[[], float]) -> None:
+    on_issue : is told of each new sign-in and token, and whose it is, before anybody has it
+    """
+
+    def __init__(
+        self,
+        database: Database,
+        clock: Callable[[], float],
+        on_issue: Callable[[str, User], None] = lambda _secret, _user: None,
+    ) -> None:
         self._database = database
         self._clock = clock
+        self._on_issue = on_issue
         self._hasher = PasswordHasher()
         self._any_user = False
 
@@ -214,6 +223,7 @@ class Accounts:
             self._refuse_old_password(row, checked)
             session.execute(delete(SignInRow).where(SignInRow.expires < now))
             session.add(SignInRow(id_hash=digest(secret), user=row.name, expires=now + lasts))
+        self._on_issue(secret, checked.user)
         return secret
 
     def user_of_sign_in(self, secret: str) -> User | None:
@@ -262,6 +272,8 @@ class Accounts:
                 last_used=None,
             )
             session.add(row)
+            owner = _by_token(row, user)
+        self._on_issue(secret, owner)
         return IssuedToken(row.id, user_name, row.label, scope, row.created, row.expires, secret)
 
     def tokens(self, user_name: str) -> list[TokenRow]:

@@ -105,10 +105,11 @@ def create_service(settings: ServiceSettings) -> Service:
         experiments, rigs, operators, claims, plans, models, proofs, audit, clock, readiness.could_stop_now
     )
     homings = Homings(rigs, operators, claims, audit, readiness.could_stop_now)
+    passes = StopPasses()
     return Service(
         settings=settings,
         database=database,
-        accounts=Accounts(database, clock),
+        accounts=Accounts(database, clock, passes.remember),
         throttle=SignInThrottle(clock),
         audit=audit,
         experiments=experiments,
@@ -132,7 +133,7 @@ def create_service(settings: ServiceSettings) -> Service:
         drive_resets=DriveResets(rigs, operators, claims, audit),
         rig_stop=RigStop(sessions, homings),
         samples=SessionSamples(settings.data_folder / "looked-at", ConfinedReader(settings.upload_limits)),
-        stop_passes=StopPasses(),
+        stop_passes=passes,
         stop_log=StopLog(audit, clock),
         stop_readiness=readiness,
         loop_pulse=LoopPulse(),

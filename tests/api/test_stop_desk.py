@@ -2,8 +2,9 @@
 
 import pytest
 
-from api.service.accounts import Role
+from api.service.accounts import Role, User
 from api.service.stop_desk import StopOrder
+from tests.api.conftest import PASSWORD
 from tests.api.test_sessions import RIG, STEPS, operator, prepare, take, watch
 
 __all__ = ["operator"]
@@ -56,6 +57,16 @@ def test_a_token_that_was_revoked_stops_but_begins_nothing(moving, service):
     assert accounts.revoke_token("grace", token.id)
     assert looker.get("/me").status_code == 401
     assert looker.post(f"/rigs/{RIG}/stop").json() == {"stopped": True}
+
+
+def test_who_signed_in_or_has_a_token_stops_before_anything_else_was_asked(service):
+    """The event loop may hang from the next moment on, and the database with it."""
+    accounts, passes = service.service.accounts, service.service.stop_passes
+    accounts.add_user("ada", PASSWORD, Role.OPERATOR)
+    checked = accounts.check_password("ada", PASSWORD)
+    assert passes.owner(accounts.open_sign_in(checked, 60.0)) == User("ada", Role.OPERATOR, "cookie")
+    issued = accounts.issue_token("ada", "notebook", Role.VIEWER, 60.0)
+    assert passes.owner(issued.secret) == User("ada", Role.VIEWER, "token")
 
 
 def test_nobody_who_was_never_let_in_stops(moving, service):
