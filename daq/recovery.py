@@ -9,6 +9,7 @@ import fcntl
 import json
 import os
 import platform
+import time
 from collections.abc import Collection, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -52,15 +53,41 @@ class RecordingState:
     """why it is not listed, and what to do about it"""
 
 
+_LOOKS, _BETWEEN_LOOKS = 20, 0.05
+"""how often, and s in between, a recording is looked at that somebody writes: HDF5 lets a reader see the half of an attribute"""
 UNREADABLE = "unreadable"
 """status of a file that is no recording, or is damaged beyond reading"""
 
 
 def recording_state(path: Path) -> RecordingState:
-    """Read a recording's state, closed or not.
+    """Read a recording's state, closed or not; one that is being written is looked at again until it makes sense.
 
     Raises InputError where the file is no recording or is damaged beyond reading.
     """
+    for _ in range(_LOOKS - 1):
+        before = _as_it_stands(path)
+        try:
+            return _state_now(path)
+        except InputError:
+            if before == _as_it_stands(path) and not before[0]:
+                break
+            time.sleep(_BETWEEN_LOOKS)
+    return _state_now(path)
+
+
+def _as_it_stands(path: Path) -> tuple[bool, int, int]:
+    """Whether the file is open for writing, by its superblock (HDF5 File Format Specification 3.0, II.A, versions 2 and 3), or
+    was left so; its size; its time in ns."""
+    try:
+        with path.open("rb") as file:
+            head = file.read(12)
+        known = path.stat()
+    except OSError:
+        return False, 0, 0
+    return len(head) == 12 and head[8] >= 2 and head[11] != 0, known.st_size, known.st_mtime_ns
+
+
+def _state_now(path: Path) -> RecordingState:
     try:
         with h5py.File(path, "r", libver="latest", swmr=True) as file:
             attributes = file.attrs
