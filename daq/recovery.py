@@ -64,15 +64,16 @@ def recording_state(path: Path) -> RecordingState:
 
     Raises InputError where the file is no recording or is damaged beyond reading.
     """
-    for _ in range(_LOOKS - 1):
+    looks = 1
+    while True:
         before = _as_it_stands(path)
         try:
             return _state_now(path)
         except InputError:
-            if before == _as_it_stands(path) and not before[0]:
-                break
-            time.sleep(_BETWEEN_LOOKS)
-    return _state_now(path)
+            if looks == _LOOKS or (before == _as_it_stands(path) and not before[0]):
+                raise
+        looks += 1
+        time.sleep(_BETWEEN_LOOKS)
 
 
 def _as_it_stands(path: Path) -> tuple[bool, int, int]:
