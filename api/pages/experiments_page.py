@@ -6,7 +6,7 @@ from urllib.parse import urlencode
 from fastapi import APIRouter, Query, Request
 from fastapi.responses import HTMLResponse
 
-from api.pages.job_views import JOB_TITLES, follow, job_progress
+from api.pages.job_views import JOB_TITLES, follow, polled_progress
 from api.pages.layout import experiment_link, frame
 from api.pages.number_format import utc_time
 from api.pages.rendering import PREFIX, Context, page
@@ -66,7 +66,7 @@ def _follow_demo(request: Request, job: str) -> HTMLResponse:
 def _demo_under_way(service: Service, user: str) -> Context | None:
     """Context of the progress of a demo that a user has begun before."""
     job = service.demos.under_way(user)
-    return job_progress(job) | {"poll_link": f"{DEMO_PROGRESS}?{urlencode({'job': job.id})}"} if job else None
+    return polled_progress(job, DEMO_PROGRESS) if job else None
 
 
 def _row(service: Service, row: ExperimentRow) -> Context:

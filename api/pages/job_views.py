@@ -56,9 +56,8 @@ def job_context(job: Job, experiment: str, joint: str | None) -> Context:
     """Context of the progress of a job on "what is missing"."""
     steps = experiment_link(experiment, "steps")
     query = {"joint": joint or ""}
-    return job_progress(job) | {
-        "poll_link": f"{steps}/progress?{urlencode({'job': job.id} | query)}",
-        "cancel_link": f"{steps}/cancel?{urlencode(query)}",
+    return polled_progress(job, f"{steps}/progress", query) | {
+        "cancel_link": f"{steps}/cancel?{urlencode(query)}"
     }
 
 
@@ -82,6 +81,11 @@ def job_progress(job: Job) -> Context:
     return {"fraction": job.fraction, "words": job.words, "title": JOB_TITLES.get(job.kind, job.kind)}
 
 
+def polled_progress(job: Job, link: str, kept: Mapping[str, str] = MappingProxyType({})) -> Context:
+    """The same, and where the page asks for it again: `link` with what is `kept` of the form."""
+    return job_progress(job) | {"poll_link": f"{link}?{urlencode({'job': job.id, **kept})}"}
+
+
 def follow(
     request: Request,
     identifier: str,
@@ -98,9 +102,7 @@ def follow(
         raise Problem(404, "That computation is no longer known; start it again.")
     if job.state.final and job.state != "done":
         return page(request, "problem_message.html", detail=f"{failure}: {job.words}.")
-    poll = f"{link}?{urlencode({'job': job.id, **kept})}"
-    shown: Context = job_progress(job)
-    shown |= {"title": title, "poll_link": poll}
+    shown: Context = polled_progress(job, link, kept) | {"title": title}
     response = page(request, "plan_progress.html", **shown)
     if job.state.final and result_link is not None:
         response.headers["HX-Redirect"] = result_link(job)
