@@ -17,7 +17,6 @@ from api.compensation_run import PICTURE, CompensationRun
 from api.proof import (
     DOCUMENT,
     Proof,
-    ProofSettings,
     following_limits,
     next_folder,
     read_conclusion,
@@ -36,6 +35,7 @@ from identify.recording import InputError, load_experiment
 from identify.results.compensation import CompensationDocument
 from identify.simulation.controller import estimated_controllers
 from identify.simulation.measured_motion import measured_motions
+from tests.api.proof_settings import proof_settings
 
 RIG = "rx130l-joint3-simulated"
 PAYLOAD = "disk-3.5"
@@ -76,23 +76,12 @@ def result(experiment):
     return identify(load_experiment(experiment), "load-velocity")
 
 
-def settings_of(rig):
-    return ProofSettings(
-        experiment="rx130l",
-        rig=RIG,
-        plan="standard plan",
-        payload=rig.payload(PAYLOAD),
-        model="load-velocity",
-        part="whole",
-        share=0.6,
-        operator="operator",
-        created="2026-11-28T09:00:00+00:00",
-    )
-
-
 def proof(rig, experiment, plan, ahead):
     """Both drives of the plan, and what is stored of them."""
-    run = CompensationRun(Proof(next_folder(experiment), settings_of(rig), rig, plan, ahead), seed=3)
+    run = CompensationRun(
+        Proof(next_folder(experiment), proof_settings(rig, "rx130l", rig.payload(PAYLOAD)), rig, plan, ahead),
+        seed=3,
+    )
     assert drive(run.without()) is SessionState.DONE
     state = drive(run.with_torque())
     return state, run, run.document()
@@ -249,7 +238,9 @@ def test_the_gains_of_the_drive_are_told_from_its_recordings(rig, result):
 def test_a_proof_whose_first_run_never_began_leaves_nothing(rig, plan, result, tmp_path):
     payload = rig.payload(PAYLOAD)
     ahead = torque_ahead(result, rig, plan, payload, "whole", 0.6)
-    run = CompensationRun(Proof(next_folder(tmp_path), settings_of(rig), rig, plan, ahead))
+    run = CompensationRun(
+        Proof(next_folder(tmp_path), proof_settings(rig, "rx130l", rig.payload(PAYLOAD)), rig, plan, ahead)
+    )
     with run.without() as session:
         assert session.check().ok
     assert next_folder(tmp_path).name == "01"

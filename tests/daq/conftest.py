@@ -10,12 +10,29 @@ from daq.excitation.standard_plan import standard_plan
 from daq.rig import Rig
 from daq.session_events import SessionState
 from daq.session_workflow import PayloadSession
+from daq.simulated_rig import simulated_rig
+from drivers.bus import BusSettings
+from drivers.simulated.rig import SimulatedRig
 from identify.recording import Experiment, load_experiment
 
 
 @pytest.fixture(scope="session")
 def rig() -> Rig:
     return Rig.load("rx130l-joint3-simulated")
+
+
+@pytest.fixture
+def still_rig(rig: Rig, request: pytest.FixtureRequest) -> Rig:
+    """The rig on a bus that the tests of one module share."""
+    channel = Path(request.path).stem
+    return rig.model_copy(update={"bus": BusSettings(interface="virtual", channel=channel)})
+
+
+@pytest.fixture
+def powered(still_rig: Rig) -> Iterator[SimulatedRig]:
+    """Its simulated drives, as long as the test lasts."""
+    with simulated_rig(still_rig, still_rig.payload("none")) as on:
+        yield on
 
 
 @pytest.fixture(scope="session")

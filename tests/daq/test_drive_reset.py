@@ -6,24 +6,9 @@ from daq.drive_reset import reset_drives
 from daq.homing import joints_to_home
 from daq.rig_check import check_rig
 from daq.rig_drives import RigDrives
-from daq.simulated_rig import simulated_rig
-from drivers.bus import BusSettings
 from drivers.cia402 import Command, State
 from drivers.simulated import process_image as slot
 from identify.recording import InputError
-
-
-@pytest.fixture
-def still_rig(rig):
-    """The rig on a bus of its own."""
-    return rig.model_copy(update={"bus": BusSettings(interface="virtual", channel="drive-reset")})
-
-
-@pytest.fixture
-def powered(still_rig):
-    """Its simulated drives, as long as the test lasts."""
-    with simulated_rig(still_rig, still_rig.payload("none")) as on:
-        yield on
 
 
 def problems(rig) -> str:

@@ -4,23 +4,8 @@ import pytest
 
 from daq.rig_check import CheckItem, RigCheck, check_rig
 from daq.rig_drives import RigDrives
-from daq.simulated_rig import simulated_rig
-from drivers.bus import BusSettings
 from drivers.simulated import process_image as slot
 from tests.daq.rig_variants import with_limits
-
-
-@pytest.fixture
-def still_rig(rig):
-    """The rig on a bus of its own."""
-    return rig.model_copy(update={"bus": BusSettings(interface="virtual", channel="rig-check")})
-
-
-@pytest.fixture
-def powered(still_rig):
-    """Its simulated drives, as long as the test lasts."""
-    with simulated_rig(still_rig, still_rig.payload("none")) as on:
-        yield on
 
 
 def checked(rig) -> RigCheck:

@@ -5,24 +5,10 @@ import pytest
 
 from daq.rig_drives import MASTER_NODE, RESTARTED, RigDrives, take_power
 from daq.safety import StopCause
-from daq.simulated_rig import simulated_rig
 from drivers.bus import BusSettings, open_bus
 from drivers.cia402 import Command, State
 from drivers.emergency import Emergency
 from drivers.simulated import process_image as slot
-
-
-@pytest.fixture
-def still_rig(rig):
-    """The rig on a bus of its own."""
-    return rig.model_copy(update={"bus": BusSettings(interface="virtual", channel="rig-drives")})
-
-
-@pytest.fixture
-def powered(still_rig):
-    """Its simulated drives, as long as the test lasts."""
-    with simulated_rig(still_rig, still_rig.payload("none")) as on:
-        yield on
 
 
 @pytest.fixture

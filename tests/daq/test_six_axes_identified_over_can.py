@@ -13,7 +13,7 @@ from api.assumed_masses import torque_limits
 from api.compensation import torque_ahead
 from api.compensation_run import CompensationRun
 from api.plan_model import RegressorModel
-from api.proof import Proof, ProofSettings, next_folder
+from api.proof import Proof, next_folder
 from daq.excitation.optimal_excitation import Request
 from daq.excitation.plan_report import make_plan
 from daq.excitation.standard_plan import standard_plan
@@ -24,6 +24,7 @@ from identify.dynamics.base_parameters import base_parameters
 from identify.dynamics.geometry import Geometry
 from identify.identification import identify
 from identify.recording import Payload
+from tests.api.proof_settings import proof_settings
 
 SHARED = 5
 """index of the motor that two joints share"""
@@ -118,17 +119,7 @@ def test_the_torque_of_the_model_sent_ahead_halves_the_following_error_of_every_
     plan = standard_plan(robot, 14.7)
     ahead = torque_ahead(result, robot, plan, payload, "whole", 0.6)
     assert not [remark for remark in ahead.remarks if "its motor turns with" in remark]
-    settings = ProofSettings(
-        experiment="six",
-        rig=robot.name,
-        plan="standard plan",
-        payload=payload,
-        model="load-velocity",
-        part="whole",
-        share=0.6,
-        operator="operator",
-        created="2026-11-28T09:00:00+00:00",
-    )
+    settings = proof_settings(robot, "six", payload)
     run = CompensationRun(Proof(next_folder(experiment.path.parent), settings, robot, plan, ahead), seed=3)
     for begin in (run.without, run.with_torque):
         with begin() as session:

@@ -22,7 +22,7 @@ from api.compensation import torque_ahead
 from api.compensation_run import CompensationRun
 from api.compensation_text import compensation_text
 from api.drive_tables import cleared_tables, drive_tables, written
-from api.proof import Proof, ProofSettings, next_folder
+from api.proof import Proof, next_folder
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.excitation.standard_plan import standard_plan
 from daq.excitation.trapezoid import Move
@@ -38,6 +38,7 @@ from drivers.drive import Drive
 from identify.identification import identify
 from identify.recording import load_experiment
 from tests.api.driven_arm import write_driven_arm
+from tests.api.proof_settings import proof_settings
 from tests.daq.session_parent import gone
 
 NODE = 5
@@ -182,17 +183,7 @@ def test_the_model_sent_ahead_over_the_kernels_can_lowers_the_following_error(ri
     experiment = load_experiment(recorded[0].parent)
     payload, plan = rig.payload("disk-3.5"), standard_plan(rig, SECONDS + 2.0)
     ahead = torque_ahead(identify(experiment, "load-velocity"), rig, plan, payload, "whole", 0.6)
-    settings = ProofSettings(
-        experiment=experiment.name,
-        rig=rig.name,
-        plan="standard plan",
-        payload=payload,
-        model="load-velocity",
-        part="whole",
-        share=0.6,
-        operator="operator",
-        created="2026-11-28T09:00:00+00:00",
-    )
+    settings = proof_settings(rig, experiment.name, payload)
     run = CompensationRun(Proof(next_folder(experiment.folder), settings, rig, plan, ahead))
     mount("disk-3.5")
     for make in (run.without, run.with_torque):
