@@ -175,6 +175,14 @@ def _look(drives: RigDrives, axis: Axis, drive: Drive, profile: DriveProfile) ->
         return [*items, (False, sentence)]
     items.append((True, f"state {state.words}"))
     items += [(True, sentence) for sentence in drive.oddities()]
+    rig = drives.rig
+    in_advance = drive.set_up_in_advance(
+        MODES[axis.mode],
+        rig.cycle,
+        temperature=rig.record_temperature,
+        watches_us=rig.bus.interface != "virtual",
+    )
+    items += [(True, sentence) for sentence in in_advance]
     items += _rated(axis, drive)
     items += [(True, sentence) for sentence in _braking(drives.rig, axis, drive)]
     if axis.homing == "drive":

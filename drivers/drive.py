@@ -12,33 +12,24 @@ from drivers.canopen_network import CanopenNetwork
 from drivers.cia402 import Command, Mode
 from drivers.emergency import Emergency
 from drivers.errors import DriveError, DriverError
-from drivers.fixed_mapping import stream_of_fixed_mapping
 from drivers.network_management import ManagedNode
 from drivers.object_dictionary import passed_over
-from drivers.process_data import (
-    SYNCHRONOUS,
-    TORQUE_OFFSET,
-    DriveStream,
-    MappedEntry,
-    PdoParameters,
-    distribute,
-    is_missing,
-    read_pdo,
-    switch_off_pdo,
-    was_refused,
-    write_pdo,
-)
+from drivers.process_data import SYNCHRONOUS, DriveStream, is_missing, was_refused
 from drivers.profile import GENERIC, DriveProfile
 from drivers.sdo import SdoAccess
-from drivers.standard_stream import RPDO_1_BASE, TARGETS, TPDO_BASE, transmitted_entries
+from drivers.set_up_forecast import (
+    StatedAccess,
+    cycle_in_words,
+    master_watch_in_words,
+    objects_written,
+    process_data_in_words,
+)
+from drivers.standard_stream import TPDO_BASE, wanted_pdos
 from drivers.state_machine import DEFAULT_TIMEOUTS, NO_MODE_DISPLAY, Timeouts
+from drivers.stream_set_up import present_pdos, require_pdos, set_up_stream
 
 _POSITION_POLARITY = 0x80
 _OWN_TIMEOUT = "set its own time-out for missing setpoints or SYNC"
-_NO_TORQUE_AHEAD = (
-    "a torque is sent ahead as torque offset 0x60B2 beside the target, which this drive does not take there; cyclic torque mode"
-    " (0x6071) would close the position loop over the bus, and is not offered"
-)
 
 
 @dataclass(frozen=True)
@@ -200,6 +191,30 @@ class Drive(ManagedNode):
             oddities.append("has no interpolation time (0x60C2): it is given the cycle by 0x1006 alone")
         return oddities
 
+    def set_up_in_advance(
+        self, mode: Mode, cycle: float, *, temperature: bool = False, watches_us: bool = True
+    ) -> list[str]:
+        """What `map_stream`, `set_cycle` and `watch_master` will write, and what comes of it where the drive refuses, in words.
+
+        Read now, nothing is written. By the access that the drive's own EDS states, where it has one.
+
+        cycle      : s
+        watches_us : whether it is to be told to notice when we are gone
+
+        Raises DriveError when the drive lacks a PDO that is needed, or does not answer.
+        """
+        present = present_pdos(self.sdo, self.profile)
+        wanted = wanted_pdos(self.node, self.profile, mode, temperature=temperature)
+        require_pdos(self.node, wanted, present)
+        stated = StatedAccess.of(self.profile, self.node, objects_written(wanted, present))
+        communication = self._optional(0x1006, 0) if self._has(0x1006) else None
+        held = self._interpolation_time()
+        return [
+            *process_data_in_words(present, wanted, stated),
+            *cycle_in_words(held[0] * 10.0 ** held[1] if held else None, communication, cycle, stated),
+            *(master_watch_in_words(self.misses_master_by, stated) if watches_us else ()),
+        ]
+
     def _other_units(self) -> list[str]:
         """Where the drive's positions are not counts of its encoder, counted its way (CiA 402-2, factor group)."""
         units: list[str] = []
@@ -248,86 +263,19 @@ class Drive(ManagedNode):
 
         Raises DriveError when the drive refuses a mapping and has none that serves, or says something else afterwards.
         """
-        profile = self.profile
-        wanted = transmitted_entries(profile, temperature)
-        present = self._present_pdos()
-        groups = distribute(wanted)
-        pdos = [pdo.number for pdo in present if pdo.kind == "TPDO"]
-        if len(groups) > len(pdos):
-            raise DriveError(
-                self.node, "mapping TPDOs", expected=f"{len(groups)} TPDOs", received=f"it has {len(pdos)}"
-            )
-        try:
-            return self._mapped(present, groups, mode, transmission_type, torque_offset)
-        except DriveError as refusal:
-            if torque_offset and was_refused(refusal):
-                raise refusal.with_cause(_NO_TORQUE_AHEAD) from refusal
-            if not was_refused(refusal):
-                raise
-            try:
-                stream = stream_of_fixed_mapping(self.sdo, self._present_pdos(), wanted, mode)
-            except DriveError as lacking:
-                raise DriveError(
-                    self.node,
-                    refusal.doing,
-                    index=refusal.index,
-                    subindex=refusal.subindex,
-                    received=f"{refusal.received}; {lacking.doing}: "
-                    + "; ".join(filter(None, (lacking.expected, lacking.received))),
-                ) from refusal
-            self.set_up_remarks.append("its PDO mapping cannot be changed; it is used unchanged")
-            return stream
-
-    def _present_pdos(self) -> list[PdoParameters]:
-        """The first PDOs of either direction, read now."""
-        return [
-            pdo
-            for kind, count in (("TPDO", self.profile.transmit_pdos), ("RPDO", len(TPDO_BASE)))
-            for number in range(1, min(count, len(TPDO_BASE)) + 1)
-            if (pdo := read_pdo(self.sdo, kind, number)) is not None
-        ]
-
-    def _mapped(
-        self,
-        present: list[PdoParameters],
-        groups: list[list[MappedEntry]],
-        mode: Mode,
-        transmission_type: int,
-        torque_offset: bool,
-    ) -> DriveStream:
-        """Our own mapping; the PDOs that it does not need are off."""
-        needed = {("TPDO", number) for number in range(1, len(groups) + 1)} | {("RPDO", 1)}
-        stay_on: list[str] = []
-        for pdo in present:
-            if (pdo.kind, pdo.number) in needed or not pdo.valid:
-                continue
-            try:
-                switch_off_pdo(self.sdo, pdo.kind, pdo.number)
-            except DriveError as refusal:
-                if not was_refused(refusal):
-                    raise
-                stay_on.append(f"{pdo.kind} {pdo.number}")
-        transmit = tuple(
-            write_pdo(self.sdo, "TPDO", number, base + self.node, transmission_type, group)
-            for number, (base, group) in enumerate(zip(TPDO_BASE, groups, strict=False), 1)
+        wanted = wanted_pdos(
+            self.node,
+            self.profile,
+            mode,
+            temperature=temperature,
+            transmission_type=transmission_type,
+            torque_offset=torque_offset,
         )
-        index, subindex, kind = TARGETS[mode]
-        setpoint = [
-            MappedEntry("controlword", cia402.CONTROLWORD, 0, "<u2"),
-            MappedEntry("target", index, subindex, kind),
-        ]
-        if torque_offset:
-            setpoint.append(MappedEntry(TORQUE_OFFSET, cia402.TORQUE_OFFSET, 0, "<i2"))
-        receive = write_pdo(self.sdo, "RPDO", 1, RPDO_1_BASE + self.node, transmission_type, setpoint)
-        if stay_on or any(pdo.fixed_id for pdo in (*transmit, receive)):
-            stays = f"; {', '.join(stay_on)} cannot be switched off" if stay_on else ""
-            self.set_up_remarks.append(f"its COB-IDs can only be read: they are used as they stand{stays}")
-        if receive.transmission_type != transmission_type:
-            self.set_up_remarks.append(
-                f"takes setpoints when they come, not at SYNC: its RPDO 1 has transmission type {receive.transmission_type}, "
-                "which can only be read"
-            )
-        return DriveStream(self.node, transmit, receive)
+        present = present_pdos(self.sdo, self.profile)
+        require_pdos(self.node, wanted, present)
+        stream, remarks = set_up_stream(self.sdo, wanted, present, mode)
+        self.set_up_remarks += remarks
+        return stream
 
     def set_cycle(self, period: float) -> None:
         """Tell the drive the SYNC period (s): communication cycle 0x1006 and interpolation time 0x60C2.
@@ -365,6 +313,16 @@ class Drive(ManagedNode):
                 received="the drive has neither, so that it cannot be given the time between two setpoints",
             )
 
+    def _interpolation_time(self) -> tuple[int, int] | None:
+        """Value and power of ten that 0x60C2 holds; None where the drive does not have it."""
+        what = "reading the interpolation time"
+        try:
+            return self.sdo.read(0x60C2, 1, "uint8", what), self.sdo.read(0x60C2, 2, "int8", what)
+        except DriveError as refusal:
+            if is_missing(refusal):
+                return None
+            raise
+
     def clear_torque_offset(self) -> None:
         """Nought in 0x60B2, where the drive has it: a session that died may have left something.
 
@@ -380,12 +338,9 @@ class Drive(ManagedNode):
             where it can be: some drives let it be read only.
         """
         what = "setting the cycle"
-        try:
-            held = self.sdo.read(0x60C2, 1, "uint8", what), self.sdo.read(0x60C2, 2, "int8", what)
-        except DriveError as refusal:
-            if is_missing(refusal):
-                return False
-            raise
+        held = self._interpolation_time()
+        if held is None:
+            return False
         value, exponent = next((each for each in spellings if each[1] == held[1]), spellings[0])
         wanted, present = value * 10.0**exponent, held[0] * 10.0 ** held[1]
         if abs(present / wanted - 1) < 1e-9:

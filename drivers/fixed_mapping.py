@@ -3,61 +3,98 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
-from drivers.cia402 import CONTROLWORD, Mode
+from drivers.cia402 import Mode
 from drivers.errors import DriveError
-from drivers.process_data import SYNCHRONOUS, DriveStream, MappedEntry, PdoParameters, ProcessData, lay_out
+from drivers.process_data import (
+    SYNCHRONOUS,
+    MappedEntry,
+    PdoParameters,
+    ProcessData,
+    lay_out,
+    set_transmission_type,
+)
 from drivers.sdo import SdoAccess
-from drivers.standard_stream import TARGETS
 
 _KIND_OF_BITS = {8: "<u1", 16: "<u2", 32: "<u4"}
 _MODE = 0x6060
+_PDO_BITS = 64
 
 
-def stream_of_fixed_mapping(
-    sdo: SdoAccess, present: Sequence[PdoParameters], wanted: Sequence[MappedEntry], mode: Mode
-) -> DriveStream:
-    """The stream that a drive's own PDOs make.
+@dataclass(frozen=True)
+class OwnPdos:
+    """PDOs of one direction as a drive has them, those that carry something that is needed.
 
-    present : its PDOs as they were read
-    wanted  : what it must send in every cycle
-    mode    : says which target it must take
-
-    Raises DriveError in words that name what is missing.
+    pdos    : each with its entries by our names, `other` where we have none
+    lacking : what of that none carries, in words; nothing where they serve
     """
-    transmit = [pdo for pdo in present if pdo.kind == "TPDO" and pdo.valid]
-    chosen: list[ProcessData] = []
-    for pdo in transmit:
-        entries = _named(pdo, {each.mapping: each for each in wanted})
-        if entries is not None and any(entry.name != "other" for entry in entries):
-            chosen.append(ProcessData(pdo.can_id, _synchronous(sdo, pdo), lay_out(entries)))
-    carried = {entry.name for pdo in chosen for entry in pdo.entries}
-    for each in wanted:
-        if each.name not in carried:
-            raise _lacks(sdo, f"{each.name} (0x{each.index:04X}:{each.subindex:02X})", "TPDO")
-    index, subindex, kind = TARGETS[mode]
-    asked = [MappedEntry("controlword", CONTROLWORD, 0, "<u2"), MappedEntry("target", index, subindex, kind)]
+
+    pdos: tuple[tuple[PdoParameters, tuple[MappedEntry, ...]], ...]
+    lacking: str = ""
+
+
+def own_transmit_pdos(present: Sequence[PdoParameters], wanted: Sequence[MappedEntry]) -> OwnPdos:
+    """The TPDOs that carry what is wanted in every cycle."""
+    pdos: list[tuple[PdoParameters, tuple[MappedEntry, ...]]] = []
     for pdo in present:
-        if pdo.kind != "RPDO" or not pdo.valid:
-            continue
-        entries = _named(pdo, {each.mapping: each for each in asked})
-        if entries is not None and {"controlword", "target"} <= {entry.name for entry in entries}:
-            receive = ProcessData(pdo.can_id, _synchronous(sdo, pdo), lay_out(entries))
-            constants = tuple(_constant(sdo, entry, mode) for entry in entries if entry.name == "other")
-            return DriveStream(sdo.node, tuple(chosen), receive, constants)
-    raise _lacks(sdo, f"controlword and target (0x{index:04X}:{subindex:02X}) together", "RPDO")
+        entries = _named(pdo, wanted) if pdo.kind == "TPDO" and pdo.valid else ()
+        if any(entry.name != "other" for entry in entries):
+            pdos.append((pdo, entries))
+    carried = {entry.name for _, entries in pdos for entry in entries}
+    lacking = [
+        f"{each.name} (0x{each.index:04X}:{each.subindex:02X})" for each in wanted if each.name not in carried
+    ]
+    return OwnPdos(tuple(pdos), f"{lacking[0]} in a TPDO that is on" if lacking else "")
 
 
-def _named(pdo: PdoParameters, known: dict[int, MappedEntry]) -> list[MappedEntry] | None:
-    """The entries of a mapping, those that are known by their names; None where one has a length that we do not read."""
+def own_receive_pdo(present: Sequence[PdoParameters], wanted: Sequence[MappedEntry]) -> OwnPdos:
+    """The RPDO that takes all that is wanted, controlword and target first of all."""
+    for pdo in present:
+        entries = _named(pdo, wanted) if pdo.kind == "RPDO" and pdo.valid else ()
+        if {each.name for each in wanted} <= {entry.name for entry in entries}:
+            return OwnPdos(((pdo, entries),))
+    named = [
+        each.name + (f" (0x{each.index:04X}:{each.subindex:02X})" if each.name == "target" else "")
+        for each in wanted
+    ]
+    return OwnPdos((), f"{' and '.join(named)} together in a RPDO that is on")
+
+
+def used_as_they_stand(sdo: SdoAccess, serving: OwnPdos) -> tuple[ProcessData, ...]:
+    """The PDOs switched on and synchronous, as far as they are not.
+
+    Raises DriveError when they lack something, or the drive refuses.
+    """
+    if serving.lacking:
+        raise DriveError(
+            sdo.node,
+            "using its PDOs unchanged, as their mapping cannot be changed",
+            expected=serving.lacking,
+            received="none carries it; map it with the maker's tool",
+        )
+    return tuple(ProcessData(pdo.can_id, _synchronous(sdo, pdo), entries) for pdo, entries in serving.pdos)
+
+
+def constants(sdo: SdoAccess, receive: ProcessData, mode: Mode) -> tuple[int, ...]:
+    """What the entries that we have no use for go on holding: the mode that is asked for, or what stands in the object.
+
+    Raises DriveError when the drive does not answer.
+    """
+    return tuple(_constant(sdo, entry, mode) for entry in receive.entries if entry.name == "other")
+
+
+def _named(pdo: PdoParameters, wanted: Sequence[MappedEntry]) -> tuple[MappedEntry, ...]:
+    """The entries of a mapping, those that are wanted by their names; none where one has a length that we do not read."""
+    known = {each.mapping: each for each in wanted}
     entries: list[MappedEntry] = []
     for mapping in pdo.mapping:
         kind = _KIND_OF_BITS.get(mapping & 0xFF)
         if mapping not in known and kind is None:
-            return None
+            return ()
         other = MappedEntry("other", mapping >> 16, mapping >> 8 & 0xFF, kind or "<u4")
         entries.append(known.get(mapping, other))
-    return entries
+    return lay_out(entries) if sum(entry.bits for entry in entries) <= _PDO_BITS else ()
 
 
 def _synchronous(sdo: SdoAccess, pdo: PdoParameters) -> int:
@@ -68,22 +105,11 @@ def _synchronous(sdo: SdoAccess, pdo: PdoParameters) -> int:
         sdo.write_verified(communication, 1, "uint32", pdo.cob_id, what)
     if pdo.transmission_type == SYNCHRONOUS or (pdo.kind == "RPDO" and pdo.transmission_type <= 240):
         return pdo.transmission_type
-    sdo.write_verified(communication, 2, "uint8", SYNCHRONOUS, what)
-    return SYNCHRONOUS
+    return set_transmission_type(sdo, pdo, SYNCHRONOUS, what)
 
 
 def _constant(sdo: SdoAccess, entry: MappedEntry, mode: Mode) -> int:
-    """What an entry that we have no use for goes on holding: the mode that is asked for, or what stands in the object."""
     if entry.index == _MODE:
         return mode.value & 0xFF
     data = sdo.read_bytes(entry.index, entry.subindex, "reading a mapped object")
     return int.from_bytes(data[: entry.bits // 8], "little")
-
-
-def _lacks(sdo: SdoAccess, what: str, kind: str) -> DriveError:
-    return DriveError(
-        sdo.node,
-        "using its PDOs unchanged, as their mapping cannot be changed",
-        expected=f"{what} in a {kind} that is on",
-        received="none carries it; map it with the maker's tool",
-    )

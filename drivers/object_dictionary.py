@@ -46,6 +46,16 @@ def _resource(name_or_path: str | Path) -> Traversable:
     return resource
 
 
+def own_dictionary(name_or_path: str | Path, node: int) -> canopen.ObjectDictionary | None:
+    """What a drive's own EDS says; None for the files that come with the software, and for one that cannot be read."""
+    if not Path(name_or_path).is_file():
+        return None
+    try:
+        return read_object_dictionary(name_or_path, node).dictionary
+    except ObjectDictionaryError:
+        return None
+
+
 def passed_over(name_or_path: str | Path, node: int) -> tuple[str, ...]:
     """What of a drive's own EDS could not be read, in words; a file that is no EDS at all leaves everything to the profile.
 

@@ -5,6 +5,7 @@ type, entries, their number, PDO on. Then everything is read back: what stands i
 drive says, not what we wished.
 """
 
+import itertools
 import struct
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,6 +19,8 @@ _NO_RTR = 1 << 30
 _STRUCT_OF_KIND = {"<i1": "b", "<i2": "h", "<i4": "i", "<u1": "B", "<u2": "H", "<u4": "I", "<f4": "f"}
 _BITS_OF_KIND = {"<i1": 8, "<i2": 16, "<i4": 32, "<u1": 8, "<u2": 16, "<u4": 32, "<f4": 32}
 SYNCHRONOUS = 1  # transmission type: at every SYNC
+EVENT_DRIVEN = 254
+"""Transmission types from here on do not wait for SYNC."""
 TORQUE_OFFSET = "torque offset"
 """name of the entry 0x60B2 of a setpoint"""
 
@@ -141,11 +144,17 @@ class DriveStream:
     @cached_property
     def packed_with_offset(self) -> Callable[[int, int, int], bytes]:
         """Controlword, target and torque offset (per mille of the rated torque) as the RPDO's data."""
-        pack = self.receive.packer.pack
-        order = [("controlword", "target", TORQUE_OFFSET).index(entry.name) for entry in self.receive.entries]
+        pack, constants = self.receive.packer.pack, self.constants
+        names = ["controlword", "target", TORQUE_OFFSET]
+        further = itertools.count(len(names))
+        order = [
+            names.index(entry.name) if entry.name in names else next(further)
+            for entry in self.receive.entries
+        ]
 
         def packed(*values: int) -> bytes:
-            return pack(*(values[place] for place in order))
+            held = (*values, *constants)
+            return pack(*(held[place] for place in order))
 
         return packed
 
@@ -202,6 +211,57 @@ class PdoParameters:
         return self.cob_id & 0x7FF
 
 
+@dataclass(frozen=True)
+class WantedPdo:
+    """A PDO as we want a drive to have it.
+
+    kind    : "TPDO" or "RPDO"
+    number  : 1 for the first PDO
+    can_id  : a PDO whose COB-ID can only be read keeps its own
+    entries : as `lay_out` places them
+    """
+
+    kind: str
+    number: int
+    can_id: int
+    transmission_type: int
+    entries: tuple[MappedEntry, ...]
+
+    @property
+    def communication(self) -> int:
+        """Index of its communication parameters."""
+        return _objects(self.kind, self.number)[0]
+
+    @property
+    def mapping(self) -> int:
+        """Index of its mapping."""
+        return _objects(self.kind, self.number)[1]
+
+    def remapped(self, present: PdoParameters) -> bool:
+        """Whether the drive has another mapping now."""
+        return present.mapping != tuple(entry.mapping for entry in self.entries)
+
+    def readdressed(self, present: PdoParameters) -> bool:
+        """Whether it has another id now, or is off."""
+        return not present.valid or present.can_id != self.can_id
+
+    def retimed(self, present: PdoParameters) -> bool:
+        """Whether it has another transmission type now."""
+        return present.transmission_type != self.transmission_type
+
+    def differs(self, present: PdoParameters) -> bool:
+        """Whether anything is to be written."""
+        return self.remapped(present) or self.readdressed(present) or self.retimed(present)
+
+    def missing(self, node: int) -> DriveError:
+        """What is said of a drive that has no PDO of that number."""
+        what, expected = f"mapping {self.kind} {self.number}", f"a {self.kind} {self.number}"
+        received = "the drive has none"
+        return DriveError(
+            node, what, index=self.communication, subindex=1, expected=expected, received=received
+        )
+
+
 def read_pdo(sdo: SdoAccess, kind: str, number: int) -> PdoParameters | None:
     """A PDO as it stands; None where the drive has none of that number.
 
@@ -236,50 +296,37 @@ def _objects(kind: str, number: int) -> tuple[int, int]:
     return communication + number - 1, mapping + number - 1
 
 
-def write_pdo(
-    sdo: SdoAccess, kind: str, number: int, can_id: int, transmission_type: int, entries: list[MappedEntry]
-) -> ProcessData:
+def write_pdo(sdo: SdoAccess, wanted: WantedPdo) -> ProcessData:
     """Set up a PDO, writing only what differs, and read back what was written.
-
-    kind   : "TPDO" or "RPDO"
-    number : 1 for the first PDO
-    can_id : a PDO whose COB-ID can only be read keeps its own, as the answer says
 
     Raises DriveError when the drive refuses or says something else afterwards.
     """
-    communication, mapping = _objects(kind, number)
-    what = f"mapping {kind} {number}"
-    placed = lay_out(entries)
-    wanted = tuple(entry.mapping for entry in placed)
-    present = read_pdo(sdo, kind, number)
+    kind, communication, mapping = wanted.kind, wanted.communication, wanted.mapping
+    can_id, transmission_type = wanted.can_id, wanted.transmission_type
+    what = f"mapping {kind} {wanted.number}"
+    present = read_pdo(sdo, kind, wanted.number)
     if present is None:
-        expected, received = f"a {kind} {number}", "the drive has none"
-        raise DriveError(
-            sdo.node, what, index=communication, subindex=1, expected=expected, received=received
-        )
+        raise wanted.missing(sdo.node)
     flags = present.cob_id & _NO_RTR
-    remapped, fixed_id = present.mapping != wanted, False
-    if (
-        not (present.valid and present.can_id == can_id and present.transmission_type == transmission_type)
-        or remapped
-    ):
+    fixed_id = False
+    if wanted.differs(present):
         fixed_id = (present.valid or present.can_id != can_id) and not _switched_off(
             sdo, communication, _PDO_OFF | flags | can_id, what, usable=present.valid
         )
         if fixed_id:
             can_id = present.can_id
-        if remapped:
+        if wanted.remapped(present):
             sdo.write(mapping, 0, "uint8", 0, what)
-        if present.transmission_type != transmission_type:
-            transmission_type = _set_transmission_type(sdo, kind, present, transmission_type, what)
-        if remapped:
-            for position, entry in enumerate(placed, 1):
+        if wanted.retimed(present):
+            transmission_type = set_transmission_type(sdo, present, transmission_type, what)
+        if wanted.remapped(present):
+            for position, entry in enumerate(wanted.entries, 1):
                 sdo.write(mapping, position, "uint32", entry.mapping, f"{what}, entry {entry.name}")
-            sdo.write(mapping, 0, "uint8", len(placed), what)
+            sdo.write(mapping, 0, "uint8", len(wanted.entries), what)
         if not fixed_id:
             sdo.write(communication, 1, "uint32", flags | can_id, what)
-    _confirm(sdo, mapping, 0, "uint8", len(placed), what)
-    for position, entry in enumerate(placed, 1):
+    _confirm(sdo, mapping, 0, "uint8", len(wanted.entries), what)
+    for position, entry in enumerate(wanted.entries, 1):
         _confirm(sdo, mapping, position, "uint32", entry.mapping, f"{what}, entry {entry.name}")
     _confirm(sdo, communication, 2, "uint8", transmission_type, what)
     confirmed = sdo.read(communication, 1, "uint32", what)
@@ -292,7 +339,7 @@ def write_pdo(
             expected=f"COB-ID 0x{can_id:X}",
             received=f"0x{confirmed:X} came",
         )
-    return ProcessData(can_id, transmission_type, placed, fixed_id)
+    return ProcessData(can_id, transmission_type, wanted.entries, fixed_id)
 
 
 def _switched_off(sdo: SdoAccess, communication: int, cob_id: int, what: str, *, usable: bool) -> bool:
@@ -306,16 +353,16 @@ def _switched_off(sdo: SdoAccess, communication: int, cob_id: int, what: str, *,
     return True
 
 
-def _set_transmission_type(sdo: SdoAccess, kind: str, pdo: PdoParameters, wanted: int, what: str) -> int:
+def set_transmission_type(sdo: SdoAccess, pdo: PdoParameters, wanted: int, what: str) -> int:
     """The transmission type that a PDO has then: an RPDO whose type can only be read is used as it stands.
 
-    At SYNC (0 to 240) or at once (254, 255), its setpoint is taken in time.
+    At SYNC (0 to 240) or at once (254, 255), its setpoint is taken in time. Raises DriveError when a TPDO's is refused.
     """
     try:
-        sdo.write(_objects(kind, pdo.number)[0], 2, "uint8", wanted, what)
+        sdo.write_verified(_objects(pdo.kind, pdo.number)[0], 2, "uint8", wanted, what)
     except DriveError as refusal:
-        usable = pdo.transmission_type <= 240 or pdo.transmission_type >= 254
-        if kind != "RPDO" or not was_refused(refusal) or not usable:
+        usable = pdo.transmission_type <= 240 or pdo.transmission_type >= EVENT_DRIVEN
+        if pdo.kind != "RPDO" or not was_refused(refusal) or not usable:
             raise
         return pdo.transmission_type
     return wanted

@@ -9,8 +9,7 @@ from typing import Any, cast
 from canopen.objectdictionary import ObjectDictionary, ODVariable, datatypes
 
 from drivers.eds import EdsVariable
-from drivers.errors import DriverError
-from drivers.object_dictionary import read_object_dictionary
+from drivers.object_dictionary import own_dictionary
 from drivers.profile import DriveProfile, ObjectReference
 
 _TYPES = {
@@ -32,11 +31,8 @@ def mismatches(profile: DriveProfile, node: int) -> tuple[str, ...]:
     says nothing, and one by which no object at all may be mapped says nothing of mapping. The dictionaries that come with the
     software are no drive's own and are not compared.
     """
-    if not Path(profile.object_dictionary).is_file():
-        return ()
-    try:
-        dictionary = read_object_dictionary(profile.object_dictionary, node).dictionary
-    except DriverError:
+    dictionary = own_dictionary(profile.object_dictionary, node)
+    if dictionary is None:
         return ()
     says_mapping = any(variable.pdo_mappable for variable in _variables(dictionary))
     sentences: list[str] = []

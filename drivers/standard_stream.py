@@ -1,7 +1,16 @@
 """The process data that we ask of a drive, as they stand on the bus: what a log of frames is read by."""
 
-from drivers.cia402 import CONTROLWORD, STATUSWORD, Mode
-from drivers.process_data import SYNCHRONOUS, DriveStream, MappedEntry, ProcessData, distribute, lay_out
+from drivers.cia402 import CONTROLWORD, STATUSWORD, TORQUE_OFFSET, Mode
+from drivers.process_data import (
+    SYNCHRONOUS,
+    DriveStream,
+    MappedEntry,
+    ProcessData,
+    WantedPdo,
+    distribute,
+    lay_out,
+)
+from drivers.process_data import TORQUE_OFFSET as TORQUE_OFFSET_ENTRY
 from drivers.profile import DriveProfile
 
 # COB-IDs of the predefined connection set, CiA 301 section 7.3.3.
@@ -36,16 +45,40 @@ def transmitted_entries(profile: DriveProfile, temperature: bool) -> list[Mapped
     return wanted
 
 
-def standard_stream(node: int, profile: DriveProfile, mode: Mode, temperature: bool = False) -> DriveStream:
-    """The stream of a drive that was mapped by `Drive.map_stream`, without asking it."""
+def wanted_pdos(
+    node: int,
+    profile: DriveProfile,
+    mode: Mode,
+    *,
+    temperature: bool = False,
+    transmission_type: int = SYNCHRONOUS,
+    torque_offset: bool = False,
+) -> tuple[WantedPdo, ...]:
+    """The PDOs that `Drive.map_stream` sets up: TPDOs first, then RPDO 1 with controlword and target.
+
+    torque_offset : also 0x60B2 in the RPDO
+    """
     groups = distribute(transmitted_entries(profile, temperature))
-    transmit = tuple(
-        ProcessData(base + node, SYNCHRONOUS, lay_out(group))
-        for base, group in zip(TPDO_BASE, groups, strict=False)
-    )
     index, subindex, kind = TARGETS[mode]
     setpoint = [
         MappedEntry("controlword", CONTROLWORD, 0, "<u2"),
         MappedEntry("target", index, subindex, kind),
     ]
-    return DriveStream(node, transmit, ProcessData(RPDO_1_BASE + node, SYNCHRONOUS, lay_out(setpoint)))
+    if torque_offset:
+        setpoint.append(MappedEntry(TORQUE_OFFSET_ENTRY, TORQUE_OFFSET, 0, "<i2"))
+    return (
+        *(
+            WantedPdo("TPDO", number, base + node, transmission_type, lay_out(group))
+            for number, (base, group) in enumerate(zip(TPDO_BASE, groups, strict=False), 1)
+        ),
+        WantedPdo("RPDO", 1, RPDO_1_BASE + node, transmission_type, lay_out(setpoint)),
+    )
+
+
+def standard_stream(node: int, profile: DriveProfile, mode: Mode, temperature: bool = False) -> DriveStream:
+    """The stream of a drive that was mapped by `Drive.map_stream`, without asking it."""
+    *transmit, receive = (
+        ProcessData(pdo.can_id, pdo.transmission_type, pdo.entries)
+        for pdo in wanted_pdos(node, profile, mode, temperature=temperature)
+    )
+    return DriveStream(node, tuple(transmit), receive)

@@ -33,7 +33,10 @@ def with_oddities(rig: Rig, **oddities: object) -> Rig:
 @pytest.mark.parametrize(
     ("oddities", "said"),
     [
-        ({"fixed_pdos": True}, ""),
+        (
+            {"fixed_pdos": True},
+            "where it refuses 0x1600:00, it is driven by its PDOs as they stand: RPDO 1 (0x203: controlword, 0x6060, target)",
+        ),
         ({"no_heartbeat_consumer": True}, "no heartbeat consumer (0x1016)"),
         (
             {"answers_after": 0.01, "shows_state_after": 5, "missing": ("0x1018:02", "0x6085", "0x605A")},
@@ -42,9 +45,15 @@ def with_oddities(rig: Rig, **oddities: object) -> Rig:
         ({"node_guarding_only": True}, "no heartbeat (0x1017): it is asked by remote frames (node guarding)"),
         ({"missing": ("0x6075", "0x6076")}, "does not tell what its current reference is a fraction of"),
         ({"receive_pdos": 2}, "2 RPDOs; the others are left alone"),
-        ({"fixed_interpolation": 2}, ""),
+        (
+            {"fixed_interpolation": 2},
+            "its interpolation time (0x60C2) is the rig's cycle, 0.002 s, already: nothing is written there",
+        ),
         ({"missing": ("0x6061",)}, "has no mode display (0x6061)"),
-        ({"read_only": FIXED_COB_IDS, "holds": {"0x1800:01": 0x1A5, "0x1400:01": 0x2A5}}, ""),
+        (
+            {"read_only": FIXED_COB_IDS, "holds": {"0x1800:01": 0x1A5, "0x1400:01": 0x2A5}},
+            "where it refuses 0x1800:01 and 0x1400:01, it goes on with 0x1A5 and 0x2A5",
+        ),
         (
             {"fixed_pdos": True, "no_heartbeat_consumer": True, "receive_pdos": 2, "fixed_interpolation": 2},
             "2 RPDOs",

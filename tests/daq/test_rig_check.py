@@ -1,5 +1,8 @@
 """What is found wrong with a rig before a session, joint by joint, on simulated drives."""
 
+import re
+from importlib.resources import files
+
 import pytest
 
 from daq.rig_check import CheckItem, RigCheck, check_rig
@@ -67,3 +70,15 @@ def test_problems_are_what_is_not_ok_each_with_what_it_concerns():
     )
     assert not check.ok
     assert check.problems == "joint a: x; joint b: y"
+
+
+def test_what_set_up_will_write_is_said_by_the_check_by_the_eds_of_the_drive(still_rig, powered, tmp_path):
+    eds = tmp_path / "mine.eds"
+    listed = (files("config") / "drives" / "simulated.eds").read_text(encoding="utf-8")
+    eds.write_text(re.sub(r"(?is)(\[1800sub1\].*?AccessType=)rw", r"\1ro", listed, count=1), encoding="utf-8")
+    (axis,) = still_rig.axes
+    named = axis.model_copy(update={"drive": str(eds)})
+    powered.nodes[0].set_data(0x1800, 1, (0x1A5).to_bytes(4, "little"))
+    words = [item.words for item in checked(still_rig.model_copy(update={"axes": (named,)})).items]
+    assert any("COB-ID 0x1A5 to 0x183" in each for each in words)
+    assert "by mine.eds, 0x1800:01 can only be read: it goes on with 0x1A5" in words

@@ -9,6 +9,16 @@ from drivers.drive import Drive, Timeouts
 from drivers.errors import DriveError
 from drivers.simulated.oddities import OdditySettings
 
+MAPPINGS = tuple(f"0x{first + number:04X}" for first in (0x1600, 0x1A00) for number in range(4))
+CARRIES_WHAT_IS_NEEDED = {
+    f"0x{index:04X}:{subindex:02X}": value
+    for index, entries in (
+        (0x1A00, (0x60410010, 0x60640020)),
+        (0x1A01, (0x60740010, 0x60770010)),
+        (0x1600, (0x60400010, 0x60600008, 0x607A0020)),
+    )
+    for subindex, value in (*enumerate(entries, 1), (0, len(entries)))
+} | {"0x1800:01": 0x1C5, "0x1801:01": 0x285, "0x1400:01": 0x205, "0x1800:02": 1, "0x1801:02": 1}
 MODE = Mode.CYCLIC_SYNCHRONOUS_POSITION
 FIXED_COB_IDS = tuple(f"0x{first + number:04X}:01" for first in (0x1400, 0x1800) for number in range(4))
 
@@ -45,6 +55,22 @@ def set_up(bench):
         ({"read_only": FIXED_COB_IDS}, "its COB-IDs can only be read: they are used as they stand"),
         ({"read_only": FIXED_COB_IDS, "holds": {"0x1803:01": 0x485}}, "; TPDO 4 cannot be switched off"),
         ({"missing": ("0x1801", "0x1802", "0x1803")}, "has 1 TPDOs"),
+        (
+            {"read_only": MAPPINGS, "holds": CARRIES_WHAT_IS_NEEDED},
+            "cannot be changed; its TPDOs are used unchanged; its PDO mapping cannot be changed; its RPDOs are used unchanged",
+        ),
+        (
+            {"read_only": MAPPINGS, "holds": CARRIES_WHAT_IS_NEEDED | {"0x1400:02": 255}},
+            "its RPDOs are used unchanged",
+        ),
+        (
+            {"read_only": ("0x1A00", "0x1A01"), "holds": CARRIES_WHAT_IS_NEEDED},
+            "its TPDOs are used unchanged",
+        ),
+        (
+            {"read_only": ("0x1600", "0x1400:02"), "holds": CARRIES_WHAT_IS_NEEDED | {"0x1400:02": 255}},
+            "takes setpoints when they come, not at SYNC",
+        ),
     ],
 )
 def test_it_is_set_up_and_what_is_otherwise_is_said(open_bench, axis, oddities, said):
@@ -80,3 +106,14 @@ def test_what_cannot_be_done_without_is_named_in_one_line(open_bench, axis, oddi
     with pytest.raises(DriveError, match=words) as raised:
         set_up(bench)
     assert "\n" not in str(raised.value)
+
+
+def test_what_was_mapped_is_what_is_on_where_the_mapping_alone_is_fixed(open_bench, axis):
+    """Set-up switches a PDO off before it writes its mapping: one that refuses that is switched on again as it was."""
+    oddities = OdditySettings(read_only=MAPPINGS, holds=CARRIES_WHAT_IS_NEEDED)
+    bench = open_bench(axis(oddities=oddities))
+    stream = bench.drive.map_stream(MODE)
+    assert stream.transmit_ids == (0x1C5, 0x285)
+    assert [bench.drive.sdo.read(index, 1, "uint32") for index in (0x1800, 0x1801)] == [0x1C5, 0x285]
+    assert stream.receive.can_id == bench.drive.sdo.read(0x1400, 1, "uint32") == 0x205
+    assert stream.setpoint(0x0F, 7) == bytes((0x0F, 0, MODE.value, 7, 0, 0, 0))
