@@ -7,10 +7,11 @@ import numpy as np
 from fastapi import APIRouter
 from numpy.typing import NDArray
 
-from api.pages.error_figures import LONGEST_LAG, JointUnits
-from api.pages.error_tables import by_payload
-from api.pages.joint_samples import JointSamples, relative_error
-from api.pages.model_figures import FIGURE_SAMPLES, figures_of
+from api.pages.error_figures import JointUnits
+from api.pages.error_tables import by_payload, sums_of
+from api.pages.error_views import LONGEST_LAG
+from api.pages.joint_samples import FIGURE_SAMPLES, JointSamples, relative_error
+from api.pages.model_figures import error_views_of
 from api.pages.number_format import number, percent, significant
 from api.pages.rendering import PREFIX
 from api.pages.shown_samples import Shown, ShownSamples
@@ -67,7 +68,7 @@ def chosen_samples(shown: Shown) -> ChosenView:
         figures=_figures(shown, samples, mask, units),
         samples=int(mask.sum()),
         points={name: [float(f"{v:.5g}") for v in getattr(samples, name)[rows].tolist()] for name in DRAWN},
-        histogram=_histogram(shown, samples, mask, units),
+        histogram=_histogram(shown, samples, mask),
         correlation=_correlation(samples, mask),
         payloads=_payloads(samples.where(mask), shown.stored.payload_of),
     )
@@ -93,12 +94,8 @@ def _figures(shown: ShownSamples, samples: JointSamples, mask: NDArray[np.bool_]
     return f"{sentence}. Over all {number(total, 0)}: {significant(whole)} {units.load} RMS."
 
 
-def _histogram(
-    shown: ShownSamples, samples: JointSamples, mask: NDArray[np.bool_], units: JointUnits
-) -> list[float]:
-    first = shown.stored.model(shown.stored.story.versions[0].id)
-    models = [shown.model] if shown.beside is None else [shown.model, shown.beside]
-    edges = figures_of(shown.stored, models, first, shown.joint, shown.files, units).histogram_edges
+def _histogram(shown: ShownSamples, samples: JointSamples, mask: NDArray[np.bool_]) -> list[float]:
+    edges = error_views_of(shown.stored, shown.model, shown.joint, shown.files).edges
     count, _ = np.histogram(samples.error[mask], edges)
     return [float(f"{share:.4g}") for share in (100.0 * count / max(len(mask), 1)).tolist()]
 
@@ -120,7 +117,7 @@ def _correlation(samples: JointSamples, mask: NDArray[np.bool_]) -> dict[str, li
 def _payloads(chosen: JointSamples, payload_of: Mapping[str, str]) -> dict[str, ChosenPayload]:
     return {
         row.words: ChosenPayload(error, f"{percent(error)} of the chosen")
-        for row in by_payload([chosen], payload_of)
+        for row in by_payload([sums_of(chosen)], payload_of, chosen.files)
         if (error := row.errors[0]) is not None
     }
 

@@ -4,20 +4,23 @@ Before an effect is added, "with it" is what the diagnosis predicts: the model w
 diagnosis was made. Afterwards it is what the fit found.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from api.pages.catalogue_words import effect_titles, entry_of
 from api.pages.constant_words import constant_words
+from api.pages.effect_pictures import Picture, effect_pictures
 from api.pages.effect_views import EffectView, effect_views
 from api.pages.error_figures import JointUnits
-from api.pages.joint_samples import JointSamples
-from api.pages.model_figures import FIGURE_SAMPLES
+from api.pages.joint_samples import JointSamples, every_few
+from api.pages.kept_numbers import KeptNumbers
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.service.model_story import Fit
 from identify.results.diagnosis import Candidate, Estimate, JointDiagnosis, Learned
+
+_pictures: KeptNumbers[list[Picture]] = KeptNumbers("effect", list[Picture])
 
 
 @dataclass(frozen=True)
@@ -107,7 +110,6 @@ def selected_evidence(
     if effect is None:
         return None
     files = stored.fitted_files(shown)
-    here = stored.samples(shown, joint, files)
     candidate = candidates.get(effect)
     learned: Learned | None = None
     other_data: str | None = None
@@ -117,10 +119,8 @@ def selected_evidence(
         # A session that only one of the two was fitted to would make the pictures differ by more than the effect.
         known = stored.fitted_files(parent)
         both = [file for file in files if file in known]
-        before = stored.samples(parent, joint, both or known).thinned(FIGURE_SAMPLES).in_fit
-        here = stored.samples(shown, joint, both or files)
-        with_it: JointSamples | None = here.thinned(FIGURE_SAMPLES).in_fit
-        label = "with it"
+        compared = _fitted(stored, parent, both or known, shown, both or files, joint)
+        label: str | None = "with it"
         in_model = True
         # What was known of it when it was added, with the fit's own errors.
         diagnosed = stored.models.newest_diagnosis(parent.version.id)
@@ -139,9 +139,9 @@ def selected_evidence(
             relative_error_after=shown.joint(joint).relative_error,
         )
     else:
-        before = here.thinned(FIGURE_SAMPLES).in_fit
-        with_it = _predicted(stored, shown, joint, files, here, candidate)
-        label = "predicted with it" if with_it is not None else None
+        parts = _predicted(stored, shown, joint, files, candidate)
+        compared = _predicted_beside(stored, shown, joint, files, candidate, parts)
+        label = "predicted with it" if parts is not None else None
         # The model's own error is said as everywhere else; a diagnosis that estimates with instruments has another.
         errors = replace(Errors.of(candidate), relative_error_before=shown.joint(joint).relative_error)
     constants = candidate.constants if candidate else {}
@@ -149,13 +149,11 @@ def selected_evidence(
     if in_model:  # what the fit found, not what the diagnosis predicted
         constants = _fitted_constants(shown, joint, effect) or constants
         estimates = _fitted_estimates(shown, joint, estimates)
-    views = effect_views(
-        effect,
-        before,
-        with_it,
-        units,
-        candidate.variable if candidate else learned.variables[0] if learned else None,
-        constants,
+    variable = candidate.variable if candidate else learned.variables[0] if learned else None
+    pictures = _pictures.of(
+        shown.folder,
+        [joint, units.load, effect, variable, dict(constants), *compared.of],
+        lambda: effect_pictures(effect, *compared.samples(), units, variable, constants),
     )
     entry = entry_of(effect)
     known = candidate or entry
@@ -168,7 +166,7 @@ def selected_evidence(
         explanation=known.explanation if known else learned.explanation if learned else "",
         constants=constant_words(constants, units, motor_ratio),
         caution=candidate.caution if candidate else None,
-        views=views,
+        views=effect_views(pictures, units),
         with_words=label,
         errors=errors,
         probability=candidate.probability if candidate else None,
@@ -211,19 +209,67 @@ def _fitted_estimates(shown: ShownModel, joint: str, predicted: tuple[Estimate, 
     )
 
 
-def _predicted(
+@dataclass(frozen=True)
+class _Compared:
+    """Samples without an effect and, where they are at hand, with it; `of` says which those are."""
+
+    of: list[object]
+    samples: Callable[[], tuple[JointSamples, JointSamples | None]]
+
+
+def _fitted(
+    stored: StoredExperiment,
+    parent: ShownModel,
+    files_before: list[str],
+    shown: ShownModel,
+    files: list[str],
+    joint: str,
+) -> _Compared:
+    """Of two fits."""
+    before, after = parent.folder, shown.folder
+    return _Compared(
+        [f"{before.parent.name}/{before.name}", files_before, f"{after.parent.name}/{after.name}", files],
+        lambda: (
+            stored.figure_samples(parent, joint, files_before).in_fit,
+            stored.figure_samples(shown, joint, files).in_fit,
+        ),
+    )
+
+
+def _predicted_beside(
     stored: StoredExperiment,
     shown: ShownModel,
     joint: str,
     files: list[str],
-    here: JointSamples,
     candidate: Candidate | None,
-) -> JointSamples | None:
-    """The samples as the model with that candidate would predict them; None where the diagnosis did not keep them."""
+    parts: list[np.ndarray] | None,
+) -> _Compared:
+    """Of a fit, and of what it would predict with a candidate of its diagnosis: `parts` of the sessions."""
+
+    def samples() -> tuple[JointSamples, JointSamples | None]:
+        here = stored.figure_samples(shown, joint, files)
+        if parts is None:
+            return here.in_fit, None
+        rows = every_few([len(part) for part in parts])
+        predicted = np.concatenate([part[of_part] for part, of_part in zip(parts, rows, strict=True)])
+        return here.in_fit, replace(here, predicted=predicted.astype(float)).in_fit
+
+    if parts is None or candidate is None:
+        return _Compared([files], samples)
+    return _Compared([files, candidate.rank, stored.models.diagnosed(shown.version.id)], samples)
+
+
+def _predicted(
+    stored: StoredExperiment, shown: ShownModel, joint: str, files: list[str], candidate: Candidate | None
+) -> list[np.ndarray] | None:
+    """The torque of each session as the model with that candidate would predict it; None where the diagnosis did not keep
+    it."""
     parts = None if candidate is None else stored.candidate(shown, joint, files, candidate.rank)
-    if parts is None or sum(len(part) for part in parts) != len(here.time):
+    if parts is None:
         return None
-    return replace(here, predicted=np.concatenate(parts).astype(float)).thinned(FIGURE_SAMPLES).in_fit
+    here = stored.stored_samples(shown, joint, files)
+    same = all(len(part) == len(here[file]["time"]) for file, part in zip(files, parts, strict=True))
+    return parts if same else None
 
 
 def _change(before: float | None, after: float | None) -> float | None:

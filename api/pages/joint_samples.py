@@ -1,9 +1,15 @@
 """One joint's samples of a fitted model, gathered over sessions: what every figure of the error is drawn from."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
+
+from api.service.prediction_files import COLUMNS
+
+FIGURE_SAMPLES = 150_000
+"""More samples than this are thinned for what figures show: enough for percentiles and averages."""
 
 
 @dataclass(frozen=True)
@@ -30,11 +36,6 @@ class JointSamples:
     def error(self) -> np.ndarray:
         """ρ = Y − Wχ of eq. (11)."""
         return self.measured - self.predicted
-
-    def thinned(self, at_most: int) -> "JointSamples":
-        """Every k-th sample, so that no more than `at_most` are left: enough for percentiles and averages."""
-        step = -(-len(self.time) // at_most)
-        return self if step <= 1 else self.where(np.arange(0, len(self.time), step))
 
     @cached_property
     def speed(self) -> np.ndarray:
@@ -66,6 +67,35 @@ class JointSamples:
     def in_fit(self) -> "JointSamples":
         """The samples that take part in the fit: what errors are stated of."""
         return self if self.moving.all() else self.where(self.moving)
+
+
+def every_few(lengths: Sequence[int], at_most: int = FIGURE_SAMPLES) -> list[slice]:
+    """Every k-th row of parts that follow one another, `lengths` rows each, so that no more than `at_most` are left: the rows
+    of each part."""
+    step = max(-(-sum(lengths) // at_most), 1)
+    rows, before = [], 0
+    for length in lengths:
+        rows.append(slice(-before % step, length, step))
+        before += length
+    return rows
+
+
+def gathered(parts: Mapping[str, Mapping[str, np.ndarray]], rows: Sequence[slice]) -> JointSamples:
+    """Some rows of the stored columns of sessions, one after the other.
+
+    parts : file -> column -> (samples,)
+    """
+    columns = {
+        name: np.concatenate(
+            [part[name][of_part] for part, of_part in zip(parts.values(), rows, strict=True)]
+        )
+        for name in COLUMNS
+    }
+    columns["moving"] = columns["moving"] > 0
+    lengths = [
+        len(range(*each.indices(len(part["time"])))) for part, each in zip(parts.values(), rows, strict=True)
+    ]
+    return JointSamples(files=tuple(parts), session=np.repeat(np.arange(len(parts)), lengths), **columns)
 
 
 def relative_error(measured: np.ndarray, error: np.ndarray) -> float | None:

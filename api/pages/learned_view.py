@@ -8,7 +8,7 @@ from markupsafe import Markup
 from api.pages.error_figures import JointUnits
 from api.pages.figures.error_band import ErrorBand, error_band
 from api.pages.figures.learned_curve import LearnedCurve, draw_learned_curve
-from api.pages.model_figures import FIGURE_SAMPLES
+from api.pages.kept_numbers import KeptNumbers
 from api.pages.model_steps import step_link
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.pages.verdict_words import VARIABLE_WORDS
@@ -18,6 +18,7 @@ SAMPLES = {"q": "position", "dq": "speed", "load": "load", "time": "time", "temp
 """Variable of a description -> name of the samples' array that it runs over; others are positions of other joints."""
 BANDS = 36
 """intervals of what the model leaves"""
+_left: KeptNumbers[ErrorBand] = KeptNumbers("left", ErrorBand)
 
 
 @dataclass(frozen=True)
@@ -100,6 +101,11 @@ def _left_over(stored: StoredExperiment, shown: ShownModel, joint: str, learned:
     name = SAMPLES.get(learned.variables[0])
     if name is None:
         return None
-    samples = stored.samples(shown, joint, stored.fitted_files(shown)).thinned(FIGURE_SAMPLES).in_fit
+    files = stored.fitted_files(shown)
     edges = np.linspace(learned.knots[0][0], learned.knots[0][-1], BANDS + 1)
-    return error_band(getattr(samples, name), samples.error, edges)
+
+    def band() -> ErrorBand:
+        samples = stored.figure_samples(shown, joint, files).in_fit
+        return error_band(getattr(samples, name), samples.error, edges)
+
+    return _left.of(shown.folder, [joint, files, name, edges.tolist()], band)

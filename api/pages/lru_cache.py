@@ -9,10 +9,13 @@ Value = TypeVar("Value")
 
 
 class LruCache(Generic[Value]):
-    """The `size` results used last, by key."""
+    """The results used last, by key: as many as weigh no more than `size` together, and always the last one.
 
-    def __init__(self, size: int) -> None:
-        self._size = size
+    weigh : how much of the size a result takes; one each where left out
+    """
+
+    def __init__(self, size: int, weigh: Callable[[Value], int] = lambda _: 1) -> None:
+        self._size, self._weigh = size, weigh
         self._results: OrderedDict[Hashable, Value] = OrderedDict()
         self._lock = threading.Lock()
 
@@ -25,6 +28,8 @@ class LruCache(Generic[Value]):
         made = make()
         with self._lock:
             self._results[key] = made
-            while len(self._results) > self._size:
-                self._results.popitem(last=False)
+            self._results.move_to_end(key)
+            weight = sum(self._weigh(each) for each in self._results.values())
+            while weight > self._size and len(self._results) > 1:
+                weight -= self._weigh(self._results.popitem(last=False)[1])
         return made

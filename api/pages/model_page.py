@@ -62,7 +62,7 @@ def model_page(
         "headline": _headline(shown, joint, numbers, session),
         "scope": scope_of_fit(shown) if session == ALL_SESSIONS else scope_of_session(shown, session),
         "units": units,
-        "figures": figures_of(stored, models, first, joint, files, units),
+        "figures": figures_of(stored, models, joint, files, units),
         "tables": numbers.tables | {"joints": _by_joint(stored, models)},
         "table_models": [f"model {model.number}" for model in models],
         "without_payload": without_payload_table.table_rows(models, joint),

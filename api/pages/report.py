@@ -5,7 +5,6 @@ from base64 import b64encode
 from collections.abc import Sequence
 from datetime import UTC, datetime
 
-import numpy as np
 from fastapi import APIRouter, Request
 from fastapi.responses import Response
 from markupsafe import Markup
@@ -14,7 +13,7 @@ from api.pages.catalogue_words import effect_titles, entry_of
 from api.pages.choices import VersionChoice, chosen_model
 from api.pages.error_figures import JointUnits
 from api.pages.evidence_view import SelectedEvidence, joint_diagnosis, selected_evidence
-from api.pages.figures.torque_time import draw_torque_time
+from api.pages.figures.torque_time import POINTS, TorqueRows, draw_torque_rows
 from api.pages.model_figures import counted_errors, figures_of
 from api.pages.model_steps import step_chart
 from api.pages.motion_table import certificate_words
@@ -22,11 +21,13 @@ from api.pages.parameter_tables import constants_in_words, effects_in_model, par
 from api.pages.rendering import PREFIX, STATIC_FOLDER, Context, render
 from api.pages.scope_words import USES, scope_of_fit
 from api.pages.stored_models import ShownModel, StoredExperiment
+from api.pages.torque_curves import TorqueCurves
 from api.pages.verdict_words import verdict_of
 from api.service import access
 from api.service.model_story import ModelVersion
 from api.service.problems import Problem
 from api.service.session_catalogue import CatalogueEntry
+from api.service.torque_outline import reduced
 from identify.results.certificate import Certificate
 from identify.results.diagnosis import JointDiagnosis
 
@@ -149,19 +150,15 @@ def _joint_section(stored: StoredExperiment, shown: ShownModel, joint: str) -> C
         models, labels = [shown, first], ["this model", "first model"]
     floor = shown.joint(joint).noise_floor
     diagnosis = joint_diagnosis(stored, shown, joint)
-    sessions = []
-    for file, columns in stored.stored_samples(shown, joint, files).items():
-        time, measured, predicted = (np.asarray(columns[each]) for each in ("time", "measured", "predicted"))
-        moving = np.asarray(columns["moving"]) > 0
-        drawing = draw_torque_time(
-            time,
-            measured,
-            predicted,
-            "torque" if units.load == "N m" else "force",
-            units.load,
-            moving=moving,
-        )
-        sessions.append({"file": file, "payload": stored.payload_of[file], "figure": drawing})
+    label = "torque" if units.load == "N m" else "force"
+    sessions = [
+        {
+            "file": file,
+            "payload": stored.payload_of[file],
+            "figure": draw_torque_rows(rows, label, units.load),
+        }
+        for file, rows in _torque_of_sessions(stored, shown, joint, files).items()
+    ]
     return {
         "name": joint,
         "part": shown.joint(joint),
@@ -170,8 +167,20 @@ def _joint_section(stored: StoredExperiment, shown: ShownModel, joint: str) -> C
         "added": _added(stored, shown, joint),
         "staircase": step_chart(stored, joint, floor),
         "sessions": sessions,
-        "figures": figures_of(stored, models, first, joint, files, units),
+        "figures": figures_of(stored, models, joint, files, units),
         "tables": counted_errors(stored, models, joint, files).tables,
         "models": labels,
         "units": units,
     }
+
+
+def _torque_of_sessions(
+    stored: StoredExperiment, shown: ShownModel, joint: str, files: list[str]
+) -> dict[str, TorqueRows]:
+    """By file, what is drawn of each whole session; the error only where the joint moves."""
+    curves = TorqueCurves.of(stored, shown, joint, files)
+    rows = {}
+    for file, part in curves.parts.items():
+        drawn, _ = reduced(part, curves.outlines[file], slice(0, len(part["time"])), POINTS)
+        rows[file] = TorqueRows(drawn.time, **drawn.curves)
+    return rows

@@ -95,6 +95,6 @@ def window_figures(window: Window) -> dict[str, str]:
         return {}
     return {
         "X-Samples": str(int(sums.samples)),
-        "X-Relative-Error": repr((sums.error / sums.measured) ** 0.5),
-        "X-Error-RMS": repr((sums.error / sums.samples) ** 0.5),
+        "X-Relative-Error": repr(sums.relative_error),
+        "X-Error-RMS": repr(sums.rms(sums.error)),
     }

@@ -6,15 +6,16 @@ from pathlib import Path
 
 import numpy as np
 
-from api.pages.joint_samples import JointSamples
+from api.pages.joint_samples import JointSamples, every_few, gathered
 from api.pages.lru_cache import LruCache
 from api.service.experiment_store import ExperimentStore
 from api.service.model_story import ModelStory, ModelVersion, Story
-from api.service.prediction_files import COLUMNS, read_candidate, read_outline, read_prediction
+from api.service.prediction_files import read_candidate, read_outline, read_prediction
 from api.service.problems import Problem
 from identify.results.identification import IdentificationDocument, JointError
 
-_samples: LruCache[JointSamples] = LruCache(12)
+_samples: LruCache[JointSamples] = LruCache(4_000_000, lambda samples: len(samples.time))
+"""80 bytes a sample; those that are in the fit may be copied once more"""
 
 
 @dataclass(frozen=True)
@@ -114,7 +115,17 @@ class StoredExperiment:
         """The samples of one joint over `files`, in that order. Raises the problem 404 if a file has none."""
         number = self.joint_names.index(joint)
         key = (model.folder, tuple(files), number)
-        return _samples.get(key, lambda: _gathered(self._stored(model, files, number)))
+
+        def whole() -> JointSamples:
+            parts = self._stored(model, files, number)
+            return gathered(parts, [slice(0, len(part["time"])) for part in parts.values()])
+
+        return _samples.get(key, whole)
+
+    def figure_samples(self, model: ShownModel, joint: str, files: Sequence[str]) -> JointSamples:
+        """As many of `samples` as figures show; no others are copied."""
+        parts = self.stored_samples(model, joint, files)
+        return gathered(parts, every_few([len(part["time"]) for part in parts.values()]))
 
     def candidate(
         self, model: ShownModel, joint: str, files: Sequence[str], rank: int
@@ -154,10 +165,3 @@ class StoredExperiment:
 
 def _no_samples(file: str) -> Problem:
     return Problem(404, f"The fit has no samples of {file}; fit the model again.")
-
-
-def _gathered(parts: Mapping[str, Mapping[str, np.ndarray]]) -> JointSamples:
-    columns = {name: np.concatenate([part[name] for part in parts.values()]) for name in COLUMNS}
-    columns["moving"] = columns["moving"] > 0
-    lengths = [len(part["time"]) for part in parts.values()]
-    return JointSamples(files=tuple(parts), session=np.repeat(np.arange(len(parts)), lengths), **columns)

@@ -2,6 +2,7 @@
 
     models/story.json               the versions and which of them is current
     models/m2/f1/identification.json, prediction-0-0.npy …     one fit of version m2
+    models/m2/f1/shown/             what figures of that fit show, made again where it is missing
     models/m2/f1/diagnosis.json     what that fit was found to miss; with-0-0-1.npy … what it would predict with one effect more
     models/m2/f1/next-0.json        the experiment that tells rival effects of a joint apart
 
@@ -31,6 +32,7 @@ from identify.results.next_experiment import NextExperimentDocument
 from identify.results.reading import Kind, read_document
 
 IDENTIFICATION_FILE = "identification.json"
+DIAGNOSIS_FILE = "diagnosis.json"
 """in the folder of a fit"""
 
 Cause = Literal["fit", "effect added", "effect removed", "improved"]
@@ -278,12 +280,19 @@ class ModelStory:
 
     def diagnosis(self, identifier: str) -> DiagnosisDocument | None:
         """What the version's newest fit was found to miss, or None if nobody asked yet."""
-        return _read_if_there(DiagnosisDocument, self.fit_folder(identifier) / "diagnosis.json")
+        return _read_if_there(DiagnosisDocument, self.fit_folder(identifier) / DIAGNOSIS_FILE)
+
+    def diagnosed(self, identifier: str) -> int | None:
+        """When the version's newest fit was diagnosed, ns of the file; None if it was not: tells one diagnosis from another."""
+        try:
+            return (self.fit_folder(identifier) / DIAGNOSIS_FILE).stat().st_mtime_ns
+        except FileNotFoundError:
+            return None
 
     def newest_diagnosis(self, identifier: str) -> tuple[Fit, DiagnosisDocument] | None:
         """The newest fit of the version that was diagnosed, and what it was found to miss; None if nobody ever asked."""
         for fit in reversed(self.read().version(identifier).fits):
-            file = self.folder / identifier / fit.id / "diagnosis.json"
+            file = self.folder / identifier / fit.id / DIAGNOSIS_FILE
             document = _read_if_there(DiagnosisDocument, file)
             if document is not None:
                 return fit, document
@@ -294,7 +303,7 @@ class ModelStory:
         folder = self.fit_folder(identifier)
         for old in folder.glob("next-*.json"):
             old.unlink()
-        write_atomically(folder / "diagnosis.json", document.json_text(indent=1).encode())
+        write_atomically(folder / DIAGNOSIS_FILE, document.json_text(indent=1).encode())
 
     def next_experiment(self, identifier: str, joint: int) -> NextExperimentDocument | None:
         """The experiment that tells the rivals of a joint (counted from 0) apart, or None if nobody asked yet."""

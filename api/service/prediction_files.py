@@ -1,5 +1,7 @@
 """Measured and predicted torque of a model, as files that a plot reads in parts (memory-mapped)."""
 
+import secrets
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -51,13 +53,21 @@ def outline_file(folder: Path, session: int, joint: int) -> Path:
 
 
 def read_outline(folder: Path, session: int, joint: int) -> np.ndarray | None:
-    """(11, blocks) as `torque_outline` describes it; made now for a fit that was stored without one, and None where there
-    are no samples either."""
+    """(11, blocks) as `torque_outline` describes it; made now for a fit that was stored without one, and kept where it can
+    be. None where there are no samples either."""
+    file = outline_file(folder, session, joint)
     try:
-        return np.load(outline_file(folder, session, joint))
+        return np.load(file)
     except FileNotFoundError:
         part = read_prediction(folder, session, joint)
-        return None if part is None else outline(part)
+        if part is None:
+            return None
+        made = outline(part)
+        with suppress(OSError):  # a full disk, a folder that is only read
+            unfinished = file.with_name(f".{secrets.token_hex(4)}.npy")
+            np.save(unfinished, made)
+            unfinished.replace(file)
+        return made
 
 
 def read_prediction(folder: Path, session: int, joint: int) -> dict[str, np.ndarray] | None:

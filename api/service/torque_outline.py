@@ -4,6 +4,7 @@ A session of a million samples is 64 MB on disk; its outline is a sixty-fourth o
 blocks are as short as those of the outline. Then the samples themselves are few.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -126,6 +127,15 @@ class Sums:
 
     def __add__(self, other: "Sums") -> "Sums":
         return Sums(self.samples + other.samples, self.measured + other.measured, self.error + other.error)
+
+    @property
+    def relative_error(self) -> float | None:
+        """‖ρ‖ / ‖Y‖, or None where there is nothing to divide by."""
+        return math.sqrt(self.error / self.measured) if self.measured > 0 else None
+
+    def rms(self, squares: float) -> float | None:
+        """Root mean square of what the sum of squares is of; None where there are no samples."""
+        return math.sqrt(squares / self.samples) if self.samples else None
 
 
 def sums(part: Columns, of_part: Array, rows: slice) -> Sums:

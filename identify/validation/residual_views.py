@@ -131,7 +131,10 @@ class Distribution:
 
 
 def distribution(error: Array, intervals: int = 41) -> Distribution:
-    """Of the error (N,), over four deviations to either side."""
+    """Of the error (N,), over four deviations to either side; all zero where there are no samples."""
+    if not len(error):
+        nothing = np.zeros(intervals)
+        return Distribution(np.linspace(-4.0, 4.0, intervals + 1), nothing, nothing, (0.0, 0.0))
     mean, deviation = float(error.mean()), float(error.std()) or 1.0
     edges = mean + deviation * np.linspace(-4.0, 4.0, intervals + 1)
     share = np.histogram(error, edges)[0] / max(len(error), 1)

@@ -8,16 +8,17 @@ from markupsafe import Markup
 
 from api.pages.figures.choosable import Choosable
 from api.pages.figures.drawing import Scale, area, curve, line, picture, round_ticks, text, tick_text
+from api.pages.kept_numbers import Numbers
 
 
 @dataclass(frozen=True)
 class ErrorBand:
     """Centres of the intervals and, in each, the 10th, 50th and 90th percentile of the error (NaN where too few)."""
 
-    centre: np.ndarray
-    low: np.ndarray
-    median: np.ndarray
-    high: np.ndarray
+    centre: Numbers
+    low: Numbers
+    median: Numbers
+    high: Numbers
 
 
 def error_band(variable: np.ndarray, error: np.ndarray, edges: np.ndarray, at_least: int = 5) -> ErrorBand:

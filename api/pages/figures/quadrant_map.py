@@ -12,6 +12,7 @@ from markupsafe import Markup
 
 from api.pages.figures.choosable import Axis, Choosable
 from api.pages.figures.drawing import Scale, element, line, picture, round_ticks, text, tick_text
+from api.pages.kept_numbers import Numbers
 from api.pages.number_format import significant
 
 WIDTH, HEIGHT = 430.0, 330.0
@@ -24,10 +25,10 @@ STEPS = 9  # colour steps to either side of zero; the classes p1..p9 and m1..m9 
 class QuadrantMap:
     """Mean error per cell and how many samples it is of, (load cells, speed cells) each; NaN where these are too few."""
 
-    velocity_edges: np.ndarray
-    load_edges: np.ndarray
-    mean: np.ndarray
-    count: np.ndarray
+    velocity_edges: Numbers
+    load_edges: Numbers
+    mean: Numbers
+    count: Numbers
 
 
 def quadrant_map(

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from api.pages.effect_pictures import effect_pictures
 from api.pages.effect_views import effect_views
 from api.pages.error_figures import JointUnits
 from api.pages.joint_samples import JointSamples
@@ -56,7 +57,7 @@ def after(before) -> JointSamples:
 def test_each_effect_has_its_picture_first_and_the_worst_stretch_last(
     before, after, effect, constants, first
 ):
-    views = effect_views(effect, before, after, UNITS, None, constants)
+    views = effect_views(effect_pictures(effect, before, after, UNITS, None, constants), UNITS)
     assert views[0].words == first
     assert views[-1].words == "Torque where the error is worst, session-00.h5"
     for view in views:
@@ -68,12 +69,11 @@ def test_each_effect_has_its_picture_first_and_the_worst_stretch_last(
 
 def test_without_a_prediction_each_picture_stands_alone(before):
     for effect in ("torque-ripple", "presliding", "delay", "load-friction"):
-        for view in effect_views(
-            effect, before, None, UNITS, None, {"wave_number": 19.0} if "ripple" in effect else {}
-        ):
+        constants = {"wave_number": 19.0} if "ripple" in effect else {}
+        for view in effect_views(effect_pictures(effect, before, None, UNITS, None, constants), UNITS):
             ElementTree.fromstring(view.drawing)
 
 
 def test_no_samples_have_no_pictures(before):
     nothing = before.where(np.zeros(len(before.time), bool))
-    assert effect_views("delay", nothing, None, UNITS, None, {}) == []
+    assert effect_pictures("delay", nothing, None, UNITS, None, {}) == []
