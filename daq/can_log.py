@@ -5,7 +5,7 @@ The frames go the way that live ones go (`alignment.py`, `samples.py`) into a re
 
 from __future__ import annotations
 
-from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -15,17 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.alignment import SYNC_ID, SyncAlignment
-from daq.can_log_reader import CLASSIC_DATA, read_frames
+from daq.can_log_reader import CLASSIC_DATA, LoggedFrame, read_frames
 from daq.json_object import JsonObject
+from daq.logged_mapping import LoggedMapping, mapping_of_log
 from daq.recording_file import RecordingFile, SessionDescription
 from daq.rig import Rig
-from daq.rig_drives import MODES
 from daq.safety import StopCause
 from daq.samples import COMMAND_CAME, POSITION_CAME, Phase, RowDecoder
 from drivers.cia402 import State
 from drivers.frames import FRAME
 from drivers.process_data import DriveStream
-from drivers.standard_stream import standard_stream
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import Payload
 
@@ -49,14 +48,12 @@ def read_can_log(path: Path, rig: Rig, begin: float | None = None, end: float | 
 
     Raises InputError in one line when the log cannot be read, or lacks SYNC or a drive's process data.
     """
-    streams = [
-        standard_stream(axis.node, profile, MODES[axis.mode], rig.record_temperature)
-        for axis, profile in zip(rig.axes, rig.profiles, strict=True)
-    ]
-    wanted = {pdo.can_id for stream in streams for pdo in stream.transmit}
-    setpoints = {stream.receive.can_id for stream in streams}
-    frames, remarks = _frames(path, wanted | setpoints | {SYNC_ID})
-    _refuse_missing(path, frames, streams)
+    logged, remarks = read_frames(path)
+    mapping = mapping_of_log(path, logged, rig)
+    streams = mapping.streams
+    remarks += mapping.remarks
+    frames = _frames(logged, mapping)
+    _refuse_without_sync(path, frames)
     scales = [
         None if profile.temperature is None or not rig.record_temperature else profile.temperature.scale
         for profile in rig.profiles
@@ -105,43 +102,34 @@ def write_recording(
     file.finish("complete", f"imported from {source.name}", session.counters, StopCause.PLAN_DONE.value)
 
 
-def _frames(path: Path, identifiers: set[int]) -> tuple[NDArray[Any], list[str]]:
-    """Frames with these ids, in the order of the log, of the channel that has most of the drives' process data."""
-    logged, remarks = read_frames(path)
-    wanted = [frame for frame in logged if not frame.extended and frame.can_id in identifiers]
-    channels = Counter(frame.channel for frame in wanted if frame.can_id != SYNC_ID)
-    if len({frame.channel for frame in wanted}) > 1 and channels:
-        chosen = channels.most_common(1)[0][0]
-        remarks.append(f"of its channels {chosen}, which has most of the drives' process data")
-        wanted = [frame for frame in wanted if frame.channel == chosen]
+def _frames(logged: Sequence[LoggedFrame], mapping: LoggedMapping) -> NDArray[Any]:
+    """Frames of SYNC and process data in the order of the log, of the channel of the drives."""
+    transmitted = {each for stream in mapping.streams for each in stream.transmit_ids}
+    identifiers = {mapping.sync_id, *transmitted, *(stream.receive.can_id for stream in mapping.streams)}
+    wanted = [
+        frame
+        for frame in logged
+        if not frame.extended and frame.channel == mapping.channel and frame.can_id in identifiers
+    ]
     frames = np.zeros(len(wanted), FRAME)
     frames["stamp"] = [frame.stamp for frame in wanted]
-    frames["can_id"] = [frame.can_id for frame in wanted]
+    frames["can_id"] = [frame.can_id if frame.can_id != mapping.sync_id else SYNC_ID for frame in wanted]
     frames["flags"] = [frame.flags for frame in wanted]
     frames["length"] = [len(frame.data) for frame in wanted]
     padded = b"".join(frame.data.ljust(CLASSIC_DATA, b"\0") for frame in wanted)
     frames["data"] = np.frombuffer(padded, np.uint8).reshape(-1, CLASSIC_DATA)
-    return frames, remarks
+    return frames
 
 
-def _refuse_missing(path: Path, frames: NDArray[Any], streams: list[DriveStream]) -> None:
-    there = set(frames["can_id"].tolist())
-    if SYNC_ID not in there:
+def _refuse_without_sync(path: Path, frames: NDArray[Any]) -> None:
+    if SYNC_ID not in frames["can_id"]:
         raise InputError(
             f"{path}: holds no SYNC (id 0x80), which separates one sample from the next; log it as well"
         )
-    for stream in streams:
-        for pdo in stream.transmit:
-            if pdo.can_id not in there:
-                carried = ", ".join(entry.name for entry in pdo.entries)
-                raise InputError(
-                    f"{path}: holds no frame 0x{pdo.can_id:X} of node {stream.node} ({carried}); is the node in the rig"
-                    " file right, and were its PDOs mapped as ours?"
-                )
 
 
 def _setpoints(
-    frames: NDArray[Any], streams: list[DriveStream], sync_time: NDArray[np.int64]
+    frames: NDArray[Any], streams: Sequence[DriveStream], sync_time: NDArray[np.int64]
 ) -> NDArray[np.int32]:
     """(M, n) targets that took effect at each SYNC: the last one sent before it, 0 where none was."""
     setpoints = np.zeros((len(sync_time), len(streams)), np.int32)

@@ -29,6 +29,7 @@ Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=
 _LAB_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
+PdoEntry = Annotated[int, Field(ge=0x10000000, le=0xFFFFFFFF)]
 Vector3 = tuple[Finite, Finite, Finite]
 
 RIGS = Path(config.__file__).parent / "rigs"
@@ -149,6 +150,9 @@ class Axis(_Settings):
     home: Finite = 0.0
     """rad or m: joint position at which the drive counts zero"""
     limits: Limits
+    logged_pdos: dict[Annotated[int, Field(ge=1, le=0x7FF)], tuple[PdoEntry, ...]] | None = None
+    """for `coulomb import LOG --rig` only: how the drive was mapped by another master, where neither the log's SDO traffic nor a
+    DCF tells it; by COB-ID the entries as 0x1A00 and 0x1600 hold them, e.g. 0x1C3: [0x60410010, 0x60640020]"""
 
     @model_validator(mode="after")
     def _geared(self) -> Self:

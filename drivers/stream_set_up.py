@@ -75,8 +75,9 @@ def set_up_stream(
     used = {pdo.can_id for pdo in (*transmit, receive)}
     on_beside = [f"{pdo.kind} {pdo.number}" for pdo in stay_on if pdo.can_id not in used]
     if on_beside or any(pdo.fixed_id for pdo in (*transmit, receive)):
+        ids = ", ".join(f"0x{pdo.can_id:X}" for pdo in (*transmit, receive))
         stays = f"; {', '.join(on_beside)} cannot be switched off" if on_beside else ""
-        remarks.append(f"its COB-IDs can only be read: they are used as they stand{stays}")
+        remarks.append(f"its COB-IDs can only be read: they are used as they stand ({ids}){stays}")
     if receive.transmission_type >= EVENT_DRIVEN != takes[0].transmission_type:
         remarks.append(
             f"takes setpoints when they come, not at SYNC: its RPDO has transmission type {receive.transmission_type}, "
@@ -132,5 +133,9 @@ def _set_up(
                 received=f"{refusal.received}; {lacking.doing}: "
                 + "; ".join(filter(None, (lacking.expected, lacking.received))),
             ) from refusal
-        remarks.append(f"its PDO mapping cannot be changed; its {kind}s are used unchanged")
+        mapped = ", ".join(
+            f"0x{pdo.can_id:X}: [{', '.join(f'0x{entry.mapping:08X}' for entry in pdo.entries)}]"
+            for pdo in used
+        )
+        remarks.append(f"its PDO mapping cannot be changed; its {kind}s are used unchanged ({mapped})")
         return used

@@ -52,12 +52,16 @@ def set_up(bench):
         ({"holds": {"0x6091:01": 5, "0x6091:02": 1}}, "has a gear ratio (0x6091) of 5:1"),
         ({"missing": ("0x1018",)}, ""),
         ({"missing": ("0x6061",)}, "has no mode display (0x6061)"),
-        ({"read_only": FIXED_COB_IDS}, "its COB-IDs can only be read: they are used as they stand"),
+        (
+            {"read_only": FIXED_COB_IDS},
+            "its COB-IDs can only be read: they are used as they stand (0x185, 0x205)",
+        ),
         ({"read_only": FIXED_COB_IDS, "holds": {"0x1803:01": 0x485}}, "; TPDO 4 cannot be switched off"),
         ({"missing": ("0x1801", "0x1802", "0x1803")}, "has 1 TPDOs"),
         (
             {"read_only": MAPPINGS, "holds": CARRIES_WHAT_IS_NEEDED},
-            "cannot be changed; its TPDOs are used unchanged; its PDO mapping cannot be changed; its RPDOs are used unchanged",
+            "its TPDOs are used unchanged (0x1C5: [0x60410010, 0x60640020], 0x285: [0x60740010, 0x60770010]); its PDO mapping"
+            " cannot be changed; its RPDOs are used unchanged (0x205: [",
         ),
         (
             {"read_only": MAPPINGS, "holds": CARRIES_WHAT_IS_NEEDED | {"0x1400:02": 255}},
