@@ -10,6 +10,7 @@ from starlette.middleware import Middleware
 from starlette.middleware.sessions import SessionMiddleware
 
 from api.pages import router as pages
+from api.pages.figures_ahead import FiguresAhead
 from api.request_head import OriginForm
 from api.service.access import declared_role
 from api.service.cookie import COOKIE, cookie_key
@@ -62,6 +63,8 @@ def create_application(settings: ServiceSettings) -> FastAPI:
             "create one first: coulomb users add NAME --role admin"
         )
 
+    figures = FiguresAhead(service.experiments)
+
     @asynccontextmanager
     async def lifespan(_application: FastAPI) -> AsyncIterator[None]:
         service.loop_pulse.start()
@@ -69,7 +72,9 @@ def create_application(settings: ServiceSettings) -> FastAPI:
         service.stop_passes.keep_up_to_date(service.accounts.let_in)
         await run_in_threadpool(service.experiments.reindex)
         service.disk.start()
+        service.jobs.listen(figures.job_changed)
         service.jobs.start()
+        figures.start()
         service.live.start()
         yield
         # The robot first: it comes to rest before anything else is given up.
@@ -77,6 +82,7 @@ def create_application(settings: ServiceSettings) -> FastAPI:
         await run_in_threadpool(service.sessions.close)
         await service.live.close()
         await run_in_threadpool(service.jobs.close)
+        await run_in_threadpool(figures.close)
         service.stop_readiness.no_longer("event loop")
         service.loop_pulse.end()
         service.stop_passes.end()

@@ -17,7 +17,7 @@ from api.pages.error_figures import JointUnits
 from api.pages.joint_samples import JointSamples, every_few
 from api.pages.kept_numbers import KeptNumbers
 from api.pages.stored_models import ShownModel, StoredExperiment
-from api.service.model_story import Fit
+from api.service.model_story import Fit, ModelVersion
 from identify.results.diagnosis import Candidate, Estimate, JointDiagnosis, Learned
 
 _pictures: KeptNumbers[list[Picture]] = KeptNumbers("effect", list[Picture])
@@ -207,6 +207,20 @@ def _fitted_estimates(shown: ShownModel, joint: str, predicted: tuple[Estimate, 
         else each
         for each in predicted
     )
+
+
+def added_evidence(stored: StoredExperiment, shown: ShownModel, joint: str) -> list[SelectedEvidence]:
+    """The evidence of each effect that was added to this joint on the way to the model, as it was found then."""
+    evidence = []
+    version: ModelVersion | None = shown.version
+    while version is not None:
+        effect, _, on = (version.change or "").partition("@")
+        if version.cause == "effect added" and on in ("", joint):
+            step = stored.model(version.id)
+            selected = selected_evidence(stored, step, joint_diagnosis(stored, step, joint), joint, effect)
+            evidence += [selected] if selected is not None and selected.with_words == "with it" else []
+        version = stored.story.version(version.parent) if version.parent else None
+    return evidence[::-1]
 
 
 @dataclass(frozen=True)

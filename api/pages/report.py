@@ -12,7 +12,7 @@ from markupsafe import Markup
 from api.pages.catalogue_words import effect_titles, entry_of
 from api.pages.choices import VersionChoice, chosen_model
 from api.pages.error_figures import JointUnits
-from api.pages.evidence_view import SelectedEvidence, joint_diagnosis, selected_evidence
+from api.pages.evidence_view import added_evidence, joint_diagnosis
 from api.pages.figures.torque_time import POINTS, TorqueRows, draw_torque_rows
 from api.pages.model_figures import counted_errors, figures_of
 from api.pages.model_steps import step_chart
@@ -24,7 +24,6 @@ from api.pages.stored_models import ShownModel, StoredExperiment
 from api.pages.torque_curves import TorqueCurves
 from api.pages.verdict_words import verdict_of
 from api.service import access
-from api.service.model_story import ModelVersion
 from api.service.problems import Problem
 from api.service.session_catalogue import CatalogueEntry
 from api.service.torque_outline import reduced
@@ -120,20 +119,6 @@ def _sessions(shown: ShownModel, entries: Sequence[CatalogueEntry]) -> list[Cont
     ]
 
 
-def _added(stored: StoredExperiment, shown: ShownModel, joint: str) -> list[SelectedEvidence]:
-    """The evidence of each effect that was added to this joint on the way to the model, as it was found then."""
-    evidence = []
-    version: ModelVersion | None = shown.version
-    while version is not None:
-        effect, _, on = (version.change or "").partition("@")
-        if version.cause == "effect added" and on in ("", joint):
-            step = stored.model(version.id)
-            selected = selected_evidence(stored, step, joint_diagnosis(stored, step, joint), joint, effect)
-            evidence += [selected] if selected is not None and selected.with_words == "with it" else []
-        version = stored.story.version(version.parent) if version.parent else None
-    return evidence[::-1]
-
-
 def _unseen_error(diagnosis: JointDiagnosis | None) -> float | None:
     """The model's error on motion that the fit did not see: every candidate was judged against it. None: not diagnosed."""
     candidates = diagnosis.candidates if diagnosis else ()
@@ -164,7 +149,7 @@ def _joint_section(stored: StoredExperiment, shown: ShownModel, joint: str) -> C
         "part": shown.joint(joint),
         "unseen": _unseen_error(diagnosis),
         "verdict": verdict_of(diagnosis, floor, effect_titles()),
-        "added": _added(stored, shown, joint),
+        "added": added_evidence(stored, shown, joint),
         "staircase": step_chart(stored, joint, floor),
         "sessions": sessions,
         "figures": figures_of(stored, models, joint, files, units),

@@ -3,15 +3,16 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
 from api.pages.joint_samples import JointSamples, every_few, gathered
 from api.pages.lru_cache import LruCache
-from api.service.experiment_store import ExperimentStore
 from api.service.model_story import ModelStory, ModelVersion, Story
 from api.service.prediction_files import read_candidate, read_outline, read_prediction
 from api.service.problems import Problem
+from identify.recording.experiment_file import ExperimentFile
 from identify.results.identification import IdentificationDocument, JointError
 
 _samples: LruCache[JointSamples] = LruCache(4_000_000, lambda samples: len(samples.time))
@@ -41,10 +42,22 @@ class ShownModel:
         return next(entry for entry in self.document.joints if entry.joint == name)
 
 
+class Experiments(Protocol):
+    """Where experiments are kept, such as the service's store."""
+
+    def folder(self, identifier: str) -> Path:
+        """The folder of an experiment. Raises the problem 404."""
+        ...
+
+    def declared(self, identifier: str) -> ExperimentFile:
+        """Its checked file. Raises the problem 404, and InputError if the file is broken."""
+        ...
+
+
 class StoredExperiment:
     """One experiment of the store with its models; everything is read when it is asked for."""
 
-    def __init__(self, store: ExperimentStore, identifier: str) -> None:
+    def __init__(self, store: Experiments, identifier: str) -> None:
         self.id = identifier
         self.folder = store.folder(identifier)
         self.declared = store.declared(identifier)

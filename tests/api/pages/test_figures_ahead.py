@@ -1,0 +1,77 @@
+"""Once a fit is stored its figures are made: pages and report then read no samples of it."""
+
+import queue
+import shutil
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from api.pages import figures_ahead, model_figures, stored_models
+from api.pages.error_figures import JointUnits
+from api.pages.figures_ahead import FiguresAhead, make_figures
+from api.pages.missing_body import body_context
+from api.pages.model_figures import counted_errors, figures_of
+from api.pages.report import write_report
+from api.pages.stored_models import Experiments, StoredExperiment
+from api.service.jobs import Job, JobState
+from identify.recording.experiment_file import read_experiment_file
+
+JOINT = "j3"
+
+
+@pytest.fixture
+def experiments(stored_laboratory: Path, tmp_path: Path) -> Experiments:
+    """One experiment of which nobody has seen anything."""
+    folder = shutil.copytree(stored_laboratory / "experiments" / "rx130l-joint3", tmp_path / "experiment")
+    return SimpleNamespace(
+        folder=lambda _: folder, declared=lambda _: read_experiment_file(folder / "experiment.yaml")
+    )
+
+
+def test_pages_and_report_of_the_current_model_read_no_samples(experiments, monkeypatch) -> None:
+    stored = StoredExperiment(experiments, "experiment")
+    make_figures(stored, JOINT)
+
+    def nothing(*_: object) -> None:
+        raise AssertionError("samples were read")
+
+    monkeypatch.setattr(stored_models, "gathered", nothing)
+    monkeypatch.setattr(model_figures, "error_sums", nothing)
+    shown = stored.require_current()
+    files = stored.fitted_files(shown)
+    counted_errors(stored, [shown], JOINT, files)
+    figures_of(stored, [shown], JOINT, files, JointUnits.of("revolute"))
+    body_context(stored, shown, JOINT)
+    text, _ = write_report(stored, shown, "ada", [], [])
+    assert text.count("<svg") >= 12
+
+
+def job(state: JobState, experiment: str | None) -> Job:
+    return Job("1", "identify", experiment, "ada", state, 1.0, "", 0.0)
+
+
+def test_what_a_job_has_stored_is_drawn_and_what_is_broken_ends_nothing(experiments, monkeypatch) -> None:
+    drawn: queue.SimpleQueue[str] = queue.SimpleQueue()
+
+    def make(stored: StoredExperiment, joint: str) -> None:
+        drawn.put(stored.id)
+        if stored.id == "broken":
+            raise FileNotFoundError
+
+    monkeypatch.setattr(figures_ahead, "make_figures", make)
+    ahead = FiguresAhead(experiments)
+    ahead.start()
+    try:
+        for state, experiment in (
+            (JobState.RUNNING, "running"),
+            (JobState.FAILED, "failed"),
+            (JobState.DONE, None),
+            (JobState.DONE, "broken"),
+            (JobState.DONE, "whole"),
+        ):
+            ahead.job_changed(job(state, experiment))
+        assert [drawn.get(timeout=60), drawn.get(timeout=60)] == ["broken", "whole"]
+    finally:
+        ahead.close()
+    assert drawn.empty()
