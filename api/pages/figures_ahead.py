@@ -7,6 +7,8 @@ import threading
 from contextlib import suppress
 from functools import cache
 
+import numpy as np
+
 from api.pages.catalogue_words import effect_titles
 from api.pages.error_figures import JointUnits
 from api.pages.evidence_view import added_evidence, joint_diagnosis, selected_evidence
@@ -72,6 +74,7 @@ def load_templates() -> None:
         if file.suffix in COMPRESSIBLE:
             compressed(file)
     effect_titles()
+    np.quantile(np.zeros(2), 0.5)  # loads a part of NumPy
 
 
 def make_figures(stored: StoredExperiment, joint: str) -> None:
