@@ -25,6 +25,7 @@ from identify.recording.session_hdf5 import (
     SYNC_TIME,
     TEMPERATURE,
     VALID,
+    setpoints_in_force,
 )
 
 FORMATS = ("csv", "csv.gz", "mat", "parquet")
@@ -43,7 +44,7 @@ class ScaledSession:
     command: NDArray[np.float64]
     """(N, n) A"""
     setpoint: NDArray[np.float64]
-    """(N, n) rad or m"""
+    """(N, n) rad or m, in force when the drives sampled the row; the recording has what was sent with its SYNC"""
     valid: NDArray[np.uint8]
     """(N, n) bits as in the recording"""
     temperature: NDArray[np.float64] | None
@@ -80,7 +81,7 @@ def scaled_session(path: Path) -> ScaledSession:
                 cycle=np.asarray(column[CYCLE][:rows]),
                 position=position,
                 command=command,
-                setpoint=column[SETPOINT][:rows] @ matrix.T + offset,
+                setpoint=setpoints_in_force(column[SETPOINT][:rows] @ matrix.T + offset),
                 valid=valid,
                 temperature=None if temperature is None else np.asarray(temperature[:rows], dtype=float),
                 attributes=dict(file.attrs),

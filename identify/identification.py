@@ -70,7 +70,7 @@ def identify(
 
     def estimated(fitted: FittedModel) -> FittedModel:
         reduced = essential_parameters(fitted, ratio_columns(fitted)) if essential else fitted
-        return with_estimator(reduced, estimator)
+        return with_estimator(reduced, estimator).with_own_load()
 
     first = fit_model(record, wanted, entries, progress=progress)
     terms = first.model.terms

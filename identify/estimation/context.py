@@ -59,6 +59,28 @@ class FittedTorque:
     chi: Array
     factors: tuple[tuple[Slot, Array], ...] = ()
 
+    def same_as(self, other: "FittedTorque | None") -> bool:
+        """Whether the other is of the same effects with the same values."""
+        return (
+            other is not None
+            and [slot for slot, _ in self.factors] == [slot for slot, _ in other.factors]
+            and np.array_equal(self.chi, other.chi)
+            and all(
+                np.array_equal(own, theirs)
+                for (_, own), (_, theirs) in zip(self.factors, other.factors, strict=True)
+            )
+        )
+
+    def half_way_from(self, other: "FittedTorque") -> "FittedTorque":
+        """The mean of both; of effects that the other does not have, or with other columns, the values of this one."""
+        theirs = {slot.term.key: values for slot, values in other.factors}
+        factors = []
+        for slot, values in self.factors:
+            before = theirs.get(slot.term.key)
+            alike = before is not None and before.shape == values.shape
+            factors.append((slot, 0.5 * (values + before) if alike else values))
+        return FittedTorque(0.5 * (self.chi + other.chi), tuple(factors))
+
     def rotor(self, motor: int) -> float:
         """kg m²: inertia of a shared motor's rotor, where the model has it beside the base parameters; else 0."""
         return sum(

@@ -1,7 +1,7 @@
 """A model fitted to the identification sessions of a record: what a fit gives, and what is read from it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from identify.effects.model import Model
 from identify.estimation.elimination import Elimination
 from identify.estimation.estimate import Estimate
-from identify.estimation.least_squares import LeastSquares
+from identify.estimation.least_squares import LeastSquares, residual_norms
 from identify.estimation.observation import FittedTorque, Observation, Slot, observe
 from identify.estimation.record import Record
 from identify.estimation.statistics import classical_deviation, robust_deviation
@@ -26,6 +26,8 @@ class FittedModel:
     model : its terms with their constants chosen
     slots : the terms' columns, and behind them those of the payload ratio where it is estimated beside the
     model
+    load_from : what the columns follow that depend on the load or the torque: the model's own (`with_own_load`), except
+        where it has no arm of its own, as eq. (30) in its linear form
     """
 
     record: Record
@@ -63,3 +65,18 @@ class FittedModel:
     def observe(self, entries: Sequence[SessionEntry]) -> Observation:
         """The same columns on other sessions."""
         return observe(self.record, entries, self.slots, self.load_from)
+
+    def with_own_load(self) -> "FittedModel":
+        """The same parameters with columns that follow the load and the torque of these parameters, no other fit's.
+
+        A fit takes the columns that follow the load from the fit before it; with the load of its own the model's torque is one
+        function of the motion, the power sign of eq. (26) included, whoever computes it. Its errors are those of that function.
+        """
+        own = self.torque
+        has_arm = bool(np.any(self.fit.fitted < self.observation.base))
+        if not has_arm or not any(slot.follows_fit for slot in self.slots) or own.same_as(self.load_from):
+            return self
+        observation = observe(self.record, self.entries, self.slots, own)
+        fit = replace(self.fit, residual=residual_norms(observation, self.fit.chi))
+        estimate = None if self.estimate is None else replace(self.estimate, fit=fit)
+        return replace(self, observation=observation, fit=fit, load_from=own, estimate=estimate)

@@ -238,22 +238,25 @@ def fit_structured(linear: FittedModel, weights: Array) -> StructuredFit:
     assert linear.load_from is not None  # the linear form always has the load of a model fitted before
     form = _Form(linear)
     theta = form.begin(linear.load_from, linear)
-    observation, load = linear.observation, linear.load_from
+    observation = linear.observation
     best: tuple[float, Array, Observation, FittedTorque] | None = None
     for _ in range(POWER_SIGN_ROUNDS):
         rows = _rows(observation, weights)
-        theta, cost = _minimise(form, rows, theta)
+        theta = _minimise(form, rows, theta)
         while form.rotors and best is None:
             fit = _with_coefficients(form, linear.fit, observation, weights, theta)
             held = form.hold(theta, _deviations(form, fit, observation, rows, theta)[1])
             if held is None:
                 break
-            theta, cost = _minimise(form, rows, held)
+            theta = _minimise(form, rows, held)
+        # what these parameters leave with the power sign of their own load, which is what anybody computes with them
+        load = form.load(theta)
+        observation = observe(linear.record, linear.entries, linear.slots, load)
+        left = _residual(form, _rows(observation, weights), theta)
+        cost = float(left @ left)
         if best is not None and cost >= best[0] * (1 - 1e-6):
             break
         best = (cost, theta, observation, load)
-        load = form.load(theta)
-        observation = observe(linear.record, linear.entries, linear.slots, load)
     assert best is not None
     _, theta, observation, load = best
     fit = replace(linear.fit, weights=weights)
@@ -272,7 +275,7 @@ def held_out(linear: FittedModel, structured: StructuredFit) -> tuple[float, flo
     for fold in folds(observation):
         training = [block for block in range(len(observation.blocks)) if block not in fold]
         solved = least_squares(observation, linear.fit.fitted, training, weights)
-        moved, _ = _minimise(form, _rows(observation, weights, training), theta)
+        moved = _minimise(form, _rows(observation, weights, training), theta)
         rows = _rows(observation, weights, sorted(fold))
         for index, chi in enumerate((solved.chi, form.coefficients(moved)[0])):
             residual = rows[:, -2] - rows[:, :-2] @ chi
@@ -296,8 +299,13 @@ def _rows(observation: Observation, weights: Array, blocks: Sequence[int] | None
     return np.vstack([joint_rows(observation, joint, blocks) * weight for joint, weight in listed])
 
 
-def _minimise(form: "_Form", rows: Array, theta: Array) -> tuple[Array, float]:
-    """Levenberg and Marquardt's method (Marquardt 1963); returns the parameters and the sum of squares."""
+def _residual(form: "_Form", rows: Array, theta: Array) -> Array:
+    """(rows,) what the parameters leave of weighted rows."""
+    return rows[:, -2] - rows[:, :-2] @ form.coefficients(theta)[0]
+
+
+def _minimise(form: "_Form", rows: Array, theta: Array) -> Array:
+    """The parameters with the least sum of squares, by Levenberg and Marquardt's method (Marquardt 1963)."""
     W, Y = rows[:, :-2], rows[:, -2]
     damping = 1e-3
     chi, slope = form.coefficients(theta)
@@ -322,7 +330,7 @@ def _minimise(form: "_Form", rows: Array, theta: Array) -> tuple[Array, float]:
             damping *= 10
             if damping > 1e8:
                 break
-    return theta, cost
+    return theta
 
 
 def _result(form: _Form, linear: FittedModel, theta: Array) -> StructuredFit:

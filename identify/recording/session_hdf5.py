@@ -162,9 +162,17 @@ def _read(file: h5py.File, path: Path, n: int, setpoints: bool) -> RawSamples:
     extra: dict[str, NDArray[Any]] = {}
     if setpoints:
         sent = _data_set(file, SETPOINT, path)[: layout.rows].astype(float) @ layout.matrix.T + layout.offset
-        sent[1:] = sent[:-1].copy()  # what is sent with a SYNC is in force from the next
-        extra = {f"qref{joint + 1}": sent[~dead, joint] for joint in range(n)}
+        extra = {f"qref{joint + 1}": setpoints_in_force(sent)[~dead, joint] for joint in range(n)}
     return RawSamples(time[~dead], position.array(), command.array(), None, temperature, extra, remarks)
+
+
+def setpoints_in_force(sent: Array) -> Array:
+    """(N, n) setpoints that the drives followed when they sampled at each SYNC: what is sent with a SYNC is in force from the
+    next. Of the first row, before which nothing is recorded, what was sent with it.
+
+    sent : (N, n) as recorded, row by row what was sent with that SYNC
+    """
+    return np.concatenate([sent[:1], sent[:-1]])
 
 
 def _layout(file: h5py.File, path: Path, n: int) -> _Layout:

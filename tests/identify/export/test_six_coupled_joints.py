@@ -13,15 +13,21 @@ import pytest
 
 from identify.dynamics.geometry import Geometry
 from identify.estimation.context import contexts
-from identify.export.exported_model import RIGID
+from identify.export.c_code import c_code
+from identify.export.compiled import compiled_torque, compiler_here
+from identify.export.exported_model import RIGID, exported_model
 from identify.export.link_files import read_back
-from identify.export.write import write_export
+from identify.export.record_error import Motion
+from identify.export.structured_text import structured_text
+from identify.export.write import module_of, module_torque, write_export
 from identify.identification import identify
 from identify.recording.experiment_file import ExperimentFile
 from identify.recording.samples import RawSamples
 from identify.recording.session import SessionEntry
 from tests.identify.dynamics.random_robots import pinocchio_model
 from tests.identify.estimation.simulated_arm import MemoryExperiment
+from tests.identify.export.structured_text_interpreter import Block
+from tests.identify.export.test_code import of_the_model
 
 RATE = 200.0
 SECONDS = 20.0
@@ -84,7 +90,7 @@ def measured_torque(geometry: Geometry, q, dq, ddq):
 
 
 @pytest.fixture(scope="module")
-def result():
+def experiment():
     experiment_file = declared()
     time = np.arange(round(SECONDS * RATE)) / RATE
     random = np.random.default_rng(12)
@@ -97,7 +103,7 @@ def result():
     torque = measured_torque(Geometry.from_robot(experiment_file.robot), q, dq, ddq)
     command = torque @ np.linalg.inv(np.array(experiment_file.robot.drive_gain_matrix)).T
     entry = SessionEntry("s0.csv", Path("memory/s0.csv"), experiment_file.payloads[0], "identification")
-    experiment = MemoryExperiment(
+    return MemoryExperiment(
         experiment_file.name,
         Path("memory/experiment.yaml"),
         experiment_file.robot,
@@ -107,6 +113,10 @@ def result():
         (),
         raw={"s0.csv": RawSamples(time, q, command)},
     )
+
+
+@pytest.fixture(scope="module")
+def result(experiment):
     return identify(experiment, "usual", ["coupled-friction@j6", "load-friction@j2"])
 
 
@@ -185,3 +195,55 @@ def test_bodies_that_can_have_the_identified_base_parameters_keep_them_to_1e_9(r
     off = np.abs(base.from_standard(again) - chi[: len(base)]).max() / np.abs(chi[: len(base)]).max()
     assert all(RIGID in joint.kept for joint in certificate.joints)
     assert off <= 1e-9
+
+
+def at_power_sign_changes(result, count=24):
+    """Motion whose load passes through zero: states beside it, by a few parts in a thousand of the load's size."""
+    random = np.random.default_rng(3)
+    rigid = module_of(exported_model(result)).rigid_torque
+    q, dq, ddq = (random.uniform(-1, 1, (count, 6)) * size for size in (0.8, 1.0, 3.0))
+    for row in range(count):
+        joint, unit = row % 6, np.eye(6)[row % 6]
+        without = ddq[row] * (1 - unit)
+        size = rigid(q[row], dq[row], without)[joint]
+        slope = rigid(q[row], dq[row], without + unit)[joint] - size
+        ddq[row] = without - unit * size / slope * (
+            1 + random.choice([-1, 1]) * 10.0 ** random.uniform(-6, -2)
+        )
+    bare = result.experiment.payloads[0]
+    return Motion(np.arange(count) * 0.1, q, dq, ddq, None, bare)
+
+
+@pytest.mark.parametrize(("name", "add"), [("load-velocity", ()), ("usual", ("load-friction-asymmetric",))])
+def test_beside_a_change_of_the_power_sign_every_target_has_the_quadrant_of_the_model(
+    experiment, tmp_path, name, add
+):
+    """The power sign is that of the model's own load, in the fit, its predictions, a simulation and every export."""
+    result = identify(experiment, name, add)
+    fitted = result.fitted if result.structured is None else result.structured.fitted
+    assert fitted.load_from is not None
+    assert fitted.load_from.chi == pytest.approx(exported_model(result).chi, rel=1e-15)
+    motion = at_power_sign_changes(result)
+    exact = of_the_model(result, motion)
+    for ending, torque_of in _targets(exported_model(result), tmp_path).items():
+        assert torque_of(motion) == pytest.approx(exact, rel=1e-9, abs=1e-9), ending
+
+
+def _targets(model, folder: Path):
+    """What the Python module, the compiled C and the structured text give, by ending."""
+    source, header = c_code(model, "arm")
+    (folder / "arm.c").write_text(source)
+    (folder / "arm.h").write_text(header)
+    block = Block(structured_text(model, "arm"), "ARM")
+
+    def interpreted(motion):
+        found = []
+        for q, dq, ddq, t in zip(motion.q, motion.dq, motion.ddq, motion.t, strict=True):
+            torque = block(Q=q, DQ=dq, DDQ=ddq, T=float(t))["TORQUE"]
+            found.append([torque[joint,] for joint in range(6)])
+        return np.array(found)
+
+    targets = {"py": module_torque(module_of(model), model), "st": interpreted}
+    if (compiler := compiler_here()) is not None:
+        targets["c"] = compiled_torque(compiler, folder / "arm.c", "arm", model)
+    return targets
