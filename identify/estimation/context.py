@@ -76,9 +76,8 @@ class FittedTorque:
         theirs = {slot.term.key: values for slot, values in other.factors}
         factors = []
         for slot, values in self.factors:
-            before = theirs.get(slot.term.key)
-            alike = before is not None and before.shape == values.shape
-            factors.append((slot, 0.5 * (values + before) if alike else values))
+            before = theirs.get(slot.term.key, values)
+            factors.append((slot, 0.5 * (values + before) if before.shape == values.shape else values))
         return FittedTorque(0.5 * (self.chi + other.chi), tuple(factors))
 
     def rotor(self, motor: int) -> float:
