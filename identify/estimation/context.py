@@ -66,8 +66,8 @@ class FittedTorque:
             and [slot for slot, _ in self.factors] == [slot for slot, _ in other.factors]
             and np.array_equal(self.chi, other.chi)
             and all(
-                np.array_equal(own, theirs)
-                for (_, own), (_, theirs) in zip(self.factors, other.factors, strict=True)
+                np.array_equal(values, theirs)
+                for (_, values), (_, theirs) in zip(self.factors, other.factors, strict=True)
             )
         )
 

@@ -72,11 +72,11 @@ class FittedModel:
         A fit takes the columns that follow the load from the fit before it; with the load of its own the model's torque is one
         function of the motion, the power sign of eq. (26) included, whoever computes it. Its errors are those of that function.
         """
-        own = self.torque
+        torque = self.torque
         has_arm = bool(np.any(self.fit.fitted < self.observation.base))
-        if not has_arm or not any(slot.follows_fit for slot in self.slots) or own.same_as(self.load_from):
+        if not has_arm or not any(slot.follows_fit for slot in self.slots) or torque.same_as(self.load_from):
             return self
-        observation = observe(self.record, self.entries, self.slots, own)
+        observation = observe(self.record, self.entries, self.slots, torque)
         fit = replace(self.fit, residual=residual_norms(observation, self.fit.chi))
         estimate = None if self.estimate is None else replace(self.estimate, fit=fit)
-        return replace(self, observation=observation, fit=fit, load_from=own, estimate=estimate)
+        return replace(self, observation=observation, fit=fit, load_from=torque, estimate=estimate)

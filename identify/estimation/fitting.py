@@ -83,7 +83,7 @@ def fit_model(
     fixed = set() if refine else set(settled)
     result: FittedModel | None = None
     best: FittedModel | None = None
-    own: FittedModel | None = None
+    last: FittedModel | None = None
     for index in range(rounds):
         if progress:
             progress(index / rounds, f"pass {index + 1} of {rounds} over the samples")
@@ -100,8 +100,8 @@ def fit_model(
             for t, choices in zip(active, variants, strict=True)
             for constants in choices
         ]
-        if own is not None and list(own.slots) == slots and fitted and fitted.same_as(own.load_from):
-            observation = own.observation
+        if last is not None and list(last.slots) == slots and fitted and fitted.same_as(last.load_from):
+            observation = last.observation
         else:
             observation = observe(record, chosen, slots, fitted)
         starts = [_place(choices, settled.get(t.key)) for t, choices in zip(active, variants, strict=True)]
@@ -125,14 +125,14 @@ def fit_model(
             fitted,
             ratio is not None,
         )
-        own = result if load_from is not None else result.with_own_load()
+        last = result if load_from is not None else result.with_own_load()
         # Nothing makes the next pass better than the last. On the TX40's wrist, where the friction of one gear is in the
         # load of the other, whole steps go back and forth between 7 and 18 % of the torque; half a step ends at 7 %.
-        worse = best is not None and _left(own.fit) > _left(best.fit)
-        followed = own.torque.half_way_from(fitted) if worse and fitted is not None else own.torque
+        worse = best is not None and _left(last.fit) > _left(best.fit)
+        followed = last.torque.half_way_from(fitted) if worse and fitted is not None else last.torque
         fitted = load_from or followed
         if len(active) == len(terms) and not worse:
-            best = own
+            best = last
     assert best is not None  # the last round has all terms
     return best
 
