@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.diagnosis.candidates import Candidate
-from identify.diagnosis.evidence import wald_p_value
+from identify.diagnosis.evidence import joined_influences, wald_p_value
 from identify.diagnosis.instruments import instrument_record
 from identify.estimation.decimated_rows import decimated_rows
 from identify.estimation.fitted_model import FittedModel
@@ -143,6 +143,6 @@ def _judge(products: _Products, base: Index, tested: Index) -> LoopEvidence:
     part = min(1.0, float(value @ left @ value) / seen) if agree and seen > 0 else 0.0
     return LoopEvidence(
         value / products.scale[tested],
-        wald_p_value(value, influence, products.sessions),
+        wald_p_value(value, joined_influences(influence, products.sessions)),
         part,
     )

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from identify.diagnosis.candidates import Candidate
 from identify.diagnosis.closed_loop import LoopEvidence
 from identify.diagnosis.evidence import group_evidence
-from identify.diagnosis.finding import LEAST_DROP, SIGNIFICANCE, Finding
+from identify.diagnosis.finding import LEAST_DROP, SIGNIFICANCE, TOO_SMALL, Finding
 from identify.diagnosis.joint_diagnosis import JointDiagnosis
 from identify.diagnosis.learned_document import learned_document
 from identify.diagnosis.screening import reversal_noise
-from identify.diagnosis.selection import RIVAL_GAIN, TOO_SMALL, Selection
+from identify.diagnosis.selection import RIVAL_GAIN, Selection
 from identify.diagnosis.structure import bounded, leftover_structure
 from identify.diagnosis.unseen_sessions import worse_on_unseen
 from identify.diagnosis.verdict import verdict

@@ -1,5 +1,6 @@
 """Evidence for a group of columns that holds when residuals are correlated in time."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -59,51 +60,54 @@ def group_evidence(observation: Observation, joint: int, base: Index, extra: Ind
     rest = base_within(whole[:b, :b], score[:b, None])[:, 0] - combination @ estimate
     residual = measured - rows @ np.concatenate([rest, estimate])
     left = stacked.sums(rows @ (onto / power) * residual[:, None])
-    sessions = np.array([block.session for block in observation.blocks])
-    deviation = np.sqrt(
-        np.max(
-            [np.sum((directions @ part.T) ** 2, axis=1) for part in joined_influences(left, sessions)], axis=0
-        )
-    )
+    influences = joined_influences(left, np.array([block.session for block in observation.blocks]))
+    deviation = np.sqrt(np.max([np.sum((directions @ part.T) ** 2, axis=1) for part in influences], axis=0))
     deviation = np.where(np.isfinite(scale[b:]), deviation / scale[b:], np.nan)
-    return GroupEvidence(wald_p_value(value, left, sessions), estimate / scale[b:], deviation)
+    return GroupEvidence(wald_p_value(value, influences), estimate / scale[b:], deviation)
 
 
 def joined_influences(influence: Array, sessions: Index) -> list[Array]:
-    """Influences (blocks, k) of single blocks of time, and of two and four joined, as far as enough are left."""
-    influences = []
-    for size in (1, 2, 4):
+    """Influences (blocks, k) of single blocks of time, and of two and four joined, as far as enough are left.
+
+    sessions : (blocks,) of each block, those of a session one after another
+    """
+    influences = [influence]
+    for size in (2, 4):
         groups = joined(sessions, size)
-        count = int(groups.max()) + 1
-        if size > 1 and count < FEWEST_CLUSTERS:
+        if groups[-1] + 1 < FEWEST_CLUSTERS:
             break
-        together = np.zeros((count, influence.shape[1]))
-        np.add.at(together, groups, influence)
-        influences.append(together)
+        first = np.concatenate([[0], np.flatnonzero(np.diff(groups)) + 1])
+        influences.append(np.add.reduceat(influence, first, axis=0))
     return influences
 
 
-def wald_p_value(value: Array, influence: Array, sessions: Index) -> float:
+def wald_p_value(value: Array, influences: Sequence[Array]) -> float:
     """Probability of estimates, or larger ones, were they all zero.
 
-    value     : (k,) estimates
-    influence : (blocks, k) what each block of time adds to them
-    sessions  : (blocks,)
+    value      : (k,) estimates
+    influences : (blocks, k) each, what every block of time adds to them, of single blocks and of joined ones
     """
     from scipy.special import fdtrc
 
     rank = len(value)
     worst = 0.0
-    for together in joined_influences(influence, sessions):
+    for together in influences:
         count = len(together)
         if count <= rank + 1:
             return 1.0
         covariance = together.T @ together * count / max(count - 1, 1)
-        strength = float(value @ np.linalg.pinv(covariance, rcond=1e-10, hermitian=True) @ value)
+        strength = float(value @ _inverse(covariance) @ value)
         freedom = count - rank
         statistic = strength / rank * freedom / (count - 1)
         worst = max(worst, float(fdtrc(rank, freedom, max(statistic, 0.0))))
     return worst
+
+
+def _inverse(covariance: Array) -> Array:
+    """(k, k), without the directions that are not seen; of one number, which most are, without a search for such."""
+    if len(covariance) == 1:
+        return 1.0 / covariance if covariance[0, 0] > 0 else np.zeros((1, 1))
+    return np.asarray(np.linalg.pinv(covariance, rcond=1e-10, hermitian=True), float)
 
 
 def _seen_beside(products: Array, base: int) -> tuple[Array, Array]:

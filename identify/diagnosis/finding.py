@@ -30,6 +30,16 @@ PLAIN_DROP = 0.05
 STEADY = 1.8
 """A smaller drop must be this many standard errors over the folds (one-sided, 5 % at nine degrees of freedom): some
 stretches with what is left of a reversal or a stop must not speak for all."""
+AS_GOOD, SLIGHTLY_MORE = 0.99, 0.1
+"""With this part of the best gain, and no more than this part more of the squared error left, a candidate is as good
+whatever the evidence: what a large effect leaves of its own approximation, a more flexible candidate takes up."""
+TOO_SMALL = 0.004
+"""part of the squared held-out error that is left, by which one candidate may do better without being preferred"""
+
+
+def led_by(gain: float, best: float) -> float:
+    """Part of the squared error left by which the best of two candidates may lead and the other is as good."""
+    return SLIGHTLY_MORE if gain >= AS_GOOD * best else TOO_SMALL
 
 
 @dataclass(frozen=True)

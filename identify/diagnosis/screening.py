@@ -190,7 +190,7 @@ class Screening:
                 joint = self.judged_on(term)
                 complexity = len(columns) + len(term.constants or ())
                 better = self.selection.replacement(joint, columns, complexity)
-                better = better or self.selection.decided_since(joint, columns, rivals)
+                better = better or self.selection.decided_since(joint, columns, complexity, rivals)
                 if better is not None:
                     candidate, variant = better
                     return candidate.term.chosen(candidate.constants[variant]), joint

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from identify.diagnosis.candidates import Candidate
 from identify.diagnosis.closed_loop import Asked
 from identify.diagnosis.evidence import GroupEvidence, group_evidence
-from identify.diagnosis.finding import LEAST_DROP, LEAST_OF_TORQUE, SIGNIFICANCE, Finding
+from identify.diagnosis.finding import LEAST_DROP, LEAST_OF_TORQUE, SIGNIFICANCE, TOO_SMALL, Finding, led_by
 from identify.diagnosis.held_out import FoldedProducts, HeldOut, Trial, folds_of_motion, folds_of_sessions
 from identify.effects.effect import DeclaredLoad
 from identify.estimation import forked
@@ -26,11 +26,6 @@ FOLDS = 10
 """stretches of every session left out in turn"""
 RIVAL_GAIN = 0.85
 """A candidate with at least this part of the best gain may be the cause as well, if the evidence does not decide."""
-AS_GOOD, SLIGHTLY_MORE = 0.99, 0.1
-"""With this part of the best gain, and no more than this part more of the squared error left, a candidate is as good
-whatever the evidence: what a large effect leaves of its own approximation, a more flexible candidate takes up."""
-TOO_SMALL = 0.004
-"""part of the squared held-out error that is left, by which one candidate may do better without being preferred"""
 DECIDED = 0.01
 """Probability below which one candidate explains what another does not."""
 SESSION_TOLERANCE = 0.02
@@ -290,8 +285,7 @@ class Selection:
         if best.comparable_gain <= 0 or finding.comparable_gain < RIVAL_GAIN * best.comparable_gain:
             return False
         lead = best.comparable_gain - finding.comparable_gain
-        nearly_all = finding.comparable_gain >= AS_GOOD * best.comparable_gain
-        small = SLIGHTLY_MORE if nearly_all else TOO_SMALL
+        small = led_by(finding.comparable_gain, best.comparable_gain)
         return lead <= small * best.after.total or not self._decided(best, finding)
 
     def _decided(self, finding: Finding, other: Finding) -> bool:
@@ -399,23 +393,29 @@ class Selection:
                 return candidate, variant
         return None
 
-    def decided_since(self, joint: int, columns: Index, rivals: Sequence[str]) -> Addition | None:
+    def decided_since(
+        self, joint: int, columns: Index, complexity: int, rivals: Sequence[str]
+    ) -> Addition | None:
         """The rival of a term of the model that explains what the term does not, and leaves it nothing to explain.
 
-        columns : the term's. What one round left undecided may be decided when other effects are in the model.
+        columns, complexity : the term's. What one round left undecided may be decided when other effects are in the model;
+                              a rival with more parameters must lead by as much as when the term was chosen.
         """
         listed = [c for c in self.candidates if c.judged == joint and c.name in rivals]
         if not listed:
             return None
         base = self.base(declared=not all(c.beside_ratio for c in listed))
         base = np.setdiff1d(base, columns)
+        before = self.motion.alone(joint, base).total
         present, *others = self.motion.evaluate(
             joint, base, [Trial((columns,)), *(c.trial(self.observation) for c in listed)]
         )
         for candidate, other in sorted(zip(listed, others, strict=True), key=lambda row: row[1].total):
             rival = candidate.columns(self.observation, other.variant)
+            wider = candidate.complexity(self.observation, other.variant) > complexity
+            small = led_by(before - present.total, before - other.total) if wider else TOO_SMALL
             if (
-                other.total < (1 - TOO_SMALL) * present.total
+                present.total - other.total > small * other.total
                 and self._p_value(joint, np.union1d(base, columns), rival) < DECIDED
                 and self._p_value(joint, np.union1d(base, rival), columns) > SIGNIFICANCE
                 and not self._refuted(joint, [(candidate, other.variant)])

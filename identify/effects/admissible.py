@@ -113,10 +113,11 @@ def _distinct(rows: Array) -> Array:
     """Different rows (m, k) up to rounding, those of zeros left out; relations through zero, so of unit length."""
     size = np.linalg.norm(rows, axis=1)
     kept = rows[size > 0] / size[size > 0, None]
-    places: dict[bytes, int] = {}
-    for place, row in enumerate(np.round(kept, 9) + 0.0):
-        places.setdefault(row.tobytes(), place)
-    return kept[list(places.values())]
+    rounded = (np.round(kept, 9) + 0.0).tobytes()
+    width = kept.itemsize * kept.shape[1]
+    # backwards, so that of equal rows the first stays
+    last = range(len(kept) - 1, -1, -1)
+    return kept[sorted({rounded[place * width : (place + 1) * width]: place for place in last}.values())]
 
 
 def named_parameters(

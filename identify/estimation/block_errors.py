@@ -3,7 +3,6 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.estimation.least_squares import spread
 from identify.estimation.observation import Observation
 
 Array = NDArray[np.float64]
@@ -12,11 +11,10 @@ Array = NDArray[np.float64]
 def block_errors(observation: Observation, chi: Array) -> Array:
     """(blocks, joints, 2): squared norms of residual and of measured torque."""
     errors = np.zeros((len(observation.blocks), len(observation.joint_columns), 2))
-    for block, factors in enumerate(observation.factors):
-        for joint, factor in enumerate(factors):
-            rows = spread(observation, joint, factor)
-            residual = rows[:, -2] - rows[:, :-2] @ chi
-            errors[block, joint] = residual @ residual, rows[:, -1] @ rows[:, -1]
+    for joint, columns in enumerate(observation.joint_columns):
+        stacked = observation.stacked(joint)
+        residual = stacked.rows[:, -2] - stacked.rows[:, :-2] @ chi[columns]
+        errors[:, joint] = stacked.sums(np.column_stack([residual, stacked.rows[:, -1]]) ** 2)
     return errors
 
 

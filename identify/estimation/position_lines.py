@@ -13,7 +13,7 @@ from identify.estimation.prediction import Prediction
 Array = NDArray[np.float64]
 
 LINES = 6
-"""strongest lines handed to the ripple effects"""
+"""strongest lines handed to the ripple effects, and at most so many wave numbers to either side of the strongest"""
 FEWEST_CYCLES = 2.5
 """cycles over the range of motion below which a ripple cannot be told from a slow dependence on position"""
 BINS_PER_CYCLE = 8
@@ -33,8 +33,9 @@ STANDS_OUT = 6.0
 class PositionLines:
     """Wave numbers per rad (or m) that stand out, strongest first.
 
-    torque   : in the residual itself
-    gain     : in the residual in proportion to the torque
+    torque   : in the residual itself, then what is near the strongest, then those of `gain` that are not among these
+    gain     : in the residual in proportion to the torque, then the like: what differs in nothing but how the ripple grows
+               with the torque is compared at the same places
     width    : of the strongest line, given the way that the samples slow enough to show it cover
     searched : independent wave numbers looked at
     """
@@ -78,12 +79,34 @@ def position_lines(
             wave_numbers, explained = _explained(at, values, weight, high)
             peaks += _peaks(wave_numbers, explained, low, _covered(at, high), float(values @ values))
     searched = max(1, int(span * highest / (2 * np.pi)))
-    lines = _strongest(plain, span)
+    lines, gains = _strongest(plain, span), _strongest(weighted, span)
     covered = span
     if lines:
         passed = speed * lines[0] < 2 * np.pi * decimation_cutoff
         covered = _covered(q[passed], lines[0]) or span
-    return PositionLines(lines, _strongest(weighted, span), 2 * np.pi / covered, searched)
+    width, cell = 2 * np.pi / covered, 2 * np.pi / span
+    lines += _apart(_beside(lines, width, cell), lines, 0.5 * cell)
+    return PositionLines(
+        lines + _apart(gains, lines, cell), gains + _apart(lines, gains, cell), width, searched
+    )
+
+
+def _beside(lines: Sequence[float], width: float, cell: float) -> tuple[float, ...]:
+    """Wave numbers a resolution cell apart over the width of the strongest line, the nearest first.
+
+    The fit knows more than the few slow samples that show a line: to it a wave number that is off by a cell is another.
+    """
+    steps = min(int(0.5 * width / cell), LINES)
+    return (
+        tuple(lines[0] + sign * step * cell for step in range(1, steps + 1) for sign in (-1, 1))
+        if lines
+        else ()
+    )
+
+
+def _apart(some: Sequence[float], others: Sequence[float], distance: float) -> tuple[float, ...]:
+    """Those of some wave numbers that are further than this from all others."""
+    return tuple(line for line in some if all(abs(line - other) > distance for other in others))
 
 
 def _bands(lowest: float, highest: float) -> list[tuple[float, float]]:
@@ -153,8 +176,7 @@ def _strongest(peaks: Sequence[tuple[float, float]], span: float) -> tuple[float
     """
     chosen: list[float] = []
     for _, wave_number in sorted(peaks, reverse=True):
-        if all(abs(wave_number - other) > 2 * np.pi / span for other in chosen):
-            chosen.append(wave_number)
+        chosen += _apart([wave_number], chosen, 2 * np.pi / span)
         if len(chosen) == LINES:
             break
     return tuple(chosen)

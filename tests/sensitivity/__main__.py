@@ -26,10 +26,10 @@ from tests.blind.score import is_right
 CONSTANTS = {
     "finding": (
         "SIGNIFICANCE", "LEAST_DROP", "DROP_PER_PARAMETER", "LEAST_OF_TORQUE", "MOST_FOLDS", "ACTS", "FEWEST_FOLDS",
-        "PLAIN_DROP", "STEADY",
+        "PLAIN_DROP", "STEADY", "AS_GOOD", "SLIGHTLY_MORE", "TOO_SMALL",
     ),
     "selection": (
-        "FOLDS", "RIVAL_GAIN", "AS_GOOD", "SLIGHTLY_MORE", "TOO_SMALL", "DECIDED", "SESSION_TOLERANCE", "KNOWN", "PAIRED",
+        "FOLDS", "RIVAL_GAIN", "DECIDED", "SESSION_TOLERANCE", "KNOWN", "PAIRED",
     ),
     "screening": ("WORTH_OF_ALL",),
     "diagnosis": ("SIBLING_GAIN",),

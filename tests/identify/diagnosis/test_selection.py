@@ -237,12 +237,24 @@ def test_a_rival_takes_the_place_of_a_term_once_the_data_decide():
     measured = matrix[:, 0] + 0.9 * matrix[:, 2] + noise
     cause = ChosenColumns("cause", ((2,),))
     searched = selection([(matrix, measured)], [cause], model=(0, 1))
-    assert searched.decided_since(0, np.array([1]), ["cause"]) == (cause, 0)
-    assert searched.decided_since(0, np.array([1]), ["somebody else"]) is None
+    assert searched.decided_since(0, np.array([1]), 1, ["cause"]) == (cause, 0)
+    assert searched.decided_since(0, np.array([1]), 1, ["somebody else"]) is None
     # nor where the term explains what the rival does not
     both = measured + 0.5 * matrix[:, 1]
     undecided = selection([(matrix, both)], [cause], model=(0, 1))
-    assert undecided.decided_since(0, np.array([1]), ["cause"]) is None
+    assert undecided.decided_since(0, np.array([1]), 1, ["cause"]) is None
+
+
+def test_a_rival_with_more_parameters_takes_no_place_for_what_it_makes_of_a_term_s_approximation():
+    """It leads by less than what a term may leave of itself, though certainly: in the ranking it did not win by that."""
+    matrix, noise = random_columns(4, seed=12)
+    matrix[:, 2] = matrix[:, 1] + 0.04 * matrix[:, 2]
+    measured = matrix[:, 0] + 2.0 * matrix[:, 2] + noise
+    for complexity, expected in ((1, None), (2, 0)):
+        wider = ChosenColumns("wider", ((1, 2),))
+        searched = selection([(matrix, measured)], [wider], model=(0, 1))
+        found = searched.decided_since(0, np.array([1]), complexity, ["wider"])
+        assert (found and found[1]) == expected
 
 
 @pytest.mark.parametrize(("p_value", "added"), [(1e-6, ["derived"]), (0.5, [])])

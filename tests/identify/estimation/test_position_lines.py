@@ -61,6 +61,16 @@ def test_a_ripple_that_only_short_slow_ways_show_is_found(wave_number):
     assert abs(found.gain[0] - wave_number) < 0.3 * width
 
 
+def test_both_ripples_are_tried_as_near_to_the_wave_number_as_the_whole_range_can_tell():
+    """The slow ways here tell it to 25 per rad, the whole range to 2."""
+    part, summary = seen(0.02, 95.0, seed=1)
+    found = position_lines([part], summary, CUTOFF)
+    cell = 2 * np.pi / float(np.ptp(part.position))
+    for lines in (found.torque, found.gain):
+        assert min(abs(np.array(lines) - 95.0)) < 0.6 * cell
+        assert np.diff(np.sort(lines)).min() >= 0.5 * cell - 1e-9
+
+
 def test_what_noise_shows_is_weak_beside_a_ripple():
     """A line is only a candidate; of what noise shows, the held-out motion and the number of lines tried decide."""
     part, _ = seen(0.0, 95.0, seed=3)
