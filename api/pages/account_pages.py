@@ -87,7 +87,7 @@ def issue_token(
 def revoke_token(request: Request, user: access.Person, token: str) -> Response:
     """End a token."""
     if not access.service_of(request).accounts.revoke_token(user.name, token):
-        raise Problem(404, "That token has ended already.")
+        raise Problem(404, "This token has expired or was revoked.")
     return Response(headers={"HX-Refresh": "true"})
 
 

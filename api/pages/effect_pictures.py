@@ -11,12 +11,13 @@ import numpy as np
 
 from api.pages.catalogue_words import picture_of
 from api.pages.error_figures import JointUnits
+from api.pages.error_tables import LOW_SPEED
 from api.pages.error_views import intervals
 from api.pages.figures.error_band import ErrorBand, error_band, even_edges
 from api.pages.figures.torque_time import TorqueRows, torque_rows
 from api.pages.joint_samples import JointSamples
 from api.pages.kept_numbers import Numbers
-from api.pages.number_format import significant
+from api.pages.number_format import percent, significant
 from identify.effects.picture import OVER_SPEED, PictureVariable
 from identify.validation.residual_views import around_reversals, position_spectrum, worst_stretch
 
@@ -174,7 +175,14 @@ def _spectrum(before: JointSamples, after: JointSamples | None, units: JointUnit
 
 
 def _by_quadrant(before: JointSamples, after: JointSamples | None, units: JointUnits) -> list[Picture]:
-    """Loss over the magnitude of the load, apart for the quadrants in which the motor drives, and the load does."""
+    """Loss over the magnitude of the load, apart for the quadrants in which the motor drives, and the load does.
+
+    Near rest friction follows laws of the speed, which widen the bands at loads that the motion passes slowly: such samples
+    are left out where that leaves most of the motion.
+    """
+    least = LOW_SPEED * float(before.speed.max(initial=0.0))
+    faster = float(np.mean(before.speed > least)) > 0.5
+    above = f", above {percent(LOW_SPEED, 2)} of the greatest speed" if faster else ""
     edges = even_edges(np.abs(before.load), 24)
     edges[0] = 0.0
     pictures: list[Picture] = []
@@ -184,10 +192,10 @@ def _by_quadrant(before: JointSamples, after: JointSamples | None, units: JointU
             if each is None:
                 bands.append(None)
                 continue
-            rows = np.sign(each.load * each.velocity) == sign
+            rows = (np.sign(each.load * each.velocity) == sign) & (each.speed > (least if faster else 0.0))
             bands.append(error_band(np.abs(each.load[rows]), each.turned_error[rows], edges))
         assert bands[0] is not None
-        title = f"Loss over load where {quadrants}"
+        title = f"Loss over load where {quadrants}{above}"
         pictures.append(
             BandPicture(title, bands[0], bands[1], "magnitude of the load", units.load, turned=True, low=True)
         )

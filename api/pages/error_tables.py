@@ -108,7 +108,7 @@ def together(sums: Mapping[str, Sums], files: Collection[str]) -> Sums:
 def by_speed(models: Sequence[ErrorSums], used: Collection[str]) -> list[ErrorRow]:
     """Table III: all samples, 0 to 10 % and 35 to 100 % of the greatest speed."""
     return [
-        _row("all samples", [together(each.sessions, used) for each in models]),
+        _row("all", [together(each.sessions, used) for each in models]),
         _row("slow, 0 to 10 % of the greatest speed", [each.slow for each in models]),
         _row("fast, 35 to 100 %", [each.fast for each in models]),
     ]

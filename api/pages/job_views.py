@@ -8,7 +8,7 @@ from fastapi import Request
 from fastapi.responses import HTMLResponse
 
 from api.pages.layout import experiment_link
-from api.pages.rendering import Context, page
+from api.pages.rendering import PREFIX, Context, page
 from api.service import access
 from api.service.jobs import Job, JobRunner
 from api.service.model_story import Story
@@ -82,8 +82,11 @@ def job_progress(job: Job) -> Context:
 
 
 def polled_progress(job: Job, link: str, kept: Mapping[str, str] = MappingProxyType({})) -> Context:
-    """The same, and where the page asks for it again: `link` with what is `kept` of the form."""
-    return job_progress(job) | {"poll_link": f"{link}?{urlencode({'job': job.id, **kept})}"}
+    """The same, where the page asks for it again (`link` with what is `kept` of the form), and where it is cancelled."""
+    return job_progress(job) | {
+        "poll_link": f"{link}?{urlencode({'job': job.id, **kept})}",
+        "cancel_link": f"{PREFIX}/jobs/{job.id}/cancel",
+    }
 
 
 def follow(
@@ -101,7 +104,8 @@ def follow(
     if job is None:
         raise Problem(404, "That computation is no longer known; start it again.")
     if job.state.final and job.state != "done":
-        return page(request, "problem_message.html", detail=f"{failure}: {job.words}.")
+        tone = "warn" if job.state == "cancelled" else "fault"
+        return page(request, "problem_message.html", detail=f"{failure}: {job.words}.", tone=tone)
     shown: Context = polled_progress(job, link, kept) | {"title": title}
     response = page(request, "plan_progress.html", **shown)
     if job.state.final and result_link is not None:

@@ -40,12 +40,11 @@ class CandidateRow:
 
 
 @dataclass(frozen=True)
-class MissingStep:
-    """A missing effect added after those before it; `after` is the error on unseen motion then."""
+class MissingEffect:
+    """One of several missing effects, beside the model with all the others."""
 
     candidate: Candidate
     title: str
-    after: float | None
 
 
 @dataclass(frozen=True)
@@ -98,7 +97,7 @@ def body_context(
         "by_probability": any(row.candidate.probability is not None for row in candidates),
         "further": candidates[SHOWN_CANDIDATES:],
         "superfluous": [titles.get(name, name) for name in superfluous],
-        "missing_steps": _missing_steps(diagnosis, titles),
+        "missing_effects": _missing_effects(diagnosis, titles),
         "structure": structure_words(diagnosis),
         "no_candidates": "No effect of the catalogue would help."
         if diagnosis
@@ -119,17 +118,10 @@ def body_context(
     }
 
 
-def _missing_steps(diagnosis: JointDiagnosis | None, titles: Mapping[str, str]) -> list[MissingStep]:
-    """How the error falls when the missing effects are added one after the other; empty for a single one."""
-    steps = diagnosis.evidence if diagnosis else ()
-    if len(steps) < 2:
-        return []
-    # Each stands beside the model with those before it: what one leaves is what the next begins with.
-    left = [each.heldout_error_before for each in steps[1:]] + [steps[-1].heldout_error_after]
-    return [
-        MissingStep(each, titles.get(each.effect, each.effect), after)
-        for each, after in zip(steps, left, strict=True)
-    ]
+def _missing_effects(diagnosis: JointDiagnosis | None, titles: Mapping[str, str]) -> list[MissingEffect]:
+    """What each of several missing effects is worth beside the others; empty for a single one."""
+    found = diagnosis.evidence if diagnosis else ()
+    return [MissingEffect(each, titles.get(each.effect, each.effect)) for each in found] if len(found) > 1 else []
 
 
 def _candidates(stored: StoredExperiment, diagnosis: JointDiagnosis | None, joint: str) -> list[CandidateRow]:

@@ -75,11 +75,44 @@ def probability(value: float | None) -> Markup:
     return Markup(f"<{THIN}10<sup>{number(exponent, 0)}</sup>".replace("<" + THIN, "&lt;" + THIN))
 
 
+def certainty(value: float | None) -> str:
+    """A probability as percent; never 0 or 100 %, which no finite record supports."""
+    if value is None or not math.isfinite(value):
+        return MISSING
+    whole = round(100.0 * value)
+    return f"<{THIN}1{THIN}%" if whole < 1 else f">{THIN}99{THIN}%" if whole > 99 else f"{whole}{THIN}%"
+
+
 def equation(text: str) -> Markup:
     """A formula of the catalogue with its subscripts (`_`) and superscripts (`^`) set."""
     safe = str(escape(text))
     safe = re.sub(r"_\{?([A-Za-z0-9+−,]+)\}?", r"<sub>\1</sub>", safe)
     return Markup(re.sub(r"\^\{?([A-Za-z0-9+−]+)\}?", r"<sup>\1</sup>", safe))
+
+
+SYMBOLS = {
+    "alpha": "α",
+    "alpha_m": "α_m",
+    "alpha_g": "α_g",
+    "beta_difference": "β_m − β_g",
+    "b_m": "b_m",
+    "b_g": "b_g",
+    "ripple_cos": "A",
+    "ripple_sin": "B",
+    "ripple_gain_cos": "A",
+    "ripple_gain_sin": "B",
+    "mass_ratio": "M_ae/M_aw",
+    "gain_ratio": "M_ae/M_aw",
+    "inertia_over_stiffness": "J/k",
+    "compliance": "1/k",
+    "delay": "δ",
+}
+"""Parameters, without the number of their joint, whose name is not their symbol in the equation of the effect -> symbol"""
+
+
+def symbol(name: str) -> Markup:
+    """The symbol of a parameter in its effect's equation; empty where the name itself says it."""
+    return equation(SYMBOLS.get(re.sub(r"\d*(\[.*)?$", "", name), ""))
 
 
 def unit(text: str | None) -> str:

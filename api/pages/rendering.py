@@ -50,10 +50,12 @@ FILTERS = (
     "percent",
     "percent_number",
     "probability",
+    "certainty",
     "duration",
     "moment",
     "listing",
     "equation",
+    "symbol",
     "unit",
 )
 """Functions of `number_format` that templates use."""

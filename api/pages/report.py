@@ -22,7 +22,7 @@ from api.pages.rendering import PREFIX, STATIC_FOLDER, Context, render
 from api.pages.scope_words import USES, scope_of_fit
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.pages.torque_curves import TorqueCurves
-from api.pages.verdict_words import verdict_of
+from api.pages.verdict_words import unseen_error, verdict_of
 from api.service import access
 from api.service.problems import Problem
 from api.service.session_catalogue import CatalogueEntry
@@ -119,10 +119,6 @@ def _sessions(shown: ShownModel, entries: Sequence[CatalogueEntry]) -> list[Cont
     ]
 
 
-def _unseen_error(diagnosis: JointDiagnosis | None) -> float | None:
-    """The model's error on motion that the fit did not see: every candidate was judged against it. None: not diagnosed."""
-    candidates = diagnosis.candidates if diagnosis else ()
-    return candidates[0].heldout_error_before if candidates else None
 
 
 def _joint_section(stored: StoredExperiment, shown: ShownModel, joint: str) -> Context:
@@ -147,7 +143,7 @@ def _joint_section(stored: StoredExperiment, shown: ShownModel, joint: str) -> C
     return {
         "name": joint,
         "part": shown.joint(joint),
-        "unseen": _unseen_error(diagnosis),
+        "unseen": unseen_error(diagnosis),
         "verdict": verdict_of(diagnosis, floor, effect_titles()),
         "added": added_evidence(stored, shown, joint),
         "staircase": step_chart(stored, joint, floor),

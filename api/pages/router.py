@@ -11,6 +11,7 @@ from api.pages import (
     chosen_samples,
     column_plot,
     experiments_page,
+    job_cancel,
     live_page,
     missing_page,
     model_page,
@@ -39,6 +40,7 @@ router = APIRouter()
 PARTS = (
     account_pages,
     run_bar,
+    job_cancel,
     rig_page,
     session_form,
     session_steps,
@@ -91,16 +93,25 @@ def static_file(request: Request, digest: str, name: str) -> Response:
 
 def problem_page(request: Request, problem: Problem) -> Response:
     """An error for a browser: the sign-in page at 401, else one sentence, in the place where htmx asked for it."""
+    faults = problem.extra.get("errors", ())
+    detail = "; ".join(_field_fault(**each) for each in faults) or problem.detail
     if problem.status == 401:
         address = f"{PREFIX}/sign-in?then={quote(request.url.path)}"
         if "hx-request" in request.headers:
             return Response(status_code=401, headers={"HX-Redirect": address})
         return RedirectResponse(address, status_code=303)
     if "hx-request" in request.headers:
-        response = page(request, "problem_message.html", status=problem.status, detail=problem.detail)
+        response = page(
+            request, "problem_message.html", status=problem.status, detail=detail, in_alert=True
+        )
         response.headers["HX-Retarget"] = "#problem"
         response.headers["HX-Reswap"] = "innerHTML"
         return response
     return page(
-        request, "problem.html", status=problem.status, detail=problem.detail, problem_status=problem.status
+        request, "problem.html", status=problem.status, detail=detail, problem_status=problem.status
     )
+
+
+def _field_fault(where: str, what: str) -> str:
+    """What is wrong with a field, as its form calls it: `seconds: must be greater than 0`."""
+    return f"{where.rpartition('.')[2]}: {what.replace('Input should', 'must')}"

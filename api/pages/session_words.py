@@ -89,13 +89,13 @@ def outcome(service: Service, row: SessionRow) -> Outcome | None:
         return Outcome("fault", "A fault ended the session.", _sentence(reason), todo, again, measured)
     if row.state == RECORDING:
         sentence = f"The service ended while {name} was recorded. What was measured until then is kept."
-        recover = NextStep("Recover it", experiment_link(row.experiment, "sessions"))
+        recover = NextStep("Recover the recording", experiment_link(row.experiment, "sessions"))
         return Outcome("warn", "The session was cut off.", sentence, "", recover)
     if row.file is not None:
         return _measured(service, row, f"{name} is in the experiment.")
-    go_on = NextStep("Continue with it", session_link(row.experiment, row.id))
+    go_on = NextStep("Continue the session", session_link(row.experiment, row.id))
     if active is None and row.state != SessionState.NEW:
-        sentence = f"The service was started again since {name} was checked. Check the rig once more."
+        sentence = f"The service was restarted after {name} was checked. Check the rig again."
         return Outcome("warn", "Nothing has moved.", sentence, "", go_on)
     return Outcome("good", "Nothing has moved.", f"{name} is being prepared.", "", go_on)
 
@@ -124,7 +124,7 @@ def _of_drive(service: Service, row: SessionRow, active: ActiveSession | None) -
         return Outcome("warn", "The run was cut off.", todo, "", back)
     if active is not None and active.moves:
         return None
-    go_on = NextStep("Continue with it", session_link(row.experiment, row.id))
+    go_on = NextStep("Continue the run", session_link(row.experiment, row.id))
     return Outcome("good", "Nothing has moved.", f"A run of proof {number} is being prepared.", "", go_on)
 
 

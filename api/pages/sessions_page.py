@@ -258,7 +258,7 @@ def _session(
     if row.state in ENDED_EARLY and not row.file:
         label = label.replace("kept, not used", "nothing was measured")
     elif row.state in ENDED_EARLY and entry.measured:
-        label = label.replace("kept, not used", "used as far as it goes")
+        label = label.replace("kept, not used", "used as far as recorded")
     link = experiment_link(experiment, f"sessions/{row.id}")
     active = service.sessions.active(row.rig or "")
     under_way = (

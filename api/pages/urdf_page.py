@@ -16,7 +16,7 @@ from api.service import access
 
 router = APIRouter(prefix=f"{PREFIX}/experiments/{{experiment}}", include_in_schema=False)
 
-TITLE = "Looking for real bodies with these parameters"
+TITLE = "Finding bodies that can exist with these parameters"
 
 
 @router.post("/urdf")

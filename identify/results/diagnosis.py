@@ -143,7 +143,7 @@ class JointDiagnosis(Part):
     )
     candidates: tuple[Candidate, ...] = Field(description="every effect beside the model, the best first")
     evidence: tuple[Candidate, ...] = Field(
-        description="the missing effects again, each beside the model with those before it"
+        description="the missing effects again, each beside the model with all the others"
     )
     where: tuple[Where, ...] = Field(description="where the error sits, the most striking first")
     noise_floor: Figure = Field(

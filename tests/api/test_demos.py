@@ -91,12 +91,17 @@ def test_a_demo_that_is_broken_off_leaves_nothing_behind(service, finished, tmp_
     assert len(started) == 2  # acquisition and recorder
     rings = set().union(*map(rings_of, started))
     assert rings
+    followed = {"params": {"job": job["id"]}, "headers": HTML}
     if ending == "cancelled":
-        operator.post(f"/jobs/{job['id']}/cancel")
+        button = f"/pages/jobs/{job['id']}/cancel"
+        assert button in operator.get("/pages/demo/progress", **followed).text
+        assert operator.post(button, headers=HTML).status_code == 204
     else:
         os.kill(computing, signal.SIGKILL)
     said = finished(operator, job)
     assert said["state"] == ("cancelled" if ending == "cancelled" else "failed"), said
+    if ending == "cancelled":
+        assert "Nothing was measured: cancelled." in operator.get("/pages/demo/progress", **followed).text
     for process in started:
         wait_for_end(process)
     assert [ring for ring in rings if ring.exists()] == []

@@ -23,7 +23,7 @@ def draw_effect_picture(
 ) -> Markup:
     """Draw the residual without the effect (grey band, medians as dots) and with it (violet)."""
     left, right, top, bottom = 52.0, width - 10.0, 12.0, height - 38.0
-    x = Scale(float(before.centre[0]), float(before.centre[-1]), left, right)
+    x = Scale(*before.seen, left, right)
     ends = [np.abs(before.low), np.abs(before.high)]
     ends += [np.abs(after.low), np.abs(after.high)] if after is not None else []
     finite = np.concatenate(ends)

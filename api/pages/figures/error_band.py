@@ -20,6 +20,13 @@ class ErrorBand:
     median: Numbers
     high: Numbers
 
+    @property
+    def seen(self) -> tuple[float, float]:
+        """Centres of the first and the last interval with samples enough: what is drawn of the variable."""
+        known = self.centre[np.isfinite(self.median)]
+        ends = known if len(known) > 1 else self.centre
+        return float(ends[0]), float(ends[-1])
+
 
 def error_band(variable: np.ndarray, error: np.ndarray, edges: np.ndarray, at_least: int = 5) -> ErrorBand:
     """Percentiles of `error` in the intervals of `variable` (both (samples,)) between `edges`."""
@@ -57,7 +64,7 @@ def draw_error_band(
     choosable : what its axes are of, where samples can be chosen in it
     """
     left, right, top, bottom = 46.0, width - 8.0, 8.0, height - 32.0
-    x = Scale(float(band.centre[0]), float(band.centre[-1]), left, right)
+    x = Scale(*band.seen, left, right)
     y = Scale(-reach, reach, bottom, top)
     ticks = round_ticks(-reach, reach, 4)
     content = [

@@ -227,7 +227,7 @@ class ColumnPlot {
     for (const part of ["whole-plot", "choose-seen"]) this.panel.querySelector(`[data-${part}]`).hidden = !this.zoomed;
     const words = `${named(this.told.y)} over ${named(this.told.x)}, ${this.told.samples} samples`;
     canvas.setAttribute("aria-label", words);
-    const grouped = (count) => count.toLocaleString("en").replaceAll(",", "\u202f");
+    const grouped = (count) => (count < 1e4 ? String(count) : count.toLocaleString("en").replaceAll(",", "\u202f"));
     const { seen, samples } = this.told;
     this.panel.querySelector("[data-samples]").textContent = `${seen < samples ? `${grouped(seen)} of ` : ""}${grouped(samples)} samples`;
     const { ranges } = chosenNow();

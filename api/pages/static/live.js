@@ -58,7 +58,7 @@ function sayBus(figures, elapsed) {
   const { sync_jitter: jitter, missing, rows } = figures;
   set("[data-jitter]", jitter == null ? "–" : fixed(jitter * 1e6, jitter < 1e-5 ? 1 : 0), root);
   set("[data-missing]", String(missing), root);
-  set("[data-rows]", String(elapsed ? Math.round(elapsed / cycle) : rows).replace(/\B(?=(\d{3})+$)/g, "\u202f"), root);
+  set("[data-rows]", String(elapsed ? Math.round(elapsed / cycle) : rows).replace(/^\d{5,}$/, (count) => count.replace(/\B(?=(\d{3})+$)/g, "\u202f")), root);
   root.querySelector('[data-bus="jitter"]').classList.toggle("wrong", jitter > RESTLESS * cycle);
   root.querySelector('[data-bus="missing"]').classList.toggle("wrong", missing > 0);
 }

@@ -43,6 +43,7 @@ const CURVES = {
 const SETTLED = 60; // ms without a further wheel or move, after which the range is asked for
 const GUTTER = 56; // px of the vertical axis; equal in both plots, so that their time axes line up
 const RIGHT = 12;
+const NAMES = 22; // px at the top, where several sessions are named
 
 class TorquePlot {
   constructor(panel) {
@@ -227,7 +228,9 @@ class TorquePlot {
       }
     if (plot === this.beneath) high = Math.max(Math.abs(low), Math.abs(high), 1e-9), low = -high;
     const margin = (high - low) * 0.05 || 1;
-    plot.setScale("y", { min: low - margin, max: high + margin });
+    // The names of the sessions stand above the curves.
+    const room = plot === this.above && this.sessions.length > 1 && !this.overlay ? NAMES / plot.height : 0;
+    plot.setScale("y", { min: low - margin, max: high + margin + (high - low) * room });
   }
 
   series(which) {

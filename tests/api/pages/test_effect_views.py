@@ -49,7 +49,11 @@ def after(before) -> JointSamples:
         ("presliding", {"presliding_distance": 0.01}, "Residual as a loop after reversals"),
         ("backlash", {}, "Measured and predicted around reversals"),
         ("delay", {}, "Measured and predicted around reversals"),
-        ("load-friction", {}, "Loss over load where the motor drives (quadrants 1 and 3)"),
+        (
+            "load-friction",
+            {},
+            "Loss over load where the motor drives (quadrants 1 and 3), above 10\u202f% of the greatest speed",
+        ),
         ("friction-warmup", {}, "Residual over time"),
         ("friction-temperature", {}, "Residual over speed"),  # none was recorded
     ],

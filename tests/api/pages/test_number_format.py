@@ -1,6 +1,7 @@
 """Numbers on the pages."""
 
 from api.pages.number_format import (
+    certainty,
     duration,
     equation,
     listing,
@@ -8,6 +9,7 @@ from api.pages.number_format import (
     percent,
     probability,
     significant,
+    symbol,
     unit,
     with_deviation,
 )
@@ -47,6 +49,16 @@ def test_a_small_probability_is_an_order_of_magnitude() -> None:
     assert str(probability(1e-30)) == "&lt;\u202f10<sup>−12</sup>"
     assert str(probability(2e-7)) == "&lt;\u202f10<sup>−6</sup>"
     assert str(probability(0.04)) == "0.040"
+
+
+def test_a_probability_is_never_certain() -> None:
+    shown = [certainty(value).replace("\u202f", " ") for value in (0.0, 0.004, 0.006, 0.98, 0.997, 1.0, None)]
+    assert shown == ["< 1 %", "< 1 %", "1 %", "98 %", "> 99 %", "> 99 %", "–"]
+
+
+def test_a_parameter_has_the_symbol_of_its_equation() -> None:
+    shown = [str(symbol(name)) for name in ("alpha_m1", "beta_difference12", "mass_ratio[disk-7]", "FS3")]
+    assert shown == ["α<sub>m</sub>", "β<sub>m</sub> − β<sub>g</sub>", "M<sub>ae</sub>/M<sub>aw</sub>", ""]
 
 
 def test_formulas_get_their_subscripts_and_stay_safe() -> None:

@@ -62,9 +62,9 @@ def test_what_is_advised_for_the_command_line_is_not_said_on_a_page():
 @pytest.mark.parametrize(
     ("stored", "said", "step"),
     [
-        (row("recording"), "The service ended while session-00 of Arm 2 was recorded.", "Recover it"),
-        (row("payload confirmed", file=None), "Check the rig once more.", "Continue with it"),
-        (row("new", file=None), "session-00 of Arm 2 is being prepared.", "Continue with it"),
+        (row("recording"), "The service ended while session-00 of Arm 2 was recorded.", "Recover the recording"),
+        (row("payload confirmed", file=None), "Check the rig again.", "Continue the session"),
+        (row("new", file=None), "session-00 of Arm 2 is being prepared.", "Continue the session"),
         (
             row("faulted", reason="drive 3: too hot"),
             "Session-00 of Arm 2: drive 3: too hot.",
