@@ -27,6 +27,7 @@ def typed_mass(typed: str) -> float:
         raise Problem(422, f"“{typed}” is not a mass; enter it in kg, such as 3.458.") from None
     if not 0 <= mass <= 1e5:
         raise Problem(
-            422, f"{typed.replace('-', '−')} kg is not a possible mass; enter what the scale shows, from 0 to 100 000 kg."
+            422,
+            f"{typed.replace('-', '−')} kg is not a possible mass; enter what the scale shows, from 0 to 100 000 kg.",
         )
     return mass

@@ -121,7 +121,11 @@ def body_context(
 def _missing_effects(diagnosis: JointDiagnosis | None, titles: Mapping[str, str]) -> list[MissingEffect]:
     """What each of several missing effects is worth beside the others; empty for a single one."""
     found = diagnosis.evidence if diagnosis else ()
-    return [MissingEffect(each, titles.get(each.effect, each.effect)) for each in found] if len(found) > 1 else []
+    return (
+        [MissingEffect(each, titles.get(each.effect, each.effect)) for each in found]
+        if len(found) > 1
+        else []
+    )
 
 
 def _candidates(stored: StoredExperiment, diagnosis: JointDiagnosis | None, joint: str) -> list[CandidateRow]:

@@ -28,7 +28,6 @@ from api.service.problems import Problem
 from api.service.session_catalogue import CatalogueEntry
 from api.service.torque_outline import reduced
 from identify.results.certificate import Certificate
-from identify.results.diagnosis import JointDiagnosis
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
 
@@ -117,8 +116,6 @@ def _sessions(shown: ShownModel, entries: Sequence[CatalogueEntry]) -> list[Cont
         for file, entry in catalogue.items()
         if (of_fit := fitted.get(file or "")) is not None or entry.excluded is not None
     ]
-
-
 
 
 def _joint_section(stored: StoredExperiment, shown: ShownModel, joint: str) -> Context:

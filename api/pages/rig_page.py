@@ -133,7 +133,8 @@ def _calibration(service: Service, rig_id: str, settings: Rig) -> list[tuple[str
     """Where the scaling comes from: the rig's file and when it was changed last."""
     changed = utc_time(service.rigs.files()[rig_id].stat().st_mtime)
     gains = [
-        f"{axis.joint}\u00a0{significant(settings.drive_gain[i, i], 5)}" for i, axis in enumerate(settings.axes)
+        f"{axis.joint}\u00a0{significant(settings.drive_gain[i, i], 5)}"
+        for i, axis in enumerate(settings.axes)
     ]
     return [("rig file changed", moment(changed)), ("drive gains, eq. (4)", ", ".join(gains))]
 

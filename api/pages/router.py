@@ -101,15 +101,11 @@ def problem_page(request: Request, problem: Problem) -> Response:
             return Response(status_code=401, headers={"HX-Redirect": address})
         return RedirectResponse(address, status_code=303)
     if "hx-request" in request.headers:
-        response = page(
-            request, "problem_message.html", status=problem.status, detail=detail, in_alert=True
-        )
+        response = page(request, "problem_message.html", status=problem.status, detail=detail, in_alert=True)
         response.headers["HX-Retarget"] = "#problem"
         response.headers["HX-Reswap"] = "innerHTML"
         return response
-    return page(
-        request, "problem.html", status=problem.status, detail=detail, problem_status=problem.status
-    )
+    return page(request, "problem.html", status=problem.status, detail=detail, problem_status=problem.status)
 
 
 def _field_fault(where: str, what: str) -> str:

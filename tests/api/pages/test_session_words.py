@@ -62,7 +62,11 @@ def test_what_is_advised_for_the_command_line_is_not_said_on_a_page():
 @pytest.mark.parametrize(
     ("stored", "said", "step"),
     [
-        (row("recording"), "The service ended while session-00 of Arm 2 was recorded.", "Recover the recording"),
+        (
+            row("recording"),
+            "The service ended while session-00 of Arm 2 was recorded.",
+            "Recover the recording",
+        ),
         (row("payload confirmed", file=None), "Check the rig again.", "Continue the session"),
         (row("new", file=None), "session-00 of Arm 2 is being prepared.", "Continue the session"),
         (
