@@ -120,10 +120,10 @@ def body_context(
 
 def _missing_effects(diagnosis: JointDiagnosis | None, titles: Mapping[str, str]) -> list[MissingEffect]:
     """What each of several missing effects is worth beside the others; empty for a single one."""
-    found = diagnosis.evidence if diagnosis else ()
+    evidence = diagnosis.evidence if diagnosis else ()
     return (
-        [MissingEffect(each, titles.get(each.effect, each.effect)) for each in found]
-        if len(found) > 1
+        [MissingEffect(each, titles.get(each.effect, each.effect)) for each in evidence]
+        if len(evidence) > 1
         else []
     )
 
