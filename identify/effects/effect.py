@@ -13,6 +13,9 @@ from identify.effects.picture import OVER_SPEED, PictureVariable
 Constants = Mapping[str, float]
 """Nonlinear constants of an effect by name, e.g. {"stribeck_velocity": 0.03}."""
 
+LinkFilePlace = Literal["damping", "dry", "stiffness", "quadratic", "cubic"]
+"""what a joint has in files of a robot's links: coefficients of q̇, sign(q̇), q, |q̇| q̇ and q̇³"""
+
 
 class DeclaredLoad(Enum):
     """How an effect treats the loads that are declared: payloads as weighed, external forces as measured."""
@@ -83,7 +86,7 @@ class Effect(ABC):
     rotor: int | None = None
     """which parameter is the inertia of a shared motor's rotor, a part of what that motor's gear carries"""
 
-    in_link_files: Literal["damping", "dry", "stiffness"] | None = None
+    in_link_files: LinkFilePlace | None = None
     """which attribute of a joint in URDF, SDF and MJCF files holds the effect exactly, if any"""
     dissipates: bool = False
     """whether it is friction: all such effects of a joint together never drive it (`admissible_values`)"""

@@ -82,6 +82,7 @@ class ViscousQuadratic(Effect):
     regressors = ("|q̇| q̇",)
     parameters = (EffectParameter("FV2_", "N m s²/rad²"),)  # either sign: churning, or levelling off
     dissipates = True
+    in_link_files = "quadratic"
     source = "Armstrong-Hélouvy 1991, ch. 2"
     conditions = (FAST_MOTION,)
     picture = OVER_SIZE_OF_SPEED
@@ -106,6 +107,7 @@ class ViscousCubic(Effect):
     regressors = ("q̇³",)
     parameters = (EffectParameter("FV3_", "N m s³/rad³"),)  # either sign, as above
     dissipates = True
+    in_link_files = "cubic"
     source = "Hao, Pagani, Beschi, Legnani 2021, Robotics 10(1), 49 (polynomial friction)"
     conditions = (FAST_MOTION,)
     picture = OVER_SIZE_OF_SPEED

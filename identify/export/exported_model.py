@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identify.dynamics.base_parameters import BaseParameters
 from identify.dynamics.geometry import Geometry
-from identify.effects.effect import number
+from identify.effects.effect import LinkFilePlace, number
 from identify.effects.load_velocity import LoadVelocity
 from identify.estimation.context import rows_of
 from identify.estimation.structured import GEAR, StructuredFit
@@ -50,7 +49,7 @@ class Torque:
     formulas: tuple[str, ...]
     values: tuple[float, ...]
     rubs: bool = False
-    place: Literal["damping", "dry", "stiffness"] | None = None
+    place: LinkFilePlace | None = None
     distance: float | None = None
 
     @property

@@ -1,4 +1,4 @@
-"""Friction in formats that have damping and dry friction alone: exactly where that is all, else fitted on the record."""
+"""Friction in formats with a few coefficients a joint: exactly where these are all there is, else fitted on the record."""
 
 from __future__ import annotations
 
@@ -8,14 +8,25 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-from identify.export.exported_model import RIGID, ExportedModel
+from identify.effects.effect import LinkFilePlace
+from identify.export.exported_model import RIGID, ExportedModel, Torque
 from identify.export.link_files import JointFriction
 from identify.export.record_error import Motion, TorqueOf
 
 Array = NDArray[np.float64]
 
-HAS_SPRINGS = ("sdf", "xml")
+PLACES: dict[str, tuple[LinkFilePlace, ...]] = {
+    "urdf": ("damping", "dry"),
+    "sdf": ("damping", "dry", "stiffness"),
+    "xml": ("damping", "dry", "stiffness", "quadratic", "cubic"),
+}
+"""what a joint has in each format"""
+NEVER_NEGATIVE: dict[str, tuple[LinkFilePlace, ...]] = {"sdf": ("stiffness",)}
+"""what the readers of a format refuse below zero, friction apart: Drake ends with an error"""
 HAS_ROTORS = ("xml",)
+WORTH_A_POLYNOMIAL = 0.95
+"""part of the error that damping in proportion to the speed leaves; a polynomial, which older versions of MuJoCo refuse, is taken
+for fitted friction only where it leaves less"""
 
 
 @dataclass(frozen=True)
@@ -41,12 +52,12 @@ def joint_parts(
     for joint in range(model.joints):
         of_joint = [part for part in model.torques if part.row == joint]
         missing = [effect for effect, place in model.lost if place == joint]
-        placed = {part.place: part for part in of_joint if part.place and _has_place(kind, part.place)}
+        placed = {part.place: part for part in of_joint if part.place and _has_place(kind, part)}
         exact = {place: sum(part.values) for place, part in placed.items()}
         rubbing = [part for part in of_joint if part.rubs and part not in placed.values()]
         approximated: list[str] = []
         if rubbing or any(exact.get(place, 0.0) < 0 for place in ("damping", "dry")):
-            exact["damping"], exact["dry"] = _fitted(joint, friction)
+            exact |= _fitted(joint, friction, kind, exact.get("stiffness", 0.0))
             approximated = [part.effect for part in [*rubbing, *(p for p in placed.values() if p.rubs)]]
         rotor = float(model.standard[11 * joint + 10]) if kind in HAS_ROTORS else 0.0
         held = [part.effect for part in placed.values() if part.effect not in approximated]
@@ -62,16 +73,45 @@ def joint_parts(
     return parts
 
 
-def _has_place(kind: str, place: str) -> bool:
-    return place != "stiffness" or kind in HAS_SPRINGS
+def _has_place(kind: str, part: Torque) -> bool:
+    refused = part.place in NEVER_NEGATIVE.get(kind, ()) and sum(part.values) < 0
+    return part.place in PLACES[kind] and not refused
 
 
-def _fitted(joint: int, friction: list[tuple[Motion, Array]]) -> tuple[float, float]:
-    """Damping and dry friction, neither below zero, with the least squared error of this joint's friction torque."""
-    dq = np.concatenate([motion.dq[:, joint] for motion, _ in friction])
-    torque = np.concatenate([values[:, joint] for _, values in friction])
-    columns = np.column_stack([dq, np.sign(dq), np.ones(len(dq)), -np.ones(len(dq))])
-    size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    # a constant beside them: what the format cannot hold must not be taken for friction
-    coefficients, _ = nnls(columns / size, torque)
-    return float(coefficients[0] / size[0]), float(coefficients[1] / size[1])
+def _fitted(
+    joint: int, friction: list[tuple[Motion, Array]], kind: str, stiffness: float
+) -> dict[LinkFilePlace, float]:
+    """What the format has for friction, none of it below zero, with the least squared error of this joint's friction torque.
+
+    stiffness : of the spring that the file has beside it
+    """
+    q, dq = (np.concatenate([part[:, joint] for part in parts]) for parts in _motion_of(friction))
+    torque = np.concatenate([values[:, joint] for _, values in friction]) - stiffness * q
+    columns: dict[LinkFilePlace, Array] = {
+        "damping": dq,
+        "dry": np.sign(dq),
+        "quadratic": np.abs(dq) * dq,
+        "cubic": dq**3,
+    }
+    straight = _least_squares({place: columns[place] for place in ("damping", "dry")}, torque)
+    curved = _least_squares({place: columns[place] for place in PLACES[kind] if place in columns}, torque)
+    return (curved if curved[1] < WORTH_A_POLYNOMIAL * straight[1] else straight)[0]
+
+
+def _least_squares(
+    columns: dict[LinkFilePlace, Array], torque: Array
+) -> tuple[dict[LinkFilePlace, float], float]:
+    """Coefficients, none below zero, and the norm of what they leave.
+
+    A constant stands beside them: what the format cannot hold must not be taken for friction.
+    """
+    constant = np.ones(len(torque))
+    table = np.column_stack([*columns.values(), constant, -constant])
+    size = np.maximum(np.linalg.norm(table, axis=0), 1e-300)
+    coefficients, left = nnls(table / size, torque)
+    listed = zip(columns, coefficients, size, strict=False)
+    return {place: float(value / norm) for place, value, norm in listed}, float(left)
+
+
+def _motion_of(friction: list[tuple[Motion, Array]]) -> tuple[list[Array], list[Array]]:
+    return [motion.q for motion, _ in friction], [motion.dq for motion, _ in friction]

@@ -55,12 +55,26 @@ class JointFriction:
     dry       : N m or N
     stiffness : N m/rad or N/m, about the joint's zero
     rotor     : kg m² or kg, at the joint
+    quadratic : N m s²/rad² or N s²/m², of |q̇| q̇
+    cubic     : N m s³/rad³ or N s³/m³, of q̇³
     """
 
     damping: float = 0.0
     dry: float = 0.0
     stiffness: float = 0.0
     rotor: float = 0.0
+    quadratic: float = 0.0
+    cubic: float = 0.0
+
+    @property
+    def is_polynomial(self) -> bool:
+        """Whether the damping is more than in proportion to the speed."""
+        return self.quadratic != 0.0 or self.cubic != 0.0
+
+    def torque(self, q: Array, dq: Array) -> Array:
+        """(N,) torque of all but the rotor at positions and velocities (N,) of the joint."""
+        over_speed = self.damping + self.quadratic * np.abs(dq) + self.cubic * dq**2
+        return over_speed * dq + self.dry * np.sign(dq) + self.stiffness * q
 
 
 @dataclass(frozen=True)
@@ -185,13 +199,19 @@ def mjcf(robot: LinkFile, name: str) -> str:
             type="slide" if geometry.prismatic[joint] else "hinge",
             axis="0 0 1",
             armature=_number(friction.rotor),
-            damping=_number(friction.damping),
+            damping=_polynomial(friction),
             frictionloss=_number(friction.dry),
             stiffness=_number(friction.stiffness),
         )
         ElementTree.SubElement(actuators, "motor", name=geometry.names[joint], joint=geometry.names[joint])
     root.append(actuators)
     return _document(root)
+
+
+def _polynomial(friction: JointFriction) -> str:
+    """Damping of MJCF: of q̇ alone, which all versions read, or of q̇, |q̇| q̇ and q̇³."""
+    terms = (friction.damping, friction.quadratic, friction.cubic)
+    return " ".join(_number(term) for term in (terms if friction.is_polynomial else terms[:1]))
 
 
 def read_back(kind: str, text: str, geometry: Geometry) -> LinkFile:
@@ -255,14 +275,16 @@ def _read_mjcf(root: ElementTree.Element) -> list[Link]:
     links = []
     for element in root.iter("body"):
         joint, inertial = _child(element, "joint"), _child(element, "inertial")
-        values = (float(joint.get(name, 0)) for name in ("damping", "frictionloss", "stiffness", "armature"))
+        values = (float(joint.get(name, 0)) for name in ("frictionloss", "stiffness", "armature"))
+        damping = (float(value) for value in joint.get("damping", "0").split())
+        friction = JointFriction(next(damping), *values, *damping)
         body = Body(
             float(inertial.get("mass", 0)),
             _vector(inertial.get("pos")),
             _tensor(list(_vector(inertial.get("fullinertia")))),
         )
         turn = from_quaternion(_vector(element.get("quat")))
-        links.append((_vector(element.get("pos")), turn, body, JointFriction(*values)))
+        links.append((_vector(element.get("pos")), turn, body, friction))
     return links
 
 

@@ -306,6 +306,10 @@ def _link_file(result: Identification, model: ExportedModel, target: Path, kind:
         remarks.append(
             f"a URDF does not say which way gravity points: set it to {gravity} m/s² in the base frame"
         )
+    if any(friction.is_polynomial for friction in robot.friction):
+        remarks.append(
+            "damping is a polynomial of the speed; versions of MuJoCo before that had one number refuse it"
+        )
     if kind == "xml":
         remarks.append(
             "frictionloss is a soft constraint of MuJoCo: a joint that dry friction should hold at rest creeps"
@@ -330,10 +334,8 @@ def link_file_torque(robot: LinkFile) -> TorqueOf:
         standard = robot.standard()
         standard[-PARAMETERS_PER_JOINT:-1] += payload_parameters(motion.payload)
         (torque,) = InverseDynamics(robot.geometry, [standard]).torques(motion.q, motion.dq, motion.ddq)
-        damping, dry, stiffness = np.array(
-            [(friction.damping, friction.dry, friction.stiffness) for friction in robot.friction]
-        ).T
-        return torque + damping * motion.dq + dry * np.sign(motion.dq) + stiffness * motion.q
+        joints = zip(robot.friction, motion.q.T, motion.dq.T, strict=True)
+        return torque + np.array([friction.torque(q, dq) for friction, q, dq in joints]).T
 
     return torque_of
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from types import SimpleNamespace
 
 import mujoco
@@ -17,6 +18,8 @@ from hypothesis import strategies as st
 from identify import load_experiment
 from identify.dynamics.geometry import Geometry
 from identify.dynamics.rotations import RIGHT_PITCH
+from identify.export.exported_model import Torque, exported_model
+from identify.export.joint_friction import joint_parts
 from identify.export.link_files import (
     WRITERS,
     Body,
@@ -29,7 +32,7 @@ from identify.export.link_files import (
     roll_pitch_yaw,
 )
 from identify.export.record_error import Motion
-from identify.export.write import link_file_torque, write_export
+from identify.export.write import link_file_torque, module_of, write_export
 from identify.identification import identify
 from identify.recording.experiment_file import Payload
 from tests.identify.dynamics.random_robots import random_motion, robots
@@ -38,7 +41,7 @@ from tests.plants.single_joint import record, write_experiment
 NONE = Payload(name="none", mass=0.0)
 
 
-def random_link_file(description, seed, rotors=True):
+def random_link_file(description, seed, rotors=True, powers=False):
     """Bodies with mass and joints with friction, drawn at random."""
     geometry = Geometry.from_robot(description)
     random = np.random.default_rng(seed)
@@ -48,8 +51,9 @@ def random_link_file(description, seed, rotors=True):
         second = root @ root.T + 0.01 * np.eye(3)  # ∫ r rᵀ dm about the centre of mass
         inertia = np.trace(second) * np.eye(3) - second
         bodies.append(Body(float(random.uniform(0.5, 5)), random.uniform(-0.3, 0.3, 3), inertia))
-        values = random.uniform(0, 2, 4)
-        friction.append(JointFriction(values[0], values[1], values[2], values[3] if rotors else 0.0))
+        values = random.uniform(0, 2, 6)
+        values[4:] *= powers
+        friction.append(JointFriction(*values[:3], values[3] if rotors else 0.0, *values[4:]))
     return LinkFile(geometry, tuple(bodies), tuple(friction))
 
 
@@ -89,8 +93,8 @@ def test_pinocchio_reads_the_urdf_and_finds_the_same_torques(description, seed):
 @settings(max_examples=15, deadline=None)
 @given(robots, st.integers(0, 2**32 - 1))
 def test_mujoco_reads_the_mjcf_and_finds_the_same_torques(description, seed):
-    robot = random_link_file(description, seed)
-    dry = tuple(JointFriction(own.damping, 0.0, own.stiffness, own.rotor) for own in robot.friction)
+    robot = random_link_file(description, seed, powers=seed % 2 == 0)
+    dry = tuple(replace(own, dry=0.0) for own in robot.friction)
     without = LinkFile(robot.geometry, robot.bodies, dry)
     model = mujoco.MjModel.from_xml_string(WRITERS["xml"](without, "arm"))
     data = mujoco.MjData(model)
@@ -133,12 +137,17 @@ def test_mujoco_s_dry_friction_is_that_of_the_file_at_speed_and_creeps_at_rest()
 @settings(max_examples=25, deadline=None)
 @given(robots, st.integers(0, 2**32 - 1), st.sampled_from(sorted(WRITERS)))
 def test_what_is_written_is_read_back(description, seed, kind):
-    robot = random_link_file(description, seed)
+    robot = random_link_file(description, seed, powers=kind == "xml" and seed % 2 == 0)
     again = read_back(kind, WRITERS[kind](robot, "arm"), robot.geometry)
     for before, after in zip(robot.bodies, again.bodies, strict=True):
         assert after.parameters() == pytest.approx(before.parameters(), rel=1e-9, abs=1e-12)
     for before, after in zip(robot.friction, again.friction, strict=True):
-        assert (after.damping, after.dry) == (before.damping, before.dry)
+        kept = [
+            "damping",
+            "dry",
+            *{"xml": ["stiffness", "rotor", "quadratic", "cubic"], "sdf": ["stiffness"]}.get(kind, []),
+        ]
+        assert [getattr(after, name) for name in kept] == [getattr(before, name) for name in kept]
 
 
 @given(st.lists(st.floats(-1, 1), min_size=4, max_size=4).filter(lambda v: np.linalg.norm(v) > 0.1))
@@ -186,6 +195,44 @@ def test_the_certificate_s_figure_is_what_the_file_s_torques_give(plant, tmp_pat
     assert joint.relative_error_export == pytest.approx(np.sqrt(residual / measured), rel=0.1)
     # fitted, not guessed: a tenth more or less of either is no better
     assert joint.relative_error_export < 0.5
+
+
+def test_mjcf_holds_friction_over_powers_of_the_speed_exactly(plant, tmp_path):
+    """Beside the offset, which the format has no place for, MuJoCo's torques are the model's."""
+    model = exported_model(identify(load_experiment(plant), "usual", ["viscous-quadratic", "viscous-cubic"]))
+    model = replace(model, torques=tuple(own for own in model.torques if own.effect != "offset"))
+    (part,) = joint_parts(model, "xml", [], lambda motion: motion.q)
+    assert {"viscous", "coulomb", "viscous-quadratic", "viscous-cubic"} <= set(part.kept)
+    assert part.approximated == part.lost == ()
+    assert part.friction.is_polynomial
+    q, dq, ddq = (np.random.default_rng(2).uniform(-1, 1, (20, 1)) for _ in range(3))
+    robot = LinkFile(model.geometry, (Body(2.0, np.zeros(3), 0.01 * np.eye(3)),), (part.friction,))
+    smooth = replace(robot, friction=(replace(part.friction, dry=0.0),))
+    simulated = mujoco.MjModel.from_xml_string(WRITERS["xml"](smooth, "arm"))
+    data = mujoco.MjData(simulated)
+    torque = []
+    for row in zip(q, dq, ddq, strict=True):
+        data.qpos[:], data.qvel[:], data.qacc[:] = row
+        mujoco.mj_inverse(simulated, data)
+        torque.append(data.qfrc_inverse + part.friction.dry * np.sign(row[1]))
+    module = module_of(model)
+    friction = module.torque(q.T, dq.T, ddq.T) - module.rigid_torque(q.T, dq.T, ddq.T)
+    bodies = link_file_torque(replace(robot, friction=(JointFriction(rotor=part.friction.rotor),)))
+    assert np.array(torque) == pytest.approx(bodies(motion_of(q, dq, ddq)) + friction.T, rel=1e-6, abs=1e-6)
+    (straight,) = joint_parts(model, "urdf", [motion_of(q, dq, ddq)], lambda motion: motion.dq)
+    assert not straight.friction.is_polynomial
+    assert "viscous-cubic" in straight.approximated
+
+
+@pytest.mark.parametrize(("kind", "kept"), [("sdf", False), ("xml", True)])
+def test_a_spring_that_pushes_away_is_lost_where_readers_refuse_it(plant, kind, kept):
+    model = exported_model(identify(load_experiment(plant), "usual"))
+    spring = Torque("joint-spring", 0, 0, ("q",), (-3.0,), place="stiffness")
+    model = replace(model, torques=(*model.torques, spring))
+    (part,) = joint_parts(model, kind, [], lambda motion: motion.q)
+    assert part.friction.stiffness == (-3.0 if kept else 0.0)
+    assert ("joint-spring" in part.kept) is kept
+    assert ("joint-spring" in part.lost) is not kept
 
 
 def test_the_command_writes_refuses_and_says_what_it_costs(plant, tmp_path):
