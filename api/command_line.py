@@ -44,6 +44,9 @@ def main() -> None:
     # threads that OpenBLAS starts all the same spin while they wait: a sixth of the processor time of `identify`.
     for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")
+    # Arrow's own allocator takes memory in huge pages, which the kernel clears whole: for what a recording needs of them, a
+    # thirtieth of the processor time of `identify`.
+    os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")
     # pydantic would look through the entry points of everything that is installed for plug-ins; no command has a use for one.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     # What is imported stays until the end. The collector, which would look at all of it after every 700 new objects, takes

@@ -53,18 +53,27 @@ def built_in() -> tuple[Effect, ...]:
     """The effects of this package's own files: those of `ORDER`, then new ones by name."""
     for module in pkgutil.iter_modules([str(Path(__file__).parent)]):
         import_module(f"{__package__}.{module.name}")
+    places = {name: place for place, name in enumerate(ORDER)}
+    return tuple(
+        sorted(_loaded().values(), key=lambda effect: (places.get(effect.name, len(places)), effect.name))
+    )
+
+
+def _loaded() -> dict[str, Effect]:
+    """By name, the effects of those of this package's files that are imported already."""
     kinds: list[type[Effect]] = [Effect]
     for kind in kinds:  # grows while it is walked: subclasses of subclasses
         kinds += kind.__subclasses__()
-    listed = {
-        kind.name: kind()
+    return {
+        kind.name: _only(kind)
         for kind in kinds
         if kind.__module__.startswith(f"{__package__}.") and kind.catalogued and not isabstract(kind)
     }
-    places = {name: place for place, name in enumerate(ORDER)}
-    return tuple(
-        sorted(listed.values(), key=lambda effect: (places.get(effect.name, len(places)), effect.name))
-    )
+
+
+@cache
+def _only(kind: type[Effect]) -> Effect:
+    return kind()
 
 
 @cache
@@ -93,10 +102,14 @@ class KnownEffects(Mapping[str, Effect]):
     """All effects by name, as `effects()`.
 
     Installed packages are asked only for a name that is not one of our own, or when all are listed: to ask them, the metadata
-    of everything that is installed must be read, which takes as long as a third of a fit.
+    of everything that is installed must be read, which takes as long as a third of a fit. Nor are the files of our own
+    effects imported for the name of one that is there already: a plain fit has no use for most of them.
     """
 
     def __getitem__(self, name: str) -> Effect:
+        loaded = _loaded()
+        if name in loaded:
+            return loaded[name]
         ours = _built_in_by_name()
         return ours[name] if name in ours else effects()[name]
 

@@ -184,7 +184,9 @@ class ExperimentFile(_Settings):
     robot: Robot
     payloads: Annotated[tuple[Payload, ...], Field(min_length=1)]
     sessions: tuple[DeclaredSession, ...] = ()
-    signals: SignalCutoffs = SignalCutoffs()
+    signals: SignalCutoffs = (
+        SignalCutoffs.model_construct()
+    )  # not checked: importing would make the check of the part alone
     effects: tuple[Word, ...] = ()
     """Files of the user's own effects, relative to the experiment's folder."""
     prior: PriorBodies | None = None

@@ -1,5 +1,7 @@
 """How finely the positions were recorded, read off the positions themselves."""
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,9 +13,13 @@ SAMPLES = 50_000
 
 def position_step(position: Array) -> Array:
     """(n,) smallest step other than rounding, infinite where there is none."""
-    steps = np.abs(np.diff(position, axis=0))
-    rounding = 1e-12 * np.maximum(1.0, np.abs(position).max(axis=0))
-    return np.where(steps > rounding, steps, np.inf).min(axis=0)
+    smallest = np.full(position.shape[1], np.inf)
+    for joint, course in enumerate(_courses(position)):
+        steps = np.diff(course)
+        np.abs(steps, out=steps)
+        rounding = 1e-12 * max(1.0, course.max(), -course.min())
+        smallest[joint] = steps[steps > rounding].min(initial=np.inf)
+    return smallest
 
 
 def position_rounding(position: Array) -> Array:
@@ -24,4 +30,12 @@ def position_rounding(position: Array) -> Array:
     """
     if len(position) < 8:
         return np.full(position.shape[1], np.inf)
-    return np.sqrt(12.0 / 20.0) * np.std(np.diff(position, 3, axis=0), axis=0)
+    scatter = [np.std(np.diff(course, 3)) for course in _courses(position)]
+    return np.sqrt(12.0 / 20.0) * np.array(scatter)
+
+
+def _courses(position: Array) -> Iterator[Array]:
+    """(N,) positions of one joint after the other, contiguous: the differences of one stay in the processor's cache, those of
+    all joints side by side take four times as long."""
+    for course in position.T:
+        yield np.ascontiguousarray(course)
