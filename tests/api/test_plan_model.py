@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from api.assumed_masses import GRAVITY_SHARE, torque_limits
 from api.pages.catalogue_words import effect_titles
 from api.pages.plan_view import findings
 from api.plan_model import Identified, RegressorModel, usual_model
@@ -59,16 +58,6 @@ def test_parameters_have_the_names_units_and_values_that_identify_gives(rig):
     model = RegressorModel(rig, "usual", rig.payloads, identified=Identified(TABLE_1, "Table I"))
     assert {parameter.name: parameter.value for parameter in model.parameters} == TABLE_1
     assert [p.effect for p in model.parameters] == [None, None, None, "viscous", "coulomb", "offset"]
-
-
-def test_what_is_assumed_takes_the_stated_share_of_the_current_and_has_no_values(rig):
-    model = RegressorModel(rig, "rigid", rig.payloads)
-    still = np.zeros((200, 1))
-    q = np.linspace(*rig.axes[0].limits.position, 200)[:, np.newaxis]
-    load = model.load(PlannedMotion(rig.payloads[0], np.arange(200.0), q, still, still, 1.0))
-    assert np.abs(load).max() == pytest.approx(GRAVITY_SHARE * torque_limits(rig)[0], rel=0.01)
-    assert all(parameter.value is None for parameter in model.parameters)
-    assert not model.is_identified
 
 
 def test_six_coupled_axes_have_columns_on_every_row():
@@ -207,15 +196,3 @@ def test_values_that_lack_a_base_parameter_of_the_robot_are_not_predicted_from(r
     for values in ({"FV1": 1.0}, {name: value for name, value in TABLE_1.items() if name != "MX1"}):
         assert not usual_model(rig, payload, Identified(values, "another robot")).is_identified
     assert not usual_model(rig, payload, None).is_identified
-
-
-def test_before_anything_is_measured_dry_and_viscous_friction_take_their_share_of_the_current(rig):
-    """A twentieth each: dry friction at standstill, and both at the highest speed."""
-    speed = rig.axes[0].limits.velocity * np.array([1e-9, 1.0, -1.0])[:, np.newaxis]
-    still = np.zeros_like(speed)
-    motion = PlannedMotion(rig.payloads[0], np.arange(3.0), still, speed, still, 1.0)
-    usual, rigid = (
-        RegressorModel(rig, name, rig.payloads).torque(motion)[:, 0] for name in ("usual", "rigid")
-    )
-    share = 0.05 * torque_limits(rig)[0]
-    assert usual - rigid == pytest.approx(np.array([share, 2 * share, -2 * share]))

@@ -13,10 +13,12 @@ from api.server import ServiceServer, listen
 from api.service.accounts import Role
 from api.service.guard import Guard
 from api.service.settings import ServiceSettings
-from api.service.upload_slots import MOST, MOST_OF_A_USER, UploadSlots
+from api.service.upload_slots import MOST_OF_A_USER
 from identify.recording.errors import InputError
 
 UPLOAD = "/experiments/import"
+
+
 MEBIBYTE = 1024 * 1024
 
 
@@ -155,21 +157,6 @@ def test_no_more_uploads_are_taken_in_at_the_same_time_than_may(listening, tmp_p
     standing[1].close()
 
 
-def test_all_together_have_a_bounded_number_of_uploads():
-    slots = UploadSlots()
-    entered = [slots.taken(f"user{number}") for number in range(MOST)]
-    for each in entered:
-        each.__enter__()
-    with pytest.raises(Exception, match="Other uploads"), slots.taken("another"):
-        pass
-    entered[0].__exit__(None, None, None)
-    with slots.taken("another"):
-        pass
-
-
-# --- proxies
-
-
 @pytest.mark.parametrize(
     ("trusted", "address"), [((), "127.0.0.1"), (("127.0.0.1",), "192.0.2.7"), (("192.0.2.1",), "127.0.0.1")]
 )
@@ -208,9 +195,6 @@ def test_who_comes_through_a_proxy_is_not_the_operator_at_the_machine(service, h
 def test_a_proxy_is_named_only_once_there_is_an_account(data_folder):
     with pytest.raises(InputError, match="nobody has an account"):
         create_application(ServiceSettings(data_folder=data_folder, trusted_proxies=("127.0.0.1",)))
-
-
-# --- what else is seen
 
 
 def test_browsers_are_told_to_stay_with_https_where_there_is_https(start_service, service):

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from identify import load_experiment
+from identify.export.record_error import Motion
 from identify.identification import identify
 from tests.plants.single_joint import record, write_experiment
 
@@ -21,14 +23,24 @@ EVERYTHING = [
 ]
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def plant(tmp_path_factory):
     recorded = record({"stribeck": 1.0}, seed=5, duration=12.0, payload_masses=(0.0, 4.0))
     return load_experiment(write_experiment(tmp_path_factory.mktemp("plant") / "bench", recorded))
 
 
-@pytest.fixture(scope="module", params=["usual", "everything", "load-velocity"])
+@pytest.fixture(scope="session", params=["usual", "everything", "load-velocity"])
 def result(request, plant):
     if request.param == "everything":
         return identify(plant, "usual", EVERYTHING)
     return identify(plant, request.param)
+
+
+@pytest.fixture(scope="session")
+def motion(plant):
+    """Held-out motion: random states in a course of positions, so that presliding has a history."""
+    random = np.random.default_rng(4)
+    q = np.cumsum(random.uniform(-0.02, 0.02, (60, 1)), axis=0)
+    dq, ddq = random.uniform(-1, 1, (60, 1)), random.uniform(-3, 3, (60, 1))
+    payload = next(own for own in plant.payloads if own.mass > 0)
+    return Motion(np.linspace(0, 6, 60), q, dq, ddq, None, payload)

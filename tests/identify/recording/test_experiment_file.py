@@ -16,6 +16,7 @@ from identify.recording.experiment_file import read_experiment_file
 
 JOINT = "{name: j1, type: revolute, alpha: 0.0, d: 0.0, theta: 0.0, r: 0.0, drive_gain: 2.0}"
 
+
 MISTAKES = [
     # what is replaced, by what, and what the message must say
     ("format: 1", "format: 2", ["line 1", "format", "1"]),
@@ -134,23 +135,6 @@ def test_words_that_old_yaml_takes_for_truth_values_are_words(folder):
     assert load_experiment(folder).sessions[0].payload.name == "no"
 
 
-def test_a_folder_its_file_and_a_stored_name_are_one_experiment(folder):
-    by_folder = load_experiment(folder)
-    by_file = load_experiment(str(folder / "experiment.yaml"))
-    by_name = load_experiment(folder.name, stored=folder.parent)
-    assert by_folder == by_file == by_name
-    assert by_folder.folder == folder
-
-
-def test_what_is_nowhere_is_said_to_be_nowhere(tmp_path):
-    with pytest.raises(InputError, match="no such folder or file"):
-        load_experiment(tmp_path / "nowhere")
-    with pytest.raises(InputError, match="nor an experiment of that name"):
-        load_experiment("nowhere", stored=tmp_path)
-    with pytest.raises(InputError, match=r"holds no experiment\.yaml"):
-        load_experiment(tmp_path)
-
-
 def test_the_drive_gain_is_a_matrix_either_way(folder):
     path = folder / "experiment.yaml"
     two = JOINT.replace("j1", "j2").replace("2.0", "-3.0")
@@ -189,13 +173,3 @@ def test_a_session_that_would_break_the_experiment_is_not_appended(folder):
     with pytest.raises(InputError, match="twice"):
         append_session(folder, DeclaredSession(file="session-01.csv", payload="none"), other)
     assert (folder / "experiment.yaml").read_bytes() == before
-
-
-@pytest.mark.parametrize(("machine", "joints"), [("emps", 1), ("tx40", 6)])
-def test_a_measured_experiment_is_used_as_it_was_recorded(machine, joints, request):
-    experiment = load_experiment(request.getfixturevalue(machine))
-    assert len(experiment.robot.joints) == joints
-    for entry in experiment.sessions:
-        session = experiment.read(entry)
-        assert session.segments == (slice(0, len(session.time)),)
-        assert session.remarks == ()

@@ -11,8 +11,6 @@ import pytest
 
 from identify import load_experiment, simulate
 from identify.recording import InputError
-from identify.simulation.simulate import MOST_WINDOWS
-from identify.simulation.windows import window_starts
 from tests.plants.single_joint import record, write_experiment
 
 
@@ -66,16 +64,6 @@ def test_with_the_known_controller_the_emps_drive_stays_on_its_reference(emps, t
     assert estimated.controller is not None
     assert estimated.controller.joints[0].position == pytest.approx(243.45 * 160.18, rel=0.1)
     assert estimated.controller.joints[0].velocity == pytest.approx(243.45, rel=0.1)
-
-
-def test_windows_cover_the_record_and_are_no_more_than_needed():
-    assert window_starts(100, 100, MOST_WINDOWS) == [0]
-    starts = window_starts(1001, 101, MOST_WINDOWS)
-    assert starts == list(range(0, 901, 100))
-    many = window_starts(1_000_000, 11, MOST_WINDOWS)
-    assert len(many) == MOST_WINDOWS
-    assert many[0] == 0
-    assert many[-1] + 11 <= 1_000_000
 
 
 @pytest.mark.parametrize("horizon", [0.0, -1.0, float("nan"), float("inf")])

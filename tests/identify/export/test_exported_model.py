@@ -1,0 +1,14 @@
+"""What of a model an export holds, and what is told as lost."""
+
+from __future__ import annotations
+
+from identify.export.exported_model import exported_model
+from identify.identification import identify
+
+
+def test_effects_beside_eq_30_are_kept_with_their_memory_or_told_as_lost(plant):
+    model = exported_model(identify(plant, "load-velocity", ["presliding", "elasticity"]))
+    names = [torque.effect for torque in model.torques]
+    assert {"load-velocity", "viscous", "offset", "presliding"} == set(names)
+    assert [torque.effect for torque in model.memories] == ["presliding"]
+    assert model.lost == (("elasticity", 0),)

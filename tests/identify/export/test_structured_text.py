@@ -1,0 +1,56 @@
+"""The exported structured text, as interpreted, agrees with the identified model and keeps to IEC 61131-3."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from identify.export.exported_model import exported_model
+from identify.export.structured_text import TAKEN, block_name, structured_text
+from identify.identification import identify
+from tests.identify.export.identified_torque import of_the_model, without_payload_ratio
+from tests.identify.export.structured_text_interpreter import Block
+
+
+def test_the_structured_text_is_the_model(result, motion):
+    motion = without_payload_ratio(result, motion)
+    block = Block(structured_text(exported_model(result), "arm-1"), "ARM_1")
+    found = [
+        block(Q=motion.q[row], DQ=motion.dq[row], DDQ=motion.ddq[row], T=float(motion.t[row]))["TORQUE"][(0,)]
+        for row in range(len(motion.q))
+    ]
+    assert np.array(found)[:, None] == pytest.approx(of_the_model(result, motion), rel=1e-9, abs=1e-9)
+
+
+def test_the_structured_text_is_opened_by_a_parser_of_the_standard_that_is_not_ours(plant):
+    parse = pytest.importorskip("blark.parse", reason="blark, which parses IEC 61131-3, is not installed")
+    text = structured_text(exported_model(identify(plant, "usual", ["stribeck", "presliding"])), "arm-1")
+    parsed = parse.parse_source_code(text)
+    assert parsed.exception is None
+    kinds = [type(item).__name__ for item in parsed.transform().items]
+    assert kinds[-1] == "FunctionBlock"
+    assert set(kinds[:-1]) == {"Function"}
+    broken = text.replace("END_IF;", "END_IFF;", 1).partition("FUNCTION_BLOCK")[0]
+    assert parse.parse_source_code(broken).exception is not None
+
+
+@pytest.mark.parametrize(
+    ("stem", "name"),
+    [
+        ("arm-1", "ARM_1"),
+        ("if", "MODEL_IF"),
+        ("Load", "MODEL_LOAD"),
+        ("a__b_ c", "A_B_C"),
+        ("2nd", "MODEL_2ND"),
+    ],
+)
+def test_the_block_s_name_is_one_that_the_standard_allows(stem, name):
+    assert block_name(stem) == name
+
+
+def test_no_name_inside_the_block_can_be_its_own(plant):
+    text = structured_text(exported_model(identify(plant, "usual", ["presliding"])), "arm")
+    declared = re.findall(r"^ +([A-Z_]+(?:, [A-Z_]+)*) :", text, flags=re.MULTILINE)
+    assert {name for line in declared for name in line.split(", ")} <= TAKEN

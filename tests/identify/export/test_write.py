@@ -1,0 +1,61 @@
+"""Exports are written whole, with their certificate, and over nothing that is not an export."""
+
+from __future__ import annotations
+
+import pytest
+
+from identify.export.write import export, write_export
+from identify.identification import identify
+from identify.recording import InputError
+from identify.results.certificate import Certificate
+from identify.results.exported_model import ExportedModelDocument
+
+
+def test_targets_are_written_whole_with_a_certificate(plant, tmp_path):
+    result = identify(plant, "usual", ["stribeck"])
+    for name in ("arm.py", "arm.c", "arm.st", "arm.json"):
+        certificate = write_export(result, tmp_path / name)
+        stored = Certificate.model_validate_json((tmp_path / f"{name}.certificate.json").read_text())
+        assert stored == certificate
+        (joint,) = certificate.joints
+        assert joint.kept[0] == "rigid body"
+        assert {"viscous", "coulomb", "offset", "stribeck"} <= set(joint.kept)
+        assert joint.lost == ()
+        # alike but for reversals, where the identifier knows the instant better than the sign of the velocity, and for
+        # the payload's ratio
+        assert joint.relative_error_export == pytest.approx(joint.relative_error_model, rel=0.2)
+    assert (tmp_path / "arm.h").is_file()
+    document = ExportedModelDocument.model_validate_json((tmp_path / "arm.json").read_text())
+    assert [own.effect for own in document.torques] == ["viscous", "coulomb", "offset", "stribeck"]
+    assert not [path.name for path in tmp_path.iterdir() if path.name.startswith(".")]
+
+
+@pytest.mark.parametrize(
+    ("target", "folder"),
+    [
+        ("arm.py", "arm.py"),
+        ("arm.urdf", "arm.urdf.certificate.json"),
+        ("arm.c", "arm.h"),
+        ('a".c', None),
+        ("a" * 300 + ".py", None),
+    ],
+)
+def test_a_target_that_cannot_be_written_is_refused_before_anything_is(plant, tmp_path, target, folder):
+    if folder is not None:
+        (tmp_path / folder).mkdir()
+    with pytest.raises(InputError, match="is a folder" if folder else "include|cannot be written"):
+        write_export(identify(plant, "usual"), tmp_path / target)
+    assert [path.name for path in tmp_path.iterdir()] == ([folder] if folder else [])
+
+
+@pytest.mark.parametrize(("target", "there"), [("arm.urdf", "arm.urdf"), ("arm.c", "arm.h")])
+def test_a_file_that_was_not_exported_is_not_written_over(plant, tmp_path, target, there):
+    (tmp_path / there).write_text("the maker's own")
+    with pytest.raises(InputError, match="was not exported by coulomb"):
+        export(plant, tmp_path / target)
+    assert (tmp_path / there).read_text() == "the maker's own"
+    (tmp_path / there).write_text("")
+    export(plant, tmp_path / target, "rigid")
+    written = (tmp_path / target).read_text()
+    export(plant, tmp_path / target, "usual")  # an export is written anew
+    assert (tmp_path / target).read_text() != written
