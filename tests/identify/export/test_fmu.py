@@ -10,7 +10,6 @@ from zipfile import ZipFile
 
 import numpy as np
 import pytest
-from tests.identify.export.identified_torque import of_the_model, without_payload_ratio
 
 from identify.export import write
 from identify.export.exported_model import exported_model
@@ -20,6 +19,7 @@ from identify.export.fmu_torque import fmu_torque
 from identify.export.record_error import Motion
 from identify.identification import identify
 from identify.recording import InputError
+from tests.identify.export.identified_torque import of_the_model, without_payload_ratio
 
 fmpy = pytest.importorskip("fmpy", reason="FMPy (extra fmu) is not installed")
 

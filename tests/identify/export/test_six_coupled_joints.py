@@ -26,8 +26,8 @@ from identify.recording.samples import RawSamples
 from identify.recording.session import SessionEntry
 from tests.identify.dynamics.random_robots import pinocchio_model
 from tests.identify.estimation.simulated_arm import MemoryExperiment
+from tests.identify.export.identified_torque import of_the_model
 from tests.identify.export.structured_text_interpreter import Block
-from tests.identify.export.test_code import of_the_model
 
 RATE = 200.0
 SECONDS = 20.0
