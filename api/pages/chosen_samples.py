@@ -59,7 +59,7 @@ def chosen_samples(shown: Shown) -> ChosenView:
     """The samples that the address chooses."""
     if shown.selection is None:
         return ChosenView("", "Nothing is chosen.", 0, {}, [], {}, {})
-    samples = shown.stored.samples(shown.model, shown.joint, shown.files).in_fit
+    samples = shown.stored.samples(shown.model, shown.joint, shown.counted).in_fit
     mask = shown.chosen_of_fit()
     units = shown.columns.units(shown.joint)
     rows = _spread(samples, np.flatnonzero(mask))
@@ -86,7 +86,7 @@ def _figures(shown: ShownSamples, samples: JointSamples, mask: NDArray[np.bool_]
         f"{significant(rms)} {units.load} RMS, {percent(part)} of the torque there"
     )
     if shown.beside is not None:
-        behind = shown.stored.samples(shown.beside, shown.joint, shown.files).in_fit
+        behind = shown.stored.samples(shown.beside, shown.joint, shown.counted).in_fit
         if len(behind.time) == total:
             other = float(np.sqrt(np.mean(behind.error[mask] ** 2)))
             sentence += f"; of model {shown.beside.number}: {significant(other)} {units.load} RMS"
@@ -95,7 +95,7 @@ def _figures(shown: ShownSamples, samples: JointSamples, mask: NDArray[np.bool_]
 
 
 def _histogram(shown: ShownSamples, samples: JointSamples, mask: NDArray[np.bool_]) -> list[float]:
-    edges = error_views_of(shown.stored, shown.model, shown.joint, shown.files).edges
+    edges = error_views_of(shown.stored, shown.model, shown.joint, shown.counted).edges
     count, _ = np.histogram(samples.error[mask], edges)
     return [float(f"{share:.4g}") for share in (100.0 * count / max(len(mask), 1)).tolist()]
 

@@ -64,7 +64,7 @@ def pairs(
     The header X-Pairs is JSON: both columns, the sessions' files, how many samples there are, and how many are seen.
     """
     of_x, of_y = shown.columns.column(x), shown.columns.column(y)
-    samples = shown.stored.samples(shown.model, shown.joint, shown.files).in_fit
+    samples = shown.stored.samples(shown.model, shown.joint, shown.counted).in_fit
     along, upward = (np.asarray(shown.columns.in_fit(name), dtype=float) for name in (x, y))
     all_samples = _finite(along, upward)
     along, upward = seen.of(along, upward)

@@ -138,11 +138,12 @@ def by_payload(
 
 
 def by_session(models: Sequence[ErrorSums], fitted: Collection[str]) -> list[ErrorRow]:
-    """One row for each session file; of those that the fit was not made of it is said."""
+    """One row for each session file; of those that the fit was not made of it is said, and no other view shows them."""
     rows = []
     for file in models[0].sessions:
         title = file if file in fitted else f"{file} (validation)"
-        rows.append(replace(_row(title, [each.sessions[file] for each in models]), session=file))
+        row = _row(title, [each.sessions[file] for each in models])
+        rows.append(replace(row, session=file if file in fitted else None))
     return rows
 
 

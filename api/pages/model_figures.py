@@ -63,13 +63,14 @@ def counted_errors(
 def figures_of(
     stored: StoredExperiment, models: list[ShownModel], joint: str, files: list[str], units: JointUnits
 ) -> ErrorFigures:
-    """Draw the error of one or two models over `files`, on the scales of the first model."""
-    _, of_first, _ = _of_first(stored, joint, files)
-    shown, *others = (error_views_of(stored, model, joint, files) for model in models)
-    other = others[0] if others else None
+    """Draw the error of one or two models over `files`, on the scales of the first model; as in the tables only of those in
+    the fit, unless nothing else is shown."""
     used = files_in_fit(files, stored.files_of_fit(models[0]))
+    _, of_first, _ = _of_first(stored, joint, used)
+    shown, *others = (error_views_of(stored, model, joint, used) for model in models)
+    other = others[0] if others else None
     sums = [_sums_of(stored, model, joint, files, used).sessions for model in models]
-    payloads = by_payload(sums, stored.payload_of, files)
+    payloads = by_payload(sums, stored.payload_of, used)
     return draw_error_figures(shown, of_first.scales, units, payloads, other, other or of_first.views)
 
 

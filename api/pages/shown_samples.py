@@ -8,6 +8,7 @@ from fastapi import Depends, Query, Request
 from numpy.typing import NDArray
 
 from api.pages.choices import ALL_SESSIONS, SessionChoice, VersionChoice, chosen_model, files_of_session
+from api.pages.error_tables import files_in_fit
 from api.pages.sample_columns import SampleColumns
 from api.pages.sample_selection import ChosenSamples, SampleSelection
 from api.pages.stored_models import ShownModel, StoredExperiment
@@ -16,13 +17,17 @@ from api.service import access
 
 @dataclass(frozen=True)
 class ShownSamples:
-    """Samples of one joint: of a model, of the one beside it (None: none), over some sessions; and which are chosen."""
+    """Samples of one joint: of a model, of the one beside it (None: none), over some sessions; and which are chosen.
+
+    counted : those of the sessions that tables and figures are of: in the fit, unless nothing else is shown
+    """
 
     stored: StoredExperiment
     model: ShownModel
     beside: ShownModel | None
     joint: str
     files: list[str]
+    counted: list[str]
     columns: SampleColumns
     selection: SampleSelection | None
 
@@ -37,7 +42,7 @@ class ShownSamples:
     def chosen_of_fit(self) -> NDArray[np.bool_]:
         """(samples,) which samples of the fit are chosen, of all sessions one after the other. Raises the problems of
         `SampleColumns.in_fit`."""
-        samples = self.stored.samples(self.model, self.joint, self.files).in_fit
+        samples = self.stored.samples(self.model, self.joint, self.counted).in_fit
         if self.selection is None:
             return np.zeros(len(samples.time), bool)
         chosen = self.selection.among(self.columns.in_fit, len(samples.time))
@@ -63,8 +68,9 @@ def shown_samples(
     model, other = stored.model(version), chosen_model(stored, beside)
     joint = stored.joint_or_first(joint)
     files = files_of_session(stored, model, other, session)
-    columns = SampleColumns(stored, model, joint, files, service.samples)
-    return ShownSamples(stored, model, other, joint, files, columns, SampleSelection.parse(chosen))
+    counted = files_in_fit(files, stored.files_of_fit(model))
+    columns = SampleColumns(stored, model, joint, counted, service.samples)
+    return ShownSamples(stored, model, other, joint, files, counted, columns, SampleSelection.parse(chosen))
 
 
 Shown = Annotated[ShownSamples, Depends(shown_samples)]

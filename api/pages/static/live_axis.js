@@ -26,6 +26,7 @@ export class Axis {
     this.limits = { following: +followingLimit, current: +currentLimit, temperature: temperatureLimit ? +temperatureLimit : Infinity };
     this.range = [+low, +high];
     this.gain = JSON.parse(panel.dataset.gain);
+    this.units = { position: panel.dataset.unit, current: "A" };
     this.places = Object.fromEntries(["position", "current"].map((name) => [name, panel.querySelector(`[data-strip="${name}"]`)]));
     this.clear();
     this.build();
@@ -102,7 +103,7 @@ export class Axis {
         ],
         axes: [
           { ...axis, size: 20, gap: 2, space: 60, values: (_, ticks) => ticks.map((tick) => `${+tick.toPrecision(6)} s`) },
-          { ...axis, size: 38, gap: 3, space: 22, values: (_, ticks) => ticks.map((tick) => String(+tick.toPrecision(6)).replace("-", "−")) },
+          { ...axis, size: 38, gap: 3, space: 22, label: `${name}, ${this.units[name]}`, labelSize: 14, labelGap: 0, values: (_, ticks) => ticks.map((tick) => String(+tick.toPrecision(6)).replace("-", "−")) },
         ],
         hooks: { draw: [(plot) => this.drawLimits(plot, name)] },
       },

@@ -1,5 +1,6 @@
 """Once a fit is stored its figures are made: pages and report then read no samples of it."""
 
+import json
 import queue
 import shutil
 from pathlib import Path
@@ -75,3 +76,20 @@ def test_what_a_job_has_stored_is_drawn_and_what_is_broken_ends_nothing(experime
     finally:
         ahead.close()
     assert drawn.empty()
+
+
+def test_figures_are_of_the_sessions_of_the_fit_as_the_tables_are(experiments) -> None:
+    (document,) = experiments.folder("").glob("models/m1/*/identification.json")
+    # The last session only checks the model.
+    roles = json.loads(document.read_text())
+    roles["sessions"][-1]["role"] = "validation"
+    document.write_text(json.dumps(roles))
+    stored = StoredExperiment(experiments, "experiment")
+    shown = stored.model("m1")
+    files = stored.fitted_files(shown)
+    units = JointUnits.of("revolute")
+    of_fit, all_files = (figures_of(stored, [shown], JOINT, each, units) for each in (files[:-1], files))
+    assert all_files == of_fit
+    tables = counted_errors(stored, [shown], JOINT, files).tables
+    assert [row.words for row in tables["payload"]] == [stored.payload_of[file] for file in files[:-1]]
+    assert [row.session for row in tables["session"]] == [*files[:-1], None]
