@@ -6,8 +6,8 @@ come of a refusal. An EDS may be wrong: what it says is no reason to refuse the 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -31,8 +31,8 @@ class StatedAccess:
     """What a drive's own EDS says of writing; nothing where it has none."""
 
     file: str = ""
-    read_only: frozenset[Address] = frozenset()
-    """objects that can only be read"""
+    writable: Mapping[Address, bool] = field(default_factory=dict[Address, bool])
+    """of the objects that it lists"""
 
     @classmethod
     def of(cls, profile: DriveProfile, node: int, objects: Iterable[Address]) -> StatedAccess:
@@ -41,35 +41,32 @@ class StatedAccess:
         if dictionary is None:
             return cls()
         variables: list[tuple[Address, Any]] = [(each, dictionary.get_variable(*each)) for each in objects]
-        fixed = frozenset(
-            each
+        writable = {
+            each: variable.access_type not in ("ro", "const")
             for each, variable in variables
-            if variable is not None and variable.access_type in ("ro", "const")
-        )
-        return cls(Path(profile.object_dictionary).name, fixed)
+            if variable is not None
+        }
+        return cls(Path(profile.object_dictionary).name, writable)
 
     def fixed(self, address: Address) -> bool:
         """Whether an object can only be read by what it says."""
-        return address in self.read_only
+        return self.writable.get(address) is False
 
     def may_refuse(self, address: Address) -> bool:
         """Whether a write may be refused: by the EDS, or because nothing says that it is not."""
-        return not self.file or self.fixed(address)
+        return not self.writable.get(address, False)
 
     def outcome(self, objects: Sequence[Address], comes_of_it: str) -> str:
         """What comes of it where some of these objects cannot be written; nothing where all of them can."""
-        named = _listed(
-            [
-                f"0x{index:04X}:{subindex:02X}"
-                for index, subindex in objects
-                if self.may_refuse((index, subindex))
-            ]
-        )
-        if not named:
-            return ""
-        if not self.file:
-            return f"where it refuses {named}, {comes_of_it}"
-        return f"by {self.file}, {named} can only be read: {comes_of_it}"
+        fixed = _listed([_named_object(each) for each in objects if self.fixed(each)])
+        unknown = _listed([_named_object(each) for each in objects if each not in self.writable])
+        by_file = f"by {self.file}, {fixed} can only be read" + ("" if unknown else f": {comes_of_it}")
+        refusing = f"where it refuses {unknown}" + (", too" if fixed else "") + f", {comes_of_it}"
+        return "; ".join([by_file] * bool(fixed) + [refusing] * bool(unknown))
+
+
+def _named_object(address: Address) -> str:
+    return f"0x{address[0]:04X}:{address[1]:02X}"
 
 
 def objects_written(wanted: Sequence[WantedPdo], present: Sequence[PdoParameters]) -> list[Address]:

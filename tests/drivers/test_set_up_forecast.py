@@ -112,6 +112,19 @@ def test_an_eds_by_which_all_can_be_written_ends_the_doubt(open_bench, axis, tmp
     ]
 
 
+def test_of_what_an_eds_does_not_list_it_is_said_what_comes_of_a_refusal(open_bench, axis, tmp_path):
+    bench = open_bench(axis(oddities=OdditySettings(holds=OTHER_IDS)))
+    profile = stated_by(tmp_path, ("1800sub1",))
+    eds = tmp_path / "mine.eds"
+    eds.write_text(eds.read_text(encoding="utf-8").replace("[1400sub1]", "[5400sub1]"), encoding="utf-8")
+    sentences = said(bench, profile)
+    assert (
+        "by mine.eds, 0x1800:01 can only be read; where it refuses 0x1400:01, too, it goes on with 0x1A5 and 0x2A5"
+        in sentences
+    )
+    assert not any("all of it can be written" in each for each in sentences)
+
+
 def test_what_is_as_needed_already_is_not_written_which_is_said(open_bench, axis):
     bench = open_bench(axis())
     bench.drive.map_stream(Mode.CYCLIC_SYNCHRONOUS_POSITION)
