@@ -121,7 +121,8 @@ def unit_of(text: str) -> Unit | None:
 def in_brackets(name: str) -> str:
     """What stands in brackets at the end of a column's name, where a unit mostly stands; "" for nothing."""
     match = _BRACKETED.match(name)
-    return next((part for part in match.groups()[1:] if part), "") if match and match[1].strip() else ""
+    inside = next((part for part in match.groups()[1:] if part), "") if match and match[1].strip() else ""
+    return "" if inside.isdecimal() else inside  # an index: position[0]
 
 
 def split_name(name: str) -> tuple[str, Unit | None]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import itertools
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator
@@ -10,9 +11,9 @@ from dataclasses import dataclass, field
 
 from identify.recording.errors import InputError
 from identify.recording.foreign.cells import is_empty, is_number, is_typed, with_unit
+from identify.recording.foreign.header_rows import is_types, is_units, labelled_header, trimmed
 from identify.recording.foreign.text_file import TextFile
 from identify.recording.foreign.twincat import is_scope_header, scope_names
-from identify.recording.units import unit_of
 
 SEPARATORS = (";", "\t", ",", "|", " ")
 """Candidates, the likelier first where two explain the cells equally; ' ' stands for any run of blanks."""
@@ -33,15 +34,10 @@ END_OF_HEADER = "***End_of_Header***"
 """LabVIEW's line between its settings, which are rows of numbers too, and the names."""
 TYPED_SHARE = 0.8
 """Of its cells: a column of samples, or a row of them."""
-TYPE_NAME = re.compile(
-    r"(?:u?[sdl]?int|float|double|single|l?real|bool|boolean|[dl]?word|byte|string|time|datetime)\d*",
-    re.IGNORECASE,
-)
-"""Names of data types; a row of them says nothing that the numbers do not."""
-
-
 RULE = re.compile(r":?[-=_+]{2,}:?")
 """A line drawn between the names and the samples."""
+_ACROSS = 8
+"""times as many columns as rows, and no header: no record of a robot is so"""
 
 
 @dataclass(frozen=True)
@@ -149,7 +145,17 @@ def choose_dialect(text: TextFile, options: CsvOptions) -> Dialect:
     )
     if best.rows_of_samples == 0:
         raise InputError(
-            f"{text.path}: no rows of numbers are found; give --separator, and --header-line if the samples begin late"
+            f"{text.path}: no rows of numbers are found; "
+            + (
+                "is this JSON? Export it as CSV, one row a sample"
+                if body[0].lstrip()[:1] in "{["
+                else "give --separator, and --header-line if the samples begin late"
+            )
+        )
+    if best.lies_across:
+        raise InputError(
+            f"{text.path}: has {best.rows_of_samples} rows of {best.width} cells, each with a word first: samples run across;"
+            " turn the table (transpose it), so that each row is a sample"
         )
     return _with_header(text, head, best, options)
 
@@ -164,6 +170,8 @@ class _Reading:
     rows_of_samples: int
     numeric: tuple[bool, ...]
     """(width,) whether a column holds samples (and not words)."""
+    empty: tuple[bool, ...]
+    """(width,) whether a column has hardly a cell with anything in it."""
     score: float
 
     @classmethod
@@ -172,7 +180,7 @@ class _Reading:
         shares = [_typed_share(row) for row in rows]
         candidates = [(row, share) for row, share in zip(rows, shares, strict=True) if share >= 0.5]
         if not candidates:
-            return cls(separator, quote, 0, 0, (), 0.0)
+            return cls(separator, quote, 0, 0, (), (), 0.0)
         widths = Counter(len(row) for row, _share in candidates)
         width, count = max(widths.items(), key=lambda item: (item[1], item[0]))
         samples = [(row, share) for row, share in candidates if len(row) == width]
@@ -183,7 +191,17 @@ class _Reading:
         score = sum(share for _row, share in samples) * (1.0 if width > 1 else 0.25)
         if separator == " ":
             score *= BLANKS_EXPLAIN_LESS
-        return cls(separator, quote, width, count, numeric, score)
+        empty = tuple(len(cells) < (1 - TYPED_SHARE) * len(samples) for cells in columns)
+        return cls(separator, quote, width, count, numeric, empty, score)
+
+    def is_labelled(self, row: list[str]) -> bool:
+        """Whether a word stands where samples have nothing."""
+        return any(empty and not is_typed(cell) for cell, empty in zip(row, self.empty, strict=False))
+
+    @property
+    def lies_across(self) -> bool:
+        """Whether rows are signals, each behind its name, and columns samples."""
+        return self.width > _ACROSS * max(self.rows_of_samples, 4) and not self.numeric[0]
 
     def is_sample(self, row: list[str]) -> bool:
         """Whether cells are a row of samples: something in each column that is a number elsewhere, or nothing."""
@@ -214,13 +232,21 @@ def _with_header(text: TextFile, head: list[str], reading: _Reading, options: Cs
     head = _names_on_one_line(head, reading)
     cells = [split_line(line, reading.separator, reading.quote) for line in head]
     start = options.header_line or 0
+    samples = [
+        number
+        for number, row in enumerate(cells[start:], start=start + 1)
+        if not is_comment(head[number - 1]) and reading.is_sample(row)
+    ]
+    rows = [number for number in range(start + 1, len(head) + 1) if not is_comment(head[number - 1])]
+    follows = dict(itertools.pairwise(rows))
+    # A row of a header may hold numbers behind a word where samples have nothing; then words follow.
     first = next(
         (
             number
-            for number, row in enumerate(cells[start:], start=start + 1)
-            if not is_comment(head[number - 1]) and reading.is_sample(row)
+            for number in samples
+            if not reading.is_labelled(cells[number - 1]) or follows.get(number, number) in samples
         ),
-        None,
+        samples[0] if samples else None,
     )
     if first is None:
         raise InputError(
@@ -238,6 +264,15 @@ def _with_header(text: TextFile, head: list[str], reading: _Reading, options: Cs
         return Dialect(
             reading.separator, reading.quote, 0, first, names, reading.width, units, passed, scope=True
         )
+    labelled = labelled_header(
+        cells[: first - 1], [row for row in cells[first - 1 :] if reading.is_sample(row)], reading.width
+    )
+    if options.header_line is None and labelled is not None:
+        place, names, units = labelled
+        passed.append("rows above the samples are labelled by their first cell")
+        return Dialect(
+            reading.separator, reading.quote, place + 1, first, names, reading.width, units, passed
+        )
     if options.header_line is not None:
         if options.header_line == 0:
             names, header, units = _numbered(reading.width), 0, []
@@ -247,9 +282,9 @@ def _with_header(text: TextFile, head: list[str], reading: _Reading, options: Cs
                     f"{text.path}: has no line {options.header_line} that could name the columns"
                 )
             header = options.header_line
-            names = _trimmed(_row(head[header - 1], reading))
+            names = trimmed(_row(head[header - 1], reading))
             between = [_row(head[n - 1], reading) for n in range(header + 1, first) if head[n - 1].strip()]
-            units = next((row for row in between if _is_units(row)), [])
+            units = next((row for row in between if is_units(row)), [])
     else:
         header, names, units = _search_header(text, head, first, reading, passed)
     if len(names) == reading.width - 1 and len(cells[first - 1]) == reading.width and header:
@@ -265,7 +300,7 @@ def _with_header(text: TextFile, head: list[str], reading: _Reading, options: Cs
             head[number - 1].strip()
             and not is_comment(head[number - 1])
             and row != units
-            and not _is_types(row)
+            and not is_types(row)
         ):
             passed.append(f"line {number}, between the names and the samples, passed over")
     before = [n for n in range(1, header or first) if head[n - 1].strip()]
@@ -311,10 +346,10 @@ def _search_header(
         if not line.strip():
             continue
         whole = _row(line, reading)
-        row = _trimmed(whole)
+        row = trimmed(whole)
         if all(RULE.fullmatch(cell) for cell in row if cell):
             continue
-        if len(whole) == reading.width and _is_units(row) and _named_above(head, number, reading):
+        if len(whole) == reading.width and is_units(row) and _named_above(head, number, reading):
             row = whole  # units of some columns alone
         fits = len(row) in (reading.width, reading.width - 1) or _leaves_last_empty(row, reading, head, first)
         if not fits or (is_comment(line) and len(row) < _filled_width(reading, head, first)):
@@ -322,10 +357,10 @@ def _search_header(
                 other = (number, len(row))
             continue
         above = _named_above(head, number, reading)
-        if above and _is_types(row):
+        if above and is_types(row):
             passed.append(f"line {number}, data types, passed over")
             continue
-        if above and not units and _is_units(row):
+        if above and not units and is_units(row):
             units = _row(line, reading)
             continue
         if len(row) < reading.width and not units and other is not None:
@@ -366,7 +401,7 @@ def _named_above(head: list[str], number: int, reading: _Reading) -> bool:
     for line in reversed(head[: number - 1]):
         if not line.strip():
             continue
-        row = _trimmed(_row(line, reading))
+        row = trimmed(_row(line, reading))
         if abs(len(row) - reading.width) > 1 or reading.width == 1:
             return False
         return not all(is_number(cell) for cell in row if cell)
@@ -396,27 +431,8 @@ def _row(line: str, reading: _Reading) -> list[str]:
     return split_line(plain, reading.separator, reading.quote)
 
 
-def _trimmed(row: list[str]) -> list[str]:
-    """A row without empty cells at its end, which separators at the end of each line make."""
-    while row and not row[-1]:
-        row = row[:-1]
-    return row
-
-
 def _numbered(width: int) -> list[str]:
     return [str(index + 1) for index in range(width)]
-
-
-def _is_units(row: list[str]) -> bool:
-    filled = [cell for cell in row if not is_empty(cell)]
-    known = sum(unit_of(cell) is not None or cell.strip("[](){}<> ") in ("", "-", "1") for cell in filled)
-    bracketed = sum(cell[:1] in "[({<" and cell[-1:] in "])}>" for cell in filled)
-    return bool(filled) and (2 * known >= len(filled) or bracketed == len(filled))
-
-
-def _is_types(row: list[str]) -> bool:
-    filled = [cell.strip("[](){}<>").casefold() for cell in row if cell]
-    return bool(filled) and all(TYPE_NAME.fullmatch(cell) for cell in filled)
 
 
 def _lines(count: int) -> str:

@@ -172,8 +172,9 @@ def _time(table: ForeignTable) -> str | None:
             likely.append((1, name))
     for _, name in sorted(likely, key=lambda each: -each[0]):
         with suppress(InputError):
-            table.clock(name, None)
-            return name
+            seconds = table.clock(name, None).seconds
+            if np.nanmax(seconds) > np.nanmin(seconds):  # dates may stand beside times of day
+                return name
     return None
 
 

@@ -16,6 +16,11 @@ Repair = Literal["drop", "bridge"]
 FASTEST_SAMPLING = 1e-6
 """s; no servo drive is sampled faster than some ten microseconds."""
 
+_FEW_COMPLETE = 0.1
+"""share of rows that hold all values, below which rows are of one signal each"""
+_SPARSEST = 4.0
+"""mean steps between rows that may lie between two values of a column: some loggers write a row for each signal"""
+
 
 def refuse_coarse_clock(time: Array, clock: Clock, column: str, repair: Repair | None) -> None:
     """Refuse a time column most of whose stamps repeat, as of seconds since 1970 in single precision or with %g.
@@ -113,11 +118,18 @@ def bridged(time: Array, values: Array) -> tuple[Array, NDArray[np.bool_], int]:
     """Values with short gaps (NaN) interpolated linearly in time, the rows that are usable then, samples bridged.
 
     time : (N,) s, increasing; values : (N, k)
+
+    Where hardly a row has all values, as of a logger that writes a row for each signal, the rows of the signal that has most are
+    the samples.
     """
     filled = values.copy()
+    known_at = np.isfinite(values)
     usable = np.ones(len(time), dtype=bool)
+    if known_at.all(axis=1).sum() < _FEW_COMPLETE * len(time):
+        usable = known_at[:, int(np.argmax(known_at.sum(axis=0)))].copy()
     count = 0
-    longest = largest_bridged_step(float(np.median(np.diff(time)))) if len(time) > 1 else 0.0
+    shortest = largest_bridged_step(_typical(time))
+    mean = float(time[-1] - time[0]) / max(len(time) - 1, 1)
     for column in filled.T:
         known = np.isfinite(column)
         if known.all():
@@ -125,6 +137,7 @@ def bridged(time: Array, values: Array) -> tuple[Array, NDArray[np.bool_], int]:
         if not known.any():
             return filled, np.zeros(len(time), dtype=bool), 0
         places = np.flatnonzero(known)
+        longest = max(shortest, largest_bridged_step(min(_typical(time[places]), _SPARSEST * mean)))
         gaps = np.flatnonzero(~known)
         after = np.searchsorted(places, gaps)
         inside = (after > 0) & (after < len(places))
@@ -132,9 +145,14 @@ def bridged(time: Array, values: Array) -> tuple[Array, NDArray[np.bool_], int]:
         behind = places[np.clip(after, None, len(places) - 1)]
         near = inside & (time[behind] - time[before] <= longest)
         column[gaps[near]] = np.interp(time[gaps[near]], time[places], column[places])
+        bridging = gaps[near & usable[gaps]]
         usable[gaps[~near]] = False
-        count += int(near.sum())
+        count += len(bridging)
     return filled, usable, count
+
+
+def _typical(time: Array) -> float:
+    return float(np.median(np.diff(time))) if len(time) > 1 else 0.0
 
 
 def _count(count: int, description: str) -> str:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from identify.recording.units import SI_NAMES, split_name, unit_of
+from identify.recording.units import SI_NAMES, in_brackets, split_name, unit_of
 
 TURN = 2 * pi
 DEFINED = {
@@ -84,3 +84,8 @@ def test_a_name_is_parted_from_its_unit(name, bare, unit):
 @given(st.lists(st.floats(-1e6, 1e6), max_size=5))
 def test_columns_are_turned_into_si_as_a_whole(values):
     np.testing.assert_allclose(unit_of("deg").to_si(values), np.deg2rad(values), rtol=1e-12)
+
+
+def test_an_index_in_brackets_is_no_unit():
+    assert in_brackets("/joint_states/position[0]") == ""
+    assert in_brackets("position [grd]") == "grd"

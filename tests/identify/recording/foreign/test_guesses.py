@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from identify.recording.foreign import ForeignColumn, ForeignTable
+from identify.recording.foreign import ForeignColumn, ForeignTable, read_foreign
 from identify.recording.foreign.guesses import guess_roles
 from identify.recording.units import split_name
 
@@ -74,3 +74,9 @@ def test_columns_of_one_name_are_told_by_their_number():
     roles = guess_roles(table_of("t", "position", "current", "current"))
     assert roles.command == ()
     assert roles.position == ("position",)
+
+
+def test_a_date_beside_times_of_day_is_not_the_time(tmp_path):
+    rows = "".join(f"2026-11-27,14:03:0{k}.5,{k},{-k}\n" for k in range(10))
+    (tmp_path / "log.csv").write_text(f"Date,Time,q,i\n{rows}")
+    assert guess_roles(read_foreign(tmp_path / "log.csv")).time == "Time"

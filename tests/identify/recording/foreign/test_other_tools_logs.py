@@ -40,6 +40,11 @@ def oscilloscope_with_settings_beside():
 
 SCOPE = "Name,YT Scope Project\nFile,a.svdx\nStarttime of export,133238090039920000\n\nName,q,i\n\n"
 
+CONTROLDESK = (
+    'description,"Recording 1"\ncreated,2026-11-27T14:03:00\n\nplatform,DS1202\nid,,1,2\ntype,x,y,y\n'
+    'path,,"Model Root/Plant/q","Model Root/i"\nunit,s,1,A\nname,time,q [1],i\ndevice,,DS1202,DS1202\n'
+)
+
 READ = {
     "LabVIEW, one time": (lvm("One", "X_Value\tq\ti", "{t:.6f}\t{q:.6f}\t{i:.6f}"), "X_Value", "q", "i"),
     "LabVIEW, times of each": (
@@ -73,6 +78,18 @@ READ = {
     ),
     "a table with a rule": (lines("|{t}|{q}|{i}|", "|t|q|i|\n|---|---|---|\n"), "t", "q", "i"),
     "units in each cell": (lines("{t} s,{q} rad,{i} A", "t,q,i\n"), "t", "q", "i"),
+    "dSPACE ControlDesk": (
+        lines("{'trace_values' if k==0 else ''},{t},{q},{i}", CONTROLDESK),
+        "time",
+        "q [1]",
+        "i",
+    ),
+    "words at the end": (
+        lines("{t},{q},{i}", "t,q,i\n") + "End of record,,\nSum,-,-\n",
+        "t",
+        "q",
+        "i",
+    ),
     "an abbreviated unit": (lines("{t},{q},{i}", "Time [Sec.],q [Rad],i [Amp.]\n"), "Time", "q", "i"),
 }
 
@@ -149,3 +166,29 @@ def test_a_packed_file_that_is_no_text_and_an_empty_one_say_what_to_do(tmp_path)
     (tmp_path / "log.mat").write_bytes(b"")
     with pytest.raises(InputError, match="is empty"):
         read_foreign(tmp_path / "log.mat")
+
+
+@pytest.mark.parametrize(
+    ("text", "remedy"),
+    [
+        ("t," + ",".join(map(str, TIME)) + "\nq," + ",".join(map(str, ANGLE)) + "\n", "turn the table"),
+        (lines('{{"t": {t}, "q": {q}}}'), "is this JSON. Export it as CSV, one row a sample"),
+    ],
+)
+def test_what_is_no_table_of_samples_is_refused_with_what_would_be_one(tmp_path, text, remedy):
+    (tmp_path / "log.csv").write_text(text)
+    with pytest.raises(InputError, match=remedy) as raised:
+        read_foreign(tmp_path / "log.csv")
+    assert "\n" not in str(raised.value)
+
+
+def test_a_row_for_each_signal_is_bridged_to_the_rows_of_one(tmp_path):
+    """As PlotJuggler exports signals that were sampled at different instants."""
+    rows = lines("{t:.6f},{q},\\n{t + 0.0001:.6f},,{i}", "__time,/js/position[0],/drive/current\n")
+    (tmp_path / "log.csv").write_text(rows)
+    columns = ColumnMap(("/js/position[0]",), ("/drive/current",), "__time")
+    session = measure(read_foreign(tmp_path / "log.csv"), columns, [False], "bridge")
+    np.testing.assert_array_equal(session.position[:, 0], ANGLE[1:])
+    np.testing.assert_allclose(session.time - session.time[0], TIME[:-1], atol=1e-9)
+    np.testing.assert_allclose(session.command[:, 0], np.interp(TIME[1:], TIME + 1e-4, CURRENT), atol=1e-9)
+    assert not any("is no unit that is known" in remark for remark in session.remarks)
