@@ -16,12 +16,12 @@ from api.service import access
 from api.service.experiment_upload import UploadedFile, uploaded
 from api.service.problems import Problem
 from api.service.record_documents import CanLogImport, Dialect, RecordDescription, RecordImport
-from api.service.request_body import FORM_OF_RECORDS
+from api.service.request_body import FORM_OF_RECORDS, MOST_RECORDS
 from identify.results.document import Json
 
 router = APIRouter(prefix=f"{PREFIX}/records", include_in_schema=False, form_limits=FORM_OF_RECORDS)
 
-Files = Annotated[list[UploadFile], File()]
+Files = Annotated[list[UploadFile], File(max_length=MOST_RECORDS)]
 Word = Annotated[str, Form(max_length=200)]
 Words = Annotated[list[str], Form()]
 MOST_JOINTS = 32

@@ -28,8 +28,10 @@ class FormLimits(TypedDict, total=False):
 
 FORM: FormLimits = {"max_files": 1, "max_fields": 50, "max_part_size": 64 * 1024}
 """Of a form in parts: each file of more than a megabyte would have a descriptor and a place on the disk."""
-FORM_OF_RECORDS: FormLimits = {"max_files": 12, "max_fields": 500}
-"""Where one session comes in several files, with what is said of each joint."""
+MOST_RECORDS = 10
+"""Files of records in one request."""
+FORM_OF_RECORDS: FormLimits = {"max_files": MOST_RECORDS + 1, "max_fields": 500}
+"""Where one session comes in several files, with the robot's, and what is said of each joint."""
 
 
 def body_limit(route: DeclaredRoute | None, settings: ServiceSettings) -> int:

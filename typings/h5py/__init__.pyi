@@ -22,9 +22,13 @@ class HardLink: ...
 class SoftLink: ...
 class ExternalLink: ...
 
+class _ObjectID:
+    def get_storage_size(self) -> int: ...
+
 class HLObject:
     attrs: AttributeManager
     name: str
+    id: _ObjectID
 
 class Dataset(HLObject):
     dtype: np.dtype[Any]

@@ -10,7 +10,7 @@ from api.service import access
 from api.service.experiment_upload import uploaded
 from api.service.openapi import ResourceRoute, problems
 from api.service.record_documents import CanLogImport, Dialect, RecordDescription, RecordImport
-from api.service.request_body import FORM_OF_RECORDS
+from api.service.request_body import FORM_OF_RECORDS, MOST_RECORDS
 from api.service.routes.experiments import ExperimentView, view
 from api.service.routes.jobs import JobView
 
@@ -19,14 +19,20 @@ router = APIRouter(tags=["experiments"], route_class=ResourceRoute, form_limits=
 Records = Annotated[
     list[UploadFile],
     File(
-        description="CSV of any dialect, plain or gzip, MAT, Parquet, MDF, MCAP", min_length=1, max_length=10
+        description="CSV of any dialect, plain or gzip, MAT, Parquet, MDF, MCAP",
+        min_length=1,
+        max_length=MOST_RECORDS,
     ),
 ]
 
 
 CanLogs = Annotated[
     list[UploadFile],
-    File(description="candump, Vector, PEAK, Kvaser and others, plain or gzip", min_length=1, max_length=10),
+    File(
+        description="candump, Vector, PEAK, Kvaser and others, plain or gzip",
+        min_length=1,
+        max_length=MOST_RECORDS,
+    ),
 ]
 
 

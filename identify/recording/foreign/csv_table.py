@@ -178,7 +178,7 @@ class _Reader:
     def _fitted(self, row: list[str], index: int) -> list[str] | None:
         """A row of as many cells as there are columns; None for a line that is no row of samples."""
         if len(row) == self.width and not (row[0] and row[0] == self.names[0]):
-            if is_number(row[0]) or not row[0] or any(is_typed(cell) and cell for cell in row):
+            if is_number(row[0]) or not row[0] or any(is_typed(cell) and not is_empty(cell) for cell in row):
                 return row
             self.not_rows.append(self.line)
             return None

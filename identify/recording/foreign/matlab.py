@@ -27,6 +27,8 @@ NOT_MAT = (
 )
 """What reading damaged files raises below us."""
 LABELS = ("label", "Name", "name", "blockName", "BlockName")
+_LEAST_BYTES = 64
+"""Of a group or dataset in an HDF5 file: its header alone has more"""
 UNITS = ("Unit", "unit", "Units", "units")
 """Fields of structs that say what their numbers are, and in which unit."""
 
@@ -76,42 +78,62 @@ def read_hdf5(path: Path) -> ForeignTable:
 
     try:
         with h5py.File(path, "r") as file:
+            values = _Hdf5Values(file, path.stat().st_size)
             variables = {
-                name: _hdf5_value(file, file[name], 0)
-                for name in file
-                if name not in ("#refs#", "#subsystem#")
+                name: values.of(file[name]) for name in file if name not in ("#refs#", "#subsystem#")
             }
             store = None
             if _refers(variables) and "#subsystem#" in file:
-                cells = [_hdf5_value(file, file[each], 0) for each in np.ravel(file["#subsystem#/MCOS"][()])]  # type: ignore[index]
+                cells = [values.of(file[each]) for each in np.ravel(file["#subsystem#/MCOS"][()])]  # type: ignore[index]
                 store = _store(cells)
             return table_of_variables(path, dict(_flat(variables, store)))
+    except Damaged as error:
+        raise InputError(f"{path}: cannot be read as HDF5: {error}; save or copy it again") from None
     except (OSError, RuntimeError, AttributeError, *NOT_MAT):
         raise InputError(
             f"{path}: cannot be read as HDF5: damaged or cut short; save or copy it again"
         ) from None
 
 
-def _hdf5_value(file: Any, item: Any, depth: int) -> Any:
-    """A value as `Mat5` gives it."""
-    import h5py
+class _Hdf5Values:
+    """Values of an HDF5 file as `Mat5` gives them.
 
-    if depth > DEEPEST:
-        raise Damaged("groups too deep")
-    kind = item.attrs.get("MATLAB_class", b"")
-    if isinstance(item, h5py.Group):
-        fields = {name: _hdf5_value(file, item[name], depth + 1) for name in item}
-        return _array_of_structs(fields) if _is_array_of_structs(item) else fields
-    if "MATLAB_object_decode" in item.attrs and item.attrs["MATLAB_object_decode"] == 3:
-        return Reference(bytes(kind).decode("utf-8", "replace"), item[()])
-    if "ref" in (item.dtype.metadata or {}):
-        return [_hdf5_value(file, file[each], depth + 1) for each in np.ravel(item[()]) if each]
-    if item.attrs.get("MATLAB_empty"):
-        return np.empty((0, 0))
-    values = item[()]
-    if kind == b"char" and isinstance(values, np.ndarray):
-        return "".join(chr(int(code)) for code in np.ravel(values))
-    return values.T if isinstance(values, np.ndarray) else np.asarray(values)
+    Groups by links and datasets by references may stand in several others, so that a small file could unfold to any number of
+    values. What is read again counts against the size of the file.
+    """
+
+    def __init__(self, file: Any, size: int) -> None:
+        self._file = file
+        self._seen: set[tuple[int, int]] = set()
+        self._left = size
+
+    def of(self, item: Any, depth: int = 0) -> Any:
+        """The value of a group or dataset. Raises Damaged: they hold each other again and again."""
+        import h5py
+        from h5py import h5o
+
+        place = h5o.get_info(item.id)
+        if (place.fileno, place.addr) in self._seen:
+            self._left -= _LEAST_BYTES + (item.id.get_storage_size() if isinstance(item, h5py.Dataset) else 0)
+        self._seen.add((place.fileno, place.addr))
+        if depth > DEEPEST:
+            raise Damaged("groups too deep")
+        if self._left < 0:
+            raise Damaged("its groups and cells hold each other again and again")
+        kind = item.attrs.get("MATLAB_class", b"")
+        if isinstance(item, h5py.Group):
+            fields = {name: self.of(item[name], depth + 1) for name in item}
+            return _array_of_structs(fields) if _is_array_of_structs(item) else fields
+        if "MATLAB_object_decode" in item.attrs and item.attrs["MATLAB_object_decode"] == 3:
+            return Reference(bytes(kind).decode("utf-8", "replace"), item[()])
+        if "ref" in (item.dtype.metadata or {}):
+            return [self.of(self._file[each], depth + 1) for each in np.ravel(item[()]) if each]
+        if item.attrs.get("MATLAB_empty"):
+            return np.empty((0, 0))
+        values = item[()]
+        if kind == b"char" and isinstance(values, np.ndarray):
+            return "".join(chr(int(code)) for code in np.ravel(values))
+        return values.T if isinstance(values, np.ndarray) else np.asarray(values)
 
 
 def _is_array_of_structs(group: Any) -> bool:

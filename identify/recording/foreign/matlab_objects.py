@@ -19,6 +19,7 @@ Fields = dict[str, Any]
 
 REFERENCE = 0xDD000000
 """The first number of a variable that refers to objects."""
+_MOST_TIMES = 10
 OFFSETS_AT = 8
 NAMES_AT = {2: 32, 3: 40, 4: 40}
 """Version of the layout -> byte at which names begin."""
@@ -39,6 +40,9 @@ class ObjectStore:
 
     cells : contents of the cell array; the first is the (K,) uint8 description of all objects
 
+    Objects are handed out `_MOST_TIMES` each on average: since one may stand in several others, a small file could unfold to
+    any number.
+
     Raises ValueError, IndexError: the description is not of this layout.
     """
 
@@ -55,6 +59,7 @@ class ObjectStore:
         self.objects = _Table(parts[2]).rows(6)
         self.saved = _property_lists(parts[1])
         self.normal = _property_lists(parts[3])
+        self._left = 100 + _MOST_TIMES * len(self.objects)
 
     def objects_of(self, reference: Any) -> list[tuple[str, Fields]]:
         """Class and properties of each object that a variable refers to; none if it refers to none."""
@@ -68,6 +73,9 @@ class ObjectStore:
         return [self._object(int(identity)) for identity in numbers[first:-1]]
 
     def _object(self, identity: int) -> tuple[str, Fields]:
+        self._left -= 1
+        if self._left < 0:
+            raise ValueError("objects hold each other again and again")
         class_id, _, _, saved, normal, _ = (int(value) for value in self.objects[identity])
         class_name = self._name(int(self.classes[class_id][1]))
         entries = self.saved[saved] if saved else self.normal[normal] if normal < len(self.normal) else []

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from scipy.io import savemat
@@ -69,3 +70,43 @@ def test_a_file_that_is_cut_short_is_refused(tmp_path, cut):
     (tmp_path / "log.mat").write_bytes(whole[:cut])
     with pytest.raises(InputError, match=r"cannot be read as a MAT file: |holds no column"):
         read_foreign(tmp_path / "log.mat")
+
+
+def doubled(path, stand):
+    """An HDF5 file of 24 steps, each of which holds the one before twice: 16 million values."""
+    with h5py.File(path, "w") as file:
+        last = file.create_dataset("#refs#/first", data=TIME)
+        for step in range(24):
+            name = f"#refs#/step{step}"
+            if stand == "references":
+                last = file.create_dataset(name, data=np.array([last.ref, last.ref], dtype=h5py.ref_dtype))
+            else:
+                group = file.create_group(name)
+                group["a"] = group["b"] = last
+                last = group
+        file["top"] = last
+
+
+@pytest.mark.parametrize("stand", ["references", "links"])
+def test_what_unfolds_without_end_is_refused(tmp_path, stand):
+    doubled(tmp_path / "laughs.mat", stand)
+    with pytest.raises(InputError, match="its groups and cells hold each other again and again"):
+        read_foreign(tmp_path / "laughs.mat")
+
+
+def test_many_references_to_one_large_array_are_refused(tmp_path):
+    with h5py.File(tmp_path / "log.mat", "w") as file:
+        large = file.create_dataset("#refs#/large", data=np.arange(20_000.0))
+        file.create_dataset("top", data=np.array([large.ref] * 1000, dtype=h5py.ref_dtype))
+    with pytest.raises(InputError, match="again and again"):
+        read_foreign(tmp_path / "log.mat")
+
+
+def test_one_array_may_stand_in_several_groups(tmp_path):
+    with h5py.File(tmp_path / "log.h5", "w") as file:
+        file["run/t"] = TIME
+        file["run/q"] = POSITION
+        for name in ("run/axis1/t", "run/axis2/t"):
+            file[name] = file["run/t"]
+    table = read_foreign(tmp_path / "log.h5")
+    np.testing.assert_array_equal(numbers(table, "run.axis2.t"), TIME)

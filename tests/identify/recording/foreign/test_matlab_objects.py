@@ -90,3 +90,11 @@ def test_the_fields_are_those_that_matlab_shows():
         assert series["Time"] is data[0]
         assert series["Data"] is data[1]
     assert as_fields("containers.Map", {}) is None
+
+
+def test_objects_that_hold_each_other_are_not_handed_out_without_end():
+    objects = store()
+    for _ in range(50):
+        objects.objects_of(reference(1, 2))
+    with pytest.raises(ValueError, match="again and again"):
+        objects.objects_of(reference(*[1] * 100))

@@ -184,7 +184,7 @@ def test_what_is_no_table_of_samples_is_refused_with_what_would_be_one(tmp_path,
 
 def test_a_row_for_each_signal_is_bridged_to_the_rows_of_one(tmp_path):
     """As PlotJuggler exports signals that were sampled at different instants."""
-    rows = lines("{t:.6f},{q},\\n{t + 0.0001:.6f},,{i}", "__time,/js/position[0],/drive/current\n")
+    rows = lines("{t:.6f},{q},\n{t + 0.0001:.6f},,{i}", "__time,/js/position[0],/drive/current\n")
     (tmp_path / "log.csv").write_text(rows)
     columns = ColumnMap(("/js/position[0]",), ("/drive/current",), "__time")
     session = measure(read_foreign(tmp_path / "log.csv"), columns, [False], "bridge")
