@@ -15,6 +15,7 @@ from drivers.cia402 import Mode, State
 from drivers.drive import Drive
 from drivers.errors import BusError
 from drivers.frames import OWN
+from drivers.gateway import join
 from drivers.receive_python_can import PythonCanReceiver
 from drivers.virtual_bus import InProcessBus
 
@@ -107,6 +108,34 @@ def test_the_adapter_is_closed_by_the_last_and_can_be_opened_again(slcan):
     again = open_bus(slcan)
     again.send_frame(0x80, b"")
     again.shutdown()
+
+
+class _CountedBus(InProcessBus):
+    """An adapter that knows whether it was closed."""
+
+    closed = 0
+
+    def shutdown(self) -> None:
+        self.closed += 1
+        super().shutdown()
+
+
+def test_the_adapter_is_closed_when_the_last_of_three_has_left_and_not_before():
+    opened = []
+
+    def adapter() -> can.BusABC:
+        opened.append(_CountedBus("far end"))
+        return opened[-1]
+
+    members = [join("counted", "test", "counted", adapter) for _ in range(3)]
+    (bus,) = opened
+    for member in members:
+        assert bus.closed == 0
+        member.shutdown()
+        member.shutdown()
+    assert bus.closed == 1
+    join("counted", "test", "counted", adapter).shutdown()
+    assert [each.closed for each in opened] == [1, 1]
 
 
 def test_an_adapter_that_is_unplugged_is_an_error_for_everybody(adapter, slcan):

@@ -4,6 +4,7 @@ import pytest
 
 from drivers.drive import Drive, Timeouts
 from drivers.errors import DriveError
+from drivers.network_management import NMT_COMMANDS, NMT_RESET_NODE
 from drivers.simulated.oddities import OdditySettings
 
 HEARTBEAT_FAULT = (0x2010, 3)
@@ -61,3 +62,14 @@ def test_a_heartbeat_time_that_can_only_be_read_is_used_as_it_stands(open_bench,
     bench.drive.produce_heartbeat(0.1)
     assert bench.drive.sign_of_life_period == 0.04
     bench.drive.set_nmt_state("OPERATIONAL")
+
+
+def test_commands_and_states_have_the_numbers_of_cia_301():
+    """Tables 35 and 45 of CiA 301 (start 1, stop 2, pre-operational 128, reset 129; 4, 5 and 127), as python-canopen has them."""
+    from canopen.nmt import COMMAND_TO_STATE, NMT_STATES
+
+    assert {command: name for name, (command, _) in NMT_COMMANDS.items()} == {
+        command: NMT_STATES[COMMAND_TO_STATE[command]] for command in (1, 2, 128)
+    }
+    assert all(NMT_STATES[shown] == name for name, (_, shown) in NMT_COMMANDS.items())
+    assert NMT_RESET_NODE == 129

@@ -146,3 +146,34 @@ def test_a_following_error_is_a_fault_once_it_has_lasted_longer_than_its_time():
     assert states[6] is not State.OPERATION_ENABLED
     assert drive.image[slot.ERROR_CODE] == 0x8611
     assert drive.image[slot.STATUSWORD] & cia402.FOLLOWING_ERROR
+
+
+def test_an_axis_that_loses_power_in_motion_is_free_until_its_brake_has_settled_for_a_fifth_of_a_second():
+    drive = enabled_drive(Mode.CYCLIC_SYNCHRONOUS_POSITION, brake=True, brake_delay=2 * STEP)
+    for count in range(5):
+        drive.servo_step(angle_of(3 * count), 0.0, STEP)  # 3000 counts/s
+    drive.image[slot.CONTROLWORD] = 0x00  # disable voltage
+    drive.take_controlword()
+    assert drive.free
+    assert drive.servo_step(angle_of(15), 0.0, STEP) == 0.0  # the brake is still open
+    assert drive.servo_step(angle_of(18), 0.0, STEP) < 0.0  # it slips, against the motion
+    standing = 0
+    while drive.free and standing < 1000:
+        drive.servo_step(angle_of(18), 0.0, STEP)
+        standing += 1
+    assert standing * STEP == pytest.approx(0.2, abs=8 * STEP)  # the servo sees it stand a little later
+
+
+def test_a_fault_that_is_reset_leaves_neither_code_nor_register():
+    drive = enabled_drive(Mode.CYCLIC_SYNCHRONOUS_POSITION)
+    drive.fail(0x8611)
+    for _ in range(100):  # the fault reaction stops the axis and takes its power away
+        drive.servo_step(angle_of(0), 0.0, STEP)
+    assert drive.machine.state is State.FAULT
+    assert drive.image[slot.ERROR_CODE] == 0x8611
+    assert drive.image[slot.ERROR_REGISTER] & 0x01
+    for controlword in (0x00, 0x80):
+        drive.image[slot.CONTROLWORD] = controlword
+        drive.take_controlword()
+    assert drive.machine.state is State.SWITCH_ON_DISABLED
+    assert (drive.image[slot.ERROR_CODE], drive.image[slot.ERROR_REGISTER]) == (0, 0)

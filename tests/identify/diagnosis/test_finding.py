@@ -23,6 +23,13 @@ def test_gain_and_drop_are_those_of_the_squared_and_the_plain_error():
     assert found.relative(-1e-20) == 0.0
 
 
+def test_what_takes_all_of_the_error_drops_it_whole_and_what_raises_it_drops_less_than_nothing():
+    assert finding(BEFORE, held_out(*[0.0] * 10)).drop == pytest.approx(1.0)
+    small = held_out(*[1e-3] * 10)
+    assert finding(small, held_out(*[2.5e-4] * 10)).drop == pytest.approx(0.5)
+    assert finding(BEFORE, held_out(*[4.0] * 10)).drop == pytest.approx(-1.0)
+
+
 def test_of_what_instruments_were_asked_only_their_part_counts():
     found = finding(BEFORE, dropped(0.2), loop=instruments(1e-4, 0.5))
     assert found.gain == pytest.approx(5 * (1 - 0.64))

@@ -102,6 +102,16 @@ def test_the_products_of_the_linear_form_are_those_of_the_structured_parameters(
     assert linear["a_m"].value == pytest.approx(ARM.a_m, abs=0.02)
 
 
+def test_what_both_forms_have_they_know_about_equally_well(result):
+    """Viscous friction and offset are linear in either form; the structured one has fewer parameters beside them."""
+    linear = {parameter.name: parameter for parameter in result.parameters}
+    structured = {parameter.name: parameter for parameter in result.structured_parameters}
+    for name in ("FV1", "offset1"):
+        for deviation in ("std", "std_robust"):
+            ratio = getattr(structured[name], deviation) / getattr(linear[name], deviation)
+            assert 0.5 < ratio < 1.5, (name, deviation)
+
+
 def test_the_structured_estimate_predicts_as_well_as_the_linear_form(result):
     document = result.document()
     assert document.structured.relative_error < 1.02 * document.relative_error
