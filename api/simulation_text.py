@@ -4,6 +4,12 @@ from collections.abc import Iterator
 
 from identify.results.simulation import HorizonErrors, JointMotionError, SimulationDocument
 
+GAINS = {
+    "file": "gains from a file",
+    "estimated": "gains told from the record",
+    "drives": "gains read from the drives before the sessions",
+}
+
 
 def simulation_text(document: SimulationDocument) -> str:
     """`simulate --json` as text."""
@@ -13,10 +19,11 @@ def simulation_text(document: SimulationDocument) -> str:
 def _lines(document: SimulationDocument) -> Iterator[str]:
     driven = "the recorded torque"
     if document.controller is not None:
-        driven = f"its controllers (gains {document.controller.source})"
-        driven = driven.replace("(gains file)", "(gains from a file)")
+        driven = f"its controllers ({GAINS[document.controller.source]})"
     yield f"{document.experiment}, model {document.model}, driven by {driven}:"
     yield f"effects: {', '.join(str(effect) for effect in document.effects)}"
+    if document.controller is not None and document.controller.coordinates == "motors":
+        yield "each controller sees its motor, in units of its joint"
     yield "root mean square of simulated less measured motion"
     for errors in document.horizons:
         yield ""

@@ -33,11 +33,13 @@ from daq.ring_buffer import RingWriter
 from daq.safety import StopCause, StopReason
 from daq.samples import Phase, sample_dtype
 from daq.sampling_loop import FRAMES_IN_RING, ROWS_IN_RING, SamplingLoop, open_receiver
+from daq.servo_gains import read_servo_gains
 from daq.setpoint_stream import Trajectory
 from daq.simulated_rig import simulated_rig
 from daq.torque_offset import SentAhead
 from drivers.errors import DriverError
 from drivers.frames import FD_FRAME, FRAME
+from identify.recording.controller_file import ControllerFile
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import Payload
 
@@ -84,6 +86,8 @@ class AcquisitionMessage:
     counters: JsonObject = field(default_factory=JsonObject)
     remarks: tuple[str, ...] = ()
     clock_source: str = ""
+    controllers: ControllerFile | None = None
+    """of the drives, as they said before the session"""
     alarm: str = ""
 
 
@@ -163,6 +167,8 @@ class Acquisition:
         if not check.ok:
             self.tell(AcquisitionMessage("checked", check.problems, check=check))
             return StopReason(StopCause.BUS, check.problems), {}
+        gains = read_servo_gains(drives)
+        remarks += gains.remarks
         ahead = self.order.ahead
         streams = drives.configure(torque_offset=ahead is not None)
         for axis, drive in zip(self.rig.axes, drives.drives, strict=True):
@@ -173,7 +179,11 @@ class Acquisition:
         loop = SamplingLoop(self.rig, streams, receiver, rows, frames, drives.network.sent, within)
         self.tell(
             AcquisitionMessage(
-                "checked", check=check, remarks=tuple(remarks), clock_source=receiver.clock_source
+                "checked",
+                check=check,
+                remarks=tuple(remarks),
+                clock_source=receiver.clock_source,
+                controllers=gains.controllers,
             )
         )
         asked = self._wait(drives, lambda: self._arm_asked)

@@ -19,9 +19,11 @@ from numpy.typing import NDArray
 
 from daq.json_object import JsonObject
 from daq.rig import Rig
+from identify.recording.controller_file import ControllerFile
 from identify.recording.experiment_file import Payload
 from identify.recording.session_hdf5 import (
     COMMAND,
+    CONTROLLER,
     CYCLE,
     FORMAT,
     POSITION,
@@ -50,10 +52,14 @@ class SessionDescription:
     """kg, as the scale or the operator said"""
     started: datetime = field(default_factory=lambda: datetime.now(UTC))
     remarks: tuple[str, ...] = ()
+    controllers: ControllerFile | None = None
+    """of the drives, as they said before the session; None where they were not asked, or did not say"""
 
     def attributes(self) -> JsonObject:
         """The attributes of the file's root."""
+        gains = {} if self.controllers is None else {CONTROLLER: self.controllers.model_dump_json()}
         return {
+            **gains,
             "format": FORMAT,
             "software_version": software_version(),
             "rig": self.rig.model_dump_json(),

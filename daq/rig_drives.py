@@ -217,28 +217,38 @@ class RigDrives:
 
 def _require_no_table(drive: Drive) -> None:
     """Raises DriveError where the drive adds friction by a table of its own: sent ahead too, it would act twice."""
+    held = friction_table(drive)
+    if held is not None:
+        raise DriveError(
+            drive.node,
+            "sending a torque ahead",
+            index=held[0],
+            subindex=held[1],
+            expected="0, for the friction of a torque sent ahead would act twice",
+            received="the drive has a friction table of its own; set its currents to 0 first",
+        )
+
+
+def friction_table(drive: Drive) -> tuple[int, int] | None:
+    """Index and subindex of a current that the drive adds by a friction table of its own; None where it adds none.
+
+    Raises DriveError where the drive does not answer.
+    """
     compensation = drive.profile.compensation
     if compensation is None or compensation.friction is None:
-        return
+        return None
     for row in (compensation.friction.forward, compensation.friction.backward):
         if row is None:
             continue
         for subindex in range(row.subindex, row.subindex + row.points):
             try:
-                held = drive.sdo.read(row.index, subindex, row.type, "looking for a friction table")
+                if drive.sdo.read(row.index, subindex, row.type, "looking for a friction table"):
+                    return row.index, subindex
             except DriveError as error:
                 if was_refused(error):  # of a firmware that has no such table
-                    return
+                    return None
                 raise
-            if held:
-                raise DriveError(
-                    drive.node,
-                    "sending a torque ahead",
-                    index=row.index,
-                    subindex=subindex,
-                    expected="0, for the friction of a torque sent ahead would act twice",
-                    received="the drive has a friction table of its own; set its currents to 0 first",
-                )
+    return None
 
 
 def take_power(rig: Rig) -> PowerReport:

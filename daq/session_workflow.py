@@ -38,6 +38,7 @@ from daq.session_outcome import Recorded, error_in_words, outcome_of
 from daq.session_processes import SessionProcesses
 from daq.torque_offset import SentAhead
 from daq.weighed_mass import require_mass
+from identify.recording.controller_file import ControllerFile
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import Payload
 
@@ -106,6 +107,7 @@ class PayloadSession:
         self._progress = Progress(0, len(self._counts), 0.0)
         self._ring = f"{rig.name[:24]}-{secrets.token_hex(6)}"
         self._clock_source = ""
+        self._controllers: ControllerFile | None = None
         self.remarks: tuple[str, ...] = ()
         """what is to be known of this computer and of the drives' set-up, once the rig was checked"""
         self._changed = threading.Condition()
@@ -217,6 +219,7 @@ class PayloadSession:
                 role=self.role,
                 weighed_mass=self.weighed_mass,
                 remarks=self.remarks,
+                controllers=self._controllers,
             )
             # Attached while the writer lives: what the recorder, should it die, has not written is then still ours to save.
             self._rows = RingReader(f"{self._ring}-rows")
@@ -365,6 +368,7 @@ class PayloadSession:
             case "checked":
                 assert message.check is not None
                 self.remarks, self._clock_source = message.remarks, message.clock_source
+                self._controllers = message.controllers
                 if message.check.ok:
                     self._enter(SessionState.CHECKED, "; ".join(["the rig is ready", *message.remarks]))
                 with self._changed:

@@ -17,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 from drivers.compensation_objects import CompensationObjects
 from drivers.errors import DriverError
 from drivers.object_kinds import OBJECT_KINDS, ObjectType
+from drivers.servo_objects import ServoObjects
 
 Unit = Literal["count", "A", "V", "N m", "rated current", "rated torque", "°C"]
 
@@ -82,6 +83,9 @@ class DriveProfile(BaseModel):
     homed_source: str = Field(default="", description="where that bit is from")
     compensation: CompensationObjects | None = Field(
         default=None, description="the drive's own compensation of friction and cogging, if it can be written"
+    )
+    servo: ServoObjects | None = Field(
+        default=None, description="the gains of the drive's own position controller, if they can be read"
     )
     transmit_pdos: int = Field(default=4, ge=1, le=512, description="number of TPDOs of the drive")
 

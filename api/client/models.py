@@ -96,9 +96,10 @@ class ModelCalls(Connection):
         wanted = {"joint": joint, "proposal": proposal, "rig": rig}
         return self._post(f"/experiments/{experiment}/models/{model}/next-experiment/plan", wanted)
 
-    def simulate(self, experiment: str, model: str) -> Json:
-        """Run a model version forward along its record (a job)."""
-        return self._post(f"/experiments/{experiment}/models/{model}/simulation")
+    def simulate(self, experiment: str, model: str, driven_by: str = "torque") -> Json:
+        """Run a model version forward along its record (a job): by the recorded torque, or in closed loop with the gains of the
+        `drives`, or those that the record tells (`estimate`)."""
+        return self._post(f"/experiments/{experiment}/models/{model}/simulation?driven_by={driven_by}")
 
     def simulation(self, experiment: str, model: str) -> SimulationDocument:
         """How well a model version predicts motion."""

@@ -27,7 +27,8 @@ def simulate_command(
         typer.Option(
             metavar="FILE",
             help="close the loop with the gains in this YAML file (docs/simulation.md), or 'estimate' to tell"
-            " them from the record; without it the recorded torque drives the model",
+            " them from the record; without it, those that the drives held when the sessions were recorded close it; where"
+            " none are known, or with 'torque', the recorded torque drives the model; 'drives' refuses then",
         ),
     ] = None,
     free_run: Annotated[

@@ -4,7 +4,8 @@ from urllib.parse import urlencode
 
 from api.pages.layout import experiment_link
 from api.pages.rendering import Context
-from api.service.model_use import ENDINGS, Ending, ModelUse
+from api.service.model_use import ENDINGS, Driven, Ending, ModelUse
+from api.simulation_text import GAINS
 from identify.results.certificate import Certificate
 from identify.results.simulation import SimulationDocument
 
@@ -18,6 +19,12 @@ NAMES: dict[Ending, str] = {
     "fmu": "FMU",
     "json": "data (JSON)",
 }
+
+CHOICES: tuple[tuple[Driven, str], ...] = (
+    ("torque", "by the recorded torque"),
+    ("drives", "in closed loop, gains read from the drives"),
+    ("estimate", "in closed loop, gains told from the record"),
+)
 
 
 def motion_table(document: SimulationDocument, joint: str) -> list[Context]:
@@ -53,12 +60,23 @@ def figure(value: float | None, unit: str) -> str:
 
 
 def motion_panel(use: ModelUse, experiment: str, version: str, joint: str) -> Context:
-    """Context of the panel: the rows, or where to ask for them."""
+    """Context of the panel: the rows with what drove the model, and where to ask for them."""
     document = use.simulation(experiment, version)
+    query = urlencode({"version": version})
     return {
         "motion_rows": None if document is None else motion_table(document, joint),
-        "motion_link": f"{experiment_link(experiment, 'use/simulation')}?{urlencode({'version': version})}",
+        "motion_driven": None if document is None else driven_words(document),
+        "motion_link": f"{experiment_link(experiment, 'use/simulation')}?{query}",
+        "motion_choices": CHOICES,
     }
+
+
+def driven_words(document: SimulationDocument) -> list[str]:
+    """What drove the model, and what is to be known of it, in sentences."""
+    driven = "Driven by the recorded torque."
+    if document.controller is not None:
+        driven = f"In closed loop, {GAINS[document.controller.source]}."
+    return [driven, *(f"{remark[0].upper()}{remark[1:]}." for remark in document.remarks)]
 
 
 def export_rows(use: ModelUse, experiment: str, version: str) -> list[Context]:

@@ -2,14 +2,14 @@
 
 from typing import Annotated
 
-from fastapi import APIRouter, Query, Request
+from fastapi import APIRouter, Form, Query, Request
 from fastapi.responses import HTMLResponse, Response
 
 from api.pages.job_views import follow
 from api.pages.layout import experiment_link
 from api.pages.rendering import PREFIX
 from api.service import access
-from api.service.model_use import Ending
+from api.service.model_use import Driven, Ending
 
 router = APIRouter(prefix=f"{PREFIX}/experiments/{{experiment}}/use", include_in_schema=False)
 
@@ -18,9 +18,15 @@ PREDICTING, WRITING = "Predicting motion", "Writing, and loading back what was w
 
 
 @router.post("/simulation")
-def simulate(request: Request, user: access.Operator, experiment: str, version: Version) -> HTMLResponse:
+def simulate(
+    request: Request,
+    user: access.Operator,
+    experiment: str,
+    version: Version,
+    driven_by: Annotated[Driven, Form()] = "torque",
+) -> HTMLResponse:
     """Run a version forward along its record."""
-    job = access.service_of(request).model_use.simulate(experiment, user.name, version)
+    job = access.service_of(request).model_use.simulate(experiment, user.name, version, driven_by)
     return follow(request, job.id, PREDICTING, experiment_link(experiment, "use/progress"))
 
 

@@ -21,6 +21,9 @@ from identify.results.simulation import SimulationDocument
 Ending = Literal["urdf", "sdf", "xml", "py", "c", "st", "fmu", "json"]
 """of the files that a model is exported to; what each is for stands in `identify.export.write.KINDS`"""
 
+Driven = Literal["torque", "drives", "estimate"]
+"""what drives a simulated model: the recorded torque; its controllers with the gains that the drives held; or told from the record"""
+
 ENDINGS: tuple[Ending, ...] = get_args(Ending)
 SIMULATION_FILE = "simulation.json"
 EXPORTS = "exports"
@@ -35,7 +38,7 @@ class ModelUse:
         self._experiments = experiments
         self._jobs = jobs
 
-    def simulate(self, experiment: str, user: str, model: str) -> Job:
+    def simulate(self, experiment: str, user: str, model: str, driven_by: Driven = "torque") -> Job:
         """Run a version forward along its record (a job). Raises the problem 404."""
         story = self._story(experiment)
         version = story.read().version(model)
@@ -52,6 +55,7 @@ class ModelUse:
                 "experiment": str(story.folder.parent),
                 "model": version.model,
                 "add": version.add,
+                "driven_by": driven_by,
             },
             store,
             user=user,

@@ -6,6 +6,7 @@ from pathlib import Path
 import identify
 from api.proof import Part, TorqueAhead
 from api.service.job_process import Progress
+from api.service.model_use import Driven
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.rig import Rig
 from identify.recording import Payload, load_experiment
@@ -13,7 +14,9 @@ from identify.results.certificate import Certificate
 from identify.results.simulation import SimulationDocument
 
 
-def simulate(progress: Progress, experiment: str, model: str, add: list[str]) -> SimulationDocument:
+def simulate(
+    progress: Progress, experiment: str, model: str, add: list[str], driven_by: Driven
+) -> SimulationDocument:
     """A model run forward in windows along its record, beside the usual one."""
     from identify.simulation.simulate import HORIZONS, simulated
 
@@ -26,6 +29,7 @@ def simulate(progress: Progress, experiment: str, model: str, add: list[str]) ->
         result,
         usual,
         HORIZONS,
+        driven_by,
         free_run=False,
         progress=lambda done, step: progress(0.3 + 0.6 * done, step),
     )

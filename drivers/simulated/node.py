@@ -369,6 +369,9 @@ class SimulatedNode(canopen.LocalNode):
         elif index in drive.compensation.raw:
             drive.compensation.raw[index][max(subindex, 1) - 1] = self._signed(index, subindex)
             drive.compensation.take()
+        elif index in drive.servo.raw:
+            drive.servo.raw[index] = self._number(index, 0)
+            drive.servo.take_gains()
         elif index == 0x605A:
             drive.machine.quick_stop_option = self._signed(index, 0)
         elif index == 0x605E:
@@ -396,6 +399,8 @@ class SimulatedNode(canopen.LocalNode):
         axis = self.axis
         for (index, subindex), value in rating_objects(axis).items():
             self._store(index, subindex, value)
+        for index, value in self.drive.servo.raw.items():
+            self._store(index, 0, value)
         for index, values in self.drive.compensation.raw.items():
             for place, value in enumerate(values, 1):
                 self._store(index, 0 if len(values) == 1 else place, value)

@@ -1,6 +1,7 @@
 """The servo loop of a simulated drive: cascade of position (P) and velocity (PI), feed-forward, current
 limit.
 
+The gains are objects of the drive (0x2030 to 0x2033 of simulated.eds): what these hold is what the loops use.
 All in counts of the encoder and seconds; currents in A. A real drive sees its shaft only through the encoder,
 and so does this one: the velocity is the difference of quantised positions behind a low-pass.
 """
@@ -9,22 +10,39 @@ import math
 
 from drivers.simulated.settings import SimulatedAxis
 
+POSITION_GAIN, VELOCITY_GAIN, VELOCITY_INTEGRAL, VELOCITY_FILTER = 0x2030, 0x2031, 0x2032, 0x2033
+_COUNTS_PER_UNIT = {POSITION_GAIN: 1e3, VELOCITY_GAIN: 1e6, VELOCITY_INTEGRAL: 1e6, VELOCITY_FILTER: 1e6}
+"""raw counts per 1/s, A s/rad, A/rad and s"""
+
 
 class Servo:
-    """Loops of one axis; `axis` holds the gains."""
+    """Loops of one axis; `axis` holds the gains that stand in its objects when it is switched on."""
 
     def __init__(self, axis: SimulatedAxis):
-        per_count = 1.0 / axis.counts_per_radian
         gains = axis.servo
-        self._position_gain = gains.position_gain  # 1/s
-        self._velocity_gain = gains.velocity_gain * per_count  # A s/count
-        self._velocity_integral = gains.velocity_integral * per_count  # A/count
-        self._filter_time = gains.velocity_filter
+        self._per_count = 1.0 / axis.counts_per_radian
+        values = {
+            POSITION_GAIN: gains.position_gain,
+            VELOCITY_GAIN: gains.velocity_gain,
+            VELOCITY_INTEGRAL: gains.velocity_integral,
+            VELOCITY_FILTER: gains.velocity_filter,
+        }
+        self.raw = {index: round(value * _COUNTS_PER_UNIT[index]) for index, value in values.items()}
+        """the gain objects"""
+        self.take_gains()
         self.max_speed = axis.max_speed * axis.counts_per_radian  # counts/s
         self.velocity = 0.0  # counts/s, as the drive believes
         self.limited = False
         self._integral = 0.0  # A
         self._last_position: int | None = None
+
+    def take_gains(self) -> None:
+        """The raw objects have changed."""
+        gain = {index: raw / _COUNTS_PER_UNIT[index] for index, raw in self.raw.items()}
+        self._position_gain = gain[POSITION_GAIN]  # 1/s
+        self._velocity_gain = gain[VELOCITY_GAIN] * self._per_count  # A s/count
+        self._velocity_integral = gain[VELOCITY_INTEGRAL] * self._per_count  # A/count
+        self._filter_time = gain[VELOCITY_FILTER]
 
     def reset(self, current: float = 0.0) -> None:
         """Forget the past; `current` (A) is where the integrator starts."""

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.recording.controller_file import ControllerFile
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import (
     EXPERIMENT_FILE,
@@ -23,7 +24,7 @@ from identify.recording.experiment_file import (
 from identify.recording.sampling import uniform_session
 from identify.recording.session import Session, SessionEntry
 from identify.recording.session_cache import SessionCache
-from identify.recording.session_hdf5 import is_hdf5, read_hdf5_session
+from identify.recording.session_hdf5 import is_hdf5, read_hdf5_controller, read_hdf5_session
 
 Array = NDArray[np.float64]
 
@@ -85,6 +86,13 @@ class Experiment:
         if not is_hdf5(entry.path):
             return self.read(entry)
         return uniform_session(entry, read_hdf5_session(entry.path, self.n, setpoints=True))
+
+    def recorded_controllers(self, entry: SessionEntry) -> ControllerFile | None:
+        """The gains of the drives' controllers that a recording of ours holds; None of other files, and where none were read.
+
+        Raises InputError: the file cannot be read.
+        """
+        return read_hdf5_controller(entry.path) if is_hdf5(entry.path) else None
 
 
 def _read_session(entry: SessionEntry, n: int) -> Session:

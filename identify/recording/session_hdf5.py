@@ -14,7 +14,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import ValidationError
 
+from identify.recording.controller_file import ControllerFile
 from identify.recording.errors import InputError
 from identify.recording.interpolation import interpolate
 from identify.recording.samples import RawSamples, SampleColumns
@@ -48,6 +50,9 @@ CAME_LATE = 4
 SYNC_NOT_SEEN = 8
 CAME_AGAIN = 16
 """Bits of `valid`: what came in this cycle, what came late, a SYNC whose time is interpolated, what came more than once."""
+
+CONTROLLER = "controller"
+"""Attribute of the root: the gains that were read from the drives before the session, JSON; not there where none were."""
 
 RECORDING = "recording"
 COMPLETE = "complete"
@@ -93,6 +98,26 @@ def read_hdf5_session(path: Path, n: int, setpoints: bool = False) -> RawSamples
     except OSError as error:
         reason = str(error).splitlines()[0] if str(error) else "no reason given"
         raise InputError(f"{path}: cannot be read as HDF5: {reason}") from None
+
+
+def read_hdf5_controller(path: Path) -> ControllerFile | None:
+    """The gains of the drives' own controllers that a recording holds; None where they were not read.
+
+    Raises InputError: the file cannot be read, or its attribute `controller` is wrong.
+    """
+    try:
+        with _opened(path) as file:
+            held = file.attrs.get(CONTROLLER)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read as HDF5: {str(error).splitlines()[0]}") from None
+    if held is None:
+        return None
+    try:
+        return ControllerFile.model_validate_json(_text(held))
+    except ValidationError as error:
+        first = error.errors()[0]
+        field = ".".join(str(part) for part in first["loc"])
+        raise InputError(f"{path}: attribute '{CONTROLLER}': {field}: {first['msg']}") from None
 
 
 def _opened(path: Path) -> h5py.File:

@@ -59,6 +59,12 @@ class ControllerGains(Part):
     position: float = Field(description="command per rad or m of position error")
     velocity: float = Field(description="command per rad/s or m/s of measured speed")
     reference_velocity: float = Field(description="command per rad/s or m/s of the reference's speed")
+    reference_acceleration: float = Field(
+        default=0.0, description="command per rad/s² or m/s² of the reference's acceleration"
+    )
+    reference_travel: float = Field(
+        default=0.0, description="command per rad or m that the reference has moved since the beginning"
+    )
     integral: float = Field(description="command per rad s or m s of the error's integral")
     offset: float = Field(description="command")
     limit: Figure = Field(description="largest command either way; null where there is none")
@@ -67,7 +73,16 @@ class ControllerGains(Part):
 class ControllerUsed(Part):
     """The controllers that a simulation closed the loop with."""
 
-    source: Literal["file", "estimated"] = Field(description="where the gains come from")
+    source: Literal["file", "estimated", "drives"] = Field(
+        description="where the gains come from: a file, the record, or the drives, which were asked before the sessions"
+    )
+    coordinates: Literal["joints", "motors"] = Field(
+        default="joints",
+        description="what each controller sees: its joint, or its motor in units of its joint, where motors share joints",
+    )
+    read_from: tuple[str, ...] = Field(
+        default=(), description="objects of the drives that the gains were read from, with what they held"
+    )
     joints: tuple[ControllerGains, ...] = Field(description="gains of each joint")
 
 

@@ -1,27 +1,36 @@
-"""The controller of a joint, where it is known or can be told from the record: a simulation then closes the loop.
+"""The controllers of a robot, where they are known or can be told from the record: a simulation then closes the loop.
 
-v = k_p (q_ref − q) + k_i ∫(q_ref − q) dt + k_r q̇_ref − k_v q̇ + v_0, within ± limit
+Where motors turn with several joints, drives control their motors and not the joints (`coordinates: motors`): a controller
+then sees cᵀ q, its motor in units of its own joint, c of `motor_shares`. The law is that of `identify.recording.controller_file`.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
 
+from identify.effects.model import motor_shares
+from identify.recording.controller_file import ControllerFile, JointController
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import check_settings
 from identify.recording.strict_yaml import read_strict_yaml
 from identify.simulation.measured_motion import MeasuredMotion
 
 Array = NDArray[np.float64]
+Rows = NDArray[np.intp]
 
 ESTIMATED = "estimate"
 """what `--controller` is where the gains are to be told from the record"""
+
+OF_DRIVES = "drives"
+"""what `--controller` is where the loop is to be closed with the gains that the drives held, or not at all"""
+
+BY_TORQUE = "torque"
+"""what `--controller` is where the recorded torque drives the model although the recordings hold the drives' gains"""
 
 LEAST_EXPLAINED = 0.5
 """part of the command's variance that a linear law must explain to pass for the controller"""
@@ -33,93 +42,123 @@ INTEGRAL = 3
 """place of the integral among the columns of the law"""
 
 
-class JointController(BaseModel):
-    """Gains of one joint; the command's unit is that of the recorded command."""
+@dataclass(frozen=True)
+class Reference:
+    """What the controllers follow, in their coordinates; (N, n).
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    position : rad or m
+    ahead    : command that does not depend on the motion: feed-forward and constants
+    """
 
-    joint: str
-    """name of the joint"""
-    reference: str | None = None
-    """column of the reference position, rad or m; `qref` and the joint's number if not said"""
-    position: float
-    """k_p, command per rad or m"""
-    velocity: float
-    """k_v, command per rad/s or m/s"""
-    reference_velocity: float = 0.0
-    """k_r, command per rad/s or m/s of the reference's velocity"""
-    integral: float = 0.0
-    """k_i, command per rad s or m s"""
-    offset: float = 0.0
-    """v_0, command"""
-    limit: Annotated[float, Field(gt=0)] | None = None
-    """largest command, either way"""
+    position: Array
+    ahead: Array
 
-
-class ControllerFile(BaseModel):
-    """A file of controllers, one for each joint."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    joints: Annotated[tuple[JointController, ...], Field(min_length=1)]
+    def between(self, row: Rows, after: Rows, share: float) -> tuple[Array, Array]:
+        """(windows, n) position and command ahead, a share of the way from one row to the next."""
+        if share == 0.0:
+            return self.position[row], self.ahead[row]
+        return (
+            self.position[row] + share * (self.position[after] - self.position[row]),
+            self.ahead[row] + share * (self.ahead[after] - self.ahead[row]),
+        )
 
 
 @dataclass(frozen=True)
 class Controllers:
-    """The controllers of all joints; arrays are (joints,)."""
+    """The controllers of all joints.
+
+    turns : (n, n) c of `motor_shares`: the controllers see cᵀ q. The unit matrix where each sees its joint
+    """
 
     listed: tuple[JointController, ...]
     references: tuple[str, ...]
+    turns: Array
 
-    def reference(self, motion: MeasuredMotion) -> tuple[Array, Array]:
-        """(N, n) reference position and its velocity."""
-        position = np.column_stack([motion.extra[name] for name in self.references])
-        return position, np.gradient(position, motion.period, axis=0)
+    def reference(self, motion: MeasuredMotion) -> Reference:
+        """The reference motion of a record, and the command that follows from it alone."""
+        position = np.column_stack([motion.extra[name] for name in self.references]) @ self.turns
+        velocity = np.gradient(position, motion.period, axis=0)
+        ahead = (
+            self.gain("reference_velocity") * velocity
+            + self.gain("reference_travel") * (position - position[0])
+            + self.gain("offset")
+        )
+        if np.any(self.gain("reference_acceleration")):
+            ahead += self.gain("reference_acceleration") * np.gradient(velocity, motion.period, axis=0)
+        return Reference(position, ahead)
 
     def gain(self, name: str) -> Array:
         """(n,) one gain of every joint."""
-        return np.array([float(getattr(controller, name)) for controller in self.listed])
+        return self._gains[name]
 
-    @property
+    @cached_property
+    def _gains(self) -> dict[str, Array]:
+        names = [name for name in JointController.model_fields if name not in ("joint", "reference", "limit")]
+        return {
+            name: np.array([float(getattr(controller, name)) for controller in self.listed]) for name in names
+        }
+
+    @cached_property
     def limits(self) -> Array:
         """(n,) largest command; infinite where there is no limit."""
         return np.array(
             [np.inf if controller.limit is None else controller.limit for controller in self.listed]
         )
 
-    def command(self, error: Array, integral: Array, reference_velocity: Array, velocity: Array) -> Array:
-        """(windows, n) command of the law above."""
+    def error(self, reference: Array, q: Array) -> Array:
+        """(windows, n) position error that the controllers see; `reference` in their coordinates, q of the joints."""
+        return reference - q @ self.turns
+
+    def command(self, error: Array, integral: Array, ahead: Array, velocity: Array) -> Array:
+        """(windows, n) command of the law; `velocity` of the joints."""
         asked = (
             self.gain("position") * error
             + self.gain("integral") * integral
-            + self.gain("reference_velocity") * reference_velocity
-            - self.gain("velocity") * velocity
-            + self.gain("offset")
+            - self.gain("velocity") * (velocity @ self.turns)
+            + ahead
         )
         return np.clip(asked, -self.limits, self.limits)
 
-    def integral_for(self, command: Array, error: Array, reference_velocity: Array, velocity: Array) -> Array:
+    def integral_for(self, command: Array, error: Array, ahead: Array, velocity: Array) -> Array:
         """(windows, n) integral with which the law gives the recorded command at the beginning of a window."""
         gain = self.gain("integral")
-        without = self.command(error, np.zeros(error.shape), reference_velocity, velocity)
+        without = self.command(error, np.zeros(error.shape), ahead, velocity)
         return np.where(gain == 0.0, 0.0, (command - without) / np.where(gain == 0.0, 1.0, gain))
 
+    def damping(self, drive_gain: Array) -> Array:
+        """(n, n) N m s/rad: torque of the joints per speed of the joints that the loops oppose."""
+        return drive_gain * self.gain("velocity") @ self.turns.T
 
-def read_controllers(path: Path, joint_names: list[str]) -> Controllers:
-    """Controllers from a YAML file: `joints`, a list with `joint`, `position`, `velocity` and so on.
+
+def read_controllers(
+    path: Path, joint_names: list[str], drive_gain: Array
+) -> tuple[ControllerFile, Controllers]:
+    """A YAML file of controllers: `joints`, a list with `joint`, `position`, `velocity` and so on.
 
     Raises InputError: the file is wrong, or names other joints than the robot's; names file, line and field.
     """
     content, lines = read_strict_yaml(path)
     declared = check_settings(ControllerFile, content, lines, path)
+    return declared, controllers_of(declared, joint_names, drive_gain, path)
+
+
+def controllers_of(
+    declared: ControllerFile, joint_names: list[str], drive_gain: Array, source: Path
+) -> Controllers:
+    """The controllers that a file or a recording declares, in the order of the joints.
+
+    drive_gain : (n, n) g_f of eq. (4), which says what a motor turns with
+    Raises InputError: it names other joints than the robot's.
+    """
     by_name = {gains.joint: gains for gains in declared.joints}
     if set(by_name) != set(joint_names) or len(by_name) != len(declared.joints):
         raise InputError(
-            f"{path}: joints: one controller for each joint of the robot is wanted: {', '.join(joint_names)};"
+            f"{source}: joints: one controller for each joint of the robot is wanted: {', '.join(joint_names)};"
             f" there are {', '.join(gains.joint for gains in declared.joints)}"
         )
     listed = tuple(by_name[name] for name in joint_names)
-    return Controllers(listed, reference_columns(listed))
+    turns = motor_shares(drive_gain) if declared.coordinates == "motors" else np.eye(len(listed))
+    return Controllers(listed, reference_columns(listed), turns)
 
 
 def reference_columns(listed: tuple[JointController, ...]) -> tuple[str, ...]:
@@ -127,25 +166,31 @@ def reference_columns(listed: tuple[JointController, ...]) -> tuple[str, ...]:
     return tuple(controller.reference or f"qref{index + 1}" for index, controller in enumerate(listed))
 
 
-def estimated_controllers(motions: list[MeasuredMotion], joint_names: list[str]) -> Controllers:
+def estimated_controllers(
+    motions: list[MeasuredMotion], joint_names: list[str], drive_gain: Array
+) -> Controllers:
     """Gains that explain the recorded command best: least squares of the law on reference and recorded motion.
 
+    The law of each drive is that of its motor (`coordinates: motors`), whose command it is.
+    drive_gain : (n, n) g_f of eq. (4)
     Each stretch of motion has a constant of its own, where its integral begins; an integral part is taken where it leaves half
     of what is unexplained without it, or less.
 
     Raises InputError: a joint's command is not explained by its error and speeds.
     """
     listed = []
+    turns = motor_shares(drive_gain)
     for joint, name in enumerate(joint_names):
-        W, Y = _law(motions, joint)
+        W, Y = _law(motions, joint, turns[:, joint])
+        restoring = np.sign(drive_gain[joint, joint])  # of a gain that pushes against the error
         gains, left = _least_squares(np.delete(W, INTEGRAL, axis=1), Y)
         integral = 0.0
         with_integral, left_with = _least_squares(W, Y)
-        if left_with <= WORTH_AN_INTEGRAL * left and with_integral[INTEGRAL] > 0.0:
+        if left_with <= WORTH_AN_INTEGRAL * left and restoring * with_integral[INTEGRAL] > 0.0:
             gains, left = np.delete(with_integral, INTEGRAL), left_with
             integral = float(with_integral[INTEGRAL])
         explained = 1.0 - left / max(float(np.var(Y)), 1e-300)
-        if explained < LEAST_EXPLAINED or gains[0] <= 0.0:
+        if explained < LEAST_EXPLAINED or restoring * gains[0] <= 0.0:
             raise InputError(
                 f"--controller {ESTIMATED}: joint '{name}': position error and speeds explain {100 * max(0.0, explained):.0f} %"
                 f" of the recorded command with qref{joint + 1}; give the gains in a file"
@@ -161,20 +206,22 @@ def estimated_controllers(motions: list[MeasuredMotion], joint_names: list[str])
                 limit=float(np.max(np.abs(Y))) * 1.2,
             )
         )
-    return Controllers(tuple(listed), tuple(f"qref{joint + 1}" for joint in range(len(joint_names))))
+    return Controllers(tuple(listed), reference_columns(tuple(listed)), turns)
 
 
-def _law(motions: list[MeasuredMotion], joint: int) -> tuple[Array, Array]:
-    """(N, 4 + motions) columns of the law for one joint: k_p, k_r, k_v, k_i, a constant of each motion; (N,) its command."""
+def _law(motions: list[MeasuredMotion], joint: int, turns: Array) -> tuple[Array, Array]:
+    """(N, 4 + motions) columns of the law for one joint's motor: k_p, k_r, k_v, k_i, a constant of each motion; (N,) its
+    command. `turns` (n,) is what the motor turns with each joint.
+    """
     rows, commands = [], []
     for number, motion in enumerate(motions):
-        reference = motion.extra[f"qref{joint + 1}"]
-        error = reference - motion.q[:, joint]
+        reference = np.column_stack([motion.extra[f"qref{each + 1}"] for each in range(len(turns))]) @ turns
+        error = reference - motion.q @ turns
         constants = np.zeros((len(error), len(motions)))
         constants[:, number] = 1.0
         speed = np.gradient(reference, motion.period)
         integral = motion.period * np.cumsum(error)
-        rows.append(np.column_stack([error, speed, -motion.dq[:, joint], integral, constants]))
+        rows.append(np.column_stack([error, speed, -motion.dq @ turns, integral, constants]))
         commands.append(motion.command[:, joint])
     return np.vstack(rows), np.concatenate(commands)
 

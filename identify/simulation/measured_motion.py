@@ -45,6 +45,11 @@ class MeasuredMotion:
     def __len__(self) -> int:
         return len(self.time)
 
+    @property
+    def span(self) -> Array:
+        """(n,) range of the recorded positions, rad or m; above zero."""
+        return np.maximum(np.ptp(self.q, axis=0), 1e-9)
+
     def rows(self, part: slice) -> MeasuredMotion:
         """Some rows of it."""
         return replace(

@@ -15,12 +15,29 @@ from identify.simulation.measured_motion import LARGEST_STEP, MeasuredMotion
 from identify.simulation.torque_model import StateKey, TorqueModel, Windows
 
 Array = NDArray[np.float64]
+Rows = NDArray[np.intp]
 
 STEPS_PER_RADIAN = 4
 """steps for each radian of the fastest oscillation of a joint on its presliding spring"""
 
+LARGEST_DECAY = 1.0
+"""part of its speed that a velocity loop, whose torque is held over a step, may take away within it; beyond 2 it would grow"""
+
 DIVERGED = 1.0
 """ranges of a joint's recorded positions; a simulation that is further off than this says nothing more"""
+
+
+@dataclass(frozen=True)
+class State:
+    """What the motion of windows goes on from; (windows, joints), SI units.
+
+    integral : of the position error that the controllers see; zero where there are none
+    guess    : acceleration, rad/s² or m/s²
+    """
+
+    windows: Windows
+    integral: Array
+    guess: Array
 
 
 @dataclass(frozen=True)
@@ -30,15 +47,57 @@ class Trajectories:
     starts  : (windows,) rows of the measured motion where the windows begin
     applied : joint torque, N m or N
     memory  : by effect and joint (samples, windows)
+    end     : the state at the last sample, from which the motion goes on
     """
 
-    starts: NDArray[np.intp]
+    starts: Rows
     q: Array
     dq: Array
     ddq: Array
     direction: Array
     applied: Array
     memory: dict[StateKey, Array]
+    end: State
+
+
+class _RecordedTorque:
+    """The torque of the record, straight from row to row."""
+
+    def __init__(self, model: TorqueModel, motion: MeasuredMotion) -> None:
+        self._torque = _effective_torque(model, motion)
+
+    def over(self, rows: tuple[Rows, Rows], part: int, parts: int, windows: Windows) -> tuple[Array, Array]:
+        """Torque at the beginning and at the end of one of the parts between two rows."""
+        first, last = self._torque[rows[0]], self._torque[rows[1]]
+        return first + (last - first) * (part / parts), first + (last - first) * ((part + 1) / parts)
+
+
+class _ClosedLoop:
+    """The torque of the controllers, held over each part of the way from row to row.
+
+    integral : (windows, joints), as it stands
+    """
+
+    def __init__(self, model: TorqueModel, motion: MeasuredMotion, controllers: Controllers) -> None:
+        self._controllers, self._motion = controllers, motion
+        self._reference = controllers.reference(motion)
+        self._gain = model.fitted.record.experiment.drive_gain
+        self.integral = np.zeros(0)
+
+    def begin(self, first: Rows, windows: Windows) -> Array:
+        """The integral with which the loop gives the recorded command where windows begin."""
+        error = self._controllers.error(self._reference.position[first], windows.q)
+        ahead = self._reference.ahead[first]
+        return self._controllers.integral_for(self._motion.command[first], error, ahead, windows.dq)
+
+    def over(self, rows: tuple[Rows, Rows], part: int, parts: int, windows: Windows) -> tuple[Array, Array]:
+        """Torque at the beginning and at the end of one of the parts between two rows; the integral goes on."""
+        position, ahead = self._reference.between(*rows, part / parts)
+        error = self._controllers.error(position, windows.q)
+        command = self._controllers.command(error, self.integral, ahead, windows.dq)
+        self.integral = self.integral + self._motion.period / parts * error
+        torque = command @ self._gain.T - self._motion.along_record[rows[0]]
+        return torque, torque
 
 
 def roll_out(
@@ -48,69 +107,58 @@ def roll_out(
     samples: int,
     controllers: Controllers | None = None,
     stop_when_lost: bool = False,
+    begin: State | None = None,
 ) -> Trajectories:
     """Simulate windows of `samples` samples that begin at rows `starts` of the measured motion.
 
     controllers    : close the loop with these instead of the recorded torque
     stop_when_lost : end early once every window is further off than its joint's range of motion
+    begin          : the state to begin with; the measured one if not given
     Raises ValueError: a window would end behind the motion.
     """
     first = np.asarray(starts, np.intp)
     if len(first) == 0 or first.min() < 0 or first.max() + samples > len(motion):
         raise ValueError(f"windows of {samples} samples do not fit into {len(motion)} samples")
     n = motion.q.shape[1]
-    applied = _effective_torque(model, motion)
-    windows = Windows(
-        time=motion.time[first],
-        q=motion.q[first].copy(),
-        dq=np.where(motion.resting[first], 0.0, motion.dq[first]),
-        direction=np.sign(motion.direction[first]),
-    )
-    windows = replace(windows, memory=_memory_at(model, motion, first, windows))
-    span = np.maximum(np.ptp(motion.q, axis=0), 1e-9)
-    micro = _steps_per_sample(model, windows, motion.period)
+    state = begin or _measured(model, motion, first)
+    windows, guess = state.windows, state.guess
+    driven: _RecordedTorque | _ClosedLoop = _RecordedTorque(model, motion)
+    if controllers is not None:
+        driven = _ClosedLoop(model, motion, controllers)
+        driven.integral = driven.begin(first, windows) if begin is None else begin.integral
+    span = motion.span
+    parts = _parts_of_sample(model, windows, motion.period, controllers)
     course = {name: np.zeros((samples, len(first), n)) for name in ("q", "dq", "ddq", "direction", "applied")}
     memory = {key: np.zeros((samples, len(first))) for key in windows.memory}
-    reference = None if controllers is None else controllers.reference(motion)
-    integral = np.zeros(windows.q.shape)
-    if controllers is not None and reference is not None:
-        error = reference[0][first] - windows.q
-        integral = controllers.integral_for(motion.command[first], error, reference[1][first], windows.dq)
-    gain = model.fitted.record.experiment.drive_gain
-    guess = np.zeros(windows.q.shape)
     done = samples
+    integral = state.integral
     for sample in range(samples):
         row = first + sample
-        after = np.minimum(row + 1, len(motion) - 1)
-        ends = (applied[row], applied[after])
-        if controllers is not None and reference is not None:
-            error = reference[0][row] - windows.q
-            command = controllers.command(error, integral, reference[1][row], windows.dq)
-            integral = integral + motion.period * error
-            torque = command @ gain.T - motion.along_record[row]
-            ends = (torque, torque)
+        rows = (row, np.minimum(row + 1, len(motion) - 1))
         windows = replace(
             windows,
             external=None if motion.external is None else motion.external[row],
             temperature=None if motion.temperature is None else motion.temperature[row],
         )
+        if isinstance(driven, _ClosedLoop):
+            integral = driven.integral
+        ends = driven.over(rows, 0, parts, windows)
         guess, direction = accelerations(model, windows, ends[0], guess)
         now = {"q": windows.q, "dq": windows.dq, "ddq": guess, "direction": direction, "applied": ends[0]}
         for name, value in now.items():
             course[name][sample] = value
-        for key, state in windows.memory.items():
-            memory[key][sample] = state
+        for key, held in windows.memory.items():
+            memory[key][sample] = held
         if sample == samples - 1:
             break
-        if stop_when_lost and np.all(np.any(np.abs(windows.q - motion.q[row]) > DIVERGED * span, axis=1)):
+        if stop_when_lost and np.all(lost(windows.q, motion.q[row], span)):
             done = sample + 1
             break
-        for part in range(micro):
+        for part in range(parts):
             if part:
-                between = ends[0] + (ends[1] - ends[0]) * (part / micro)
-                guess, direction = accelerations(model, windows, between, guess)
-            between = ends[0] + (ends[1] - ends[0]) * ((part + 1) / micro)
-            windows, guess = step(model, windows, motion.period / micro, between, (guess, direction))
+                ends = driven.over(rows, part, parts, windows)
+                guess, direction = accelerations(model, windows, ends[0], guess)
+            windows, guess = step(model, windows, motion.period / parts, ends[1], (guess, direction))
         # an unstable open loop may run away to where trigonometry of huge angles means nothing
         windows = replace(
             windows,
@@ -120,8 +168,26 @@ def roll_out(
     return Trajectories(
         first,
         *(course[name][:done] for name in ("q", "dq", "ddq", "direction", "applied")),
-        memory={key: state[:done] for key, state in memory.items()},
+        memory={key: held[:done] for key, held in memory.items()},
+        end=State(windows, integral, guess),
     )
+
+
+def lost(q: Array, measured: Array, span: Array) -> NDArray[np.bool_]:
+    """(windows,) whether a joint is further off than its range of motion."""
+    return np.any(np.abs(q - measured) > DIVERGED * span, axis=-1)
+
+
+def _measured(model: TorqueModel, motion: MeasuredMotion, first: Rows) -> State:
+    """The measured state at some rows."""
+    windows = Windows(
+        time=motion.time[first],
+        q=motion.q[first].copy(),
+        dq=np.where(motion.resting[first], 0.0, motion.dq[first]),
+        direction=np.sign(motion.direction[first]),
+    )
+    windows = replace(windows, memory=_memory_at(model, motion, first, windows))
+    return State(windows, np.zeros(windows.q.shape), np.zeros(windows.q.shape))
 
 
 def energy_drift(model: TorqueModel, motion: MeasuredMotion, simulated: Trajectories) -> float | None:
@@ -169,7 +235,7 @@ def _effective_torque(model: TorqueModel, motion: MeasuredMotion) -> Array:
 
 
 def _memory_at(
-    model: TorqueModel, motion: MeasuredMotion, first: NDArray[np.intp], windows: Windows
+    model: TorqueModel, motion: MeasuredMotion, first: Rows, windows: Windows
 ) -> dict[StateKey, Array]:
     """States of the memories where the windows begin, from the measured motion before."""
     if not model.stateful:
@@ -186,14 +252,22 @@ def _memory_at(
     return {key: np.concatenate([states[int(row)][key] for row in first]) for key in model.started(windows)}
 
 
-def _steps_per_sample(model: TorqueModel, windows: Windows, period: float) -> int:
+def _parts_of_sample(
+    model: TorqueModel, windows: Windows, period: float, controllers: Controllers | None
+) -> int:
     """Steps of integration for one sample of the record."""
     fastest = 1.0 / LARGEST_STEP
+    if not model.stateful and controllers is None:
+        return max(1, math.ceil(period * fastest - 1e-9))
+    _, slope = model.with_slope(windows, np.zeros(windows.q.shape))
     for slot in model.stateful:
         effect, joint = slot.term.effect, slot.term.joint
         stiffness = effect.stiffness_of_state(model.values_of(slot), slot.values)
-        _, slope = model.with_slope(windows, np.zeros(windows.q.shape))
         inertia = float(np.min(np.abs(slope[:, joint, joint])))
         if stiffness > 0 and inertia > 0:
             fastest = max(fastest, STEPS_PER_RADIAN * math.sqrt(stiffness / inertia))
+    if controllers is not None:
+        damping = controllers.damping(model.fitted.record.experiment.drive_gain)
+        rates = np.linalg.eigvals(np.linalg.solve(slope, np.broadcast_to(damping, slope.shape)))
+        fastest = max(fastest, float(np.max(np.abs(rates))) / LARGEST_DECAY)
     return max(1, math.ceil(period * fastest - 1e-9))

@@ -18,21 +18,15 @@ from identify.identification import Identification, identify
 from identify.recording import Experiment, InputError, SessionEntry
 from identify.results.effect import EffectOnJoint
 from identify.results.simulation import (
-    ControllerGains,
-    ControllerUsed,
     HorizonErrors,
     JointMotionError,
     SessionMotionError,
     SimulationDocument,
 )
 from identify.results.unseen_motion import UnseenMotionErrors
-from identify.simulation.controller import (
-    ESTIMATED,
-    Controllers,
-    estimated_controllers,
-    read_controllers,
-    reference_columns,
-)
+from identify.simulation.closing import loop_asked_for, why_not_closed
+from identify.simulation.controller import Controllers, estimated_controllers
+from identify.simulation.free_run import free_run
 from identify.simulation.measured_motion import MeasuredMotion, measured_motions
 from identify.simulation.rollout import energy_drift, roll_out
 from identify.simulation.torque_model import TorqueModel
@@ -95,7 +89,8 @@ def simulate(
 
     horizons   : s; windows of this length begin at measured states all along the record. None of them leaves
                  the free run alone
-    controller : None drives the model with the recorded torque; a YAML file of gains, or "estimate", closes the loop
+    controller : a YAML file of gains, or "estimate", closes the loop; None closes it with the gains that were read from the
+                 drives, where the recordings hold them; without them, or by "torque", the recorded torque drives the model
     free_run   : whether to run the model from the record's start to its end as well, which takes longest
     Raises InputError: the experiment, the model, an effect, a horizon or the controller is wrong.
     """
@@ -118,13 +113,19 @@ def simulated(
     """`simulate` for a model that is already identified; `usual` is the model that its errors stand beside."""
     record, experiment = result.fitted.record, result.experiment
     names = record.joint_names
-    extra, controllers, source = _controllers(result, controller)
+    closing = loop_asked_for(result, controller)
+    extra = () if closing is None else closing.columns
     motions = {entry.file: measured_motions(result.fitted, entry, extra) for entry in experiment.sessions}
-    if controllers is None and source is not None:
-        controllers = estimated_controllers(
-            [motion for listed in motions.values() for motion in listed], names
-        )
+    controllers = None
     remarks: list[str] = []
+    if closing is None and controller is None:
+        why = why_not_closed(result)
+        remarks += [f"{why}; the recorded torque drives the model"] if why else []
+    if closing is not None:
+        controllers = closing.controllers or estimated_controllers(
+            [motion for listed in motions.values() for motion in listed], names, experiment.drive_gain
+        )
+        remarks += closing.remarks
     asked: list[float | None] = [*sorted(set(horizons)), *([None] if free_run else [])]
     horizon_errors: list[HorizonErrors] = []
     total = len(asked) * len(experiment.sessions) * (1 if usual is None else 2)
@@ -172,7 +173,7 @@ def simulated(
         effects=tuple(
             EffectOnJoint(effect=term.effect.name, joint=names[term.joint]) for term in result.effects
         ),
-        controller=_used(controllers, source),
+        controller=None if closing is None or controllers is None else closing.used(controllers),
         horizons=tuple(horizon_errors),
         along_record=tuple(
             EffectOnJoint(effect=s.term.effect.name, joint=names[s.term.joint]) for s in along
@@ -204,14 +205,16 @@ def _session_errors(
         if samples > len(motion):
             continue
         starts = window_starts(len(motion), samples, MOST_WINDOWS)
-        course = roll_out(model, motion, starts, samples, controllers, stop_when_lost=horizon is None)
+        if horizon is None:
+            course = free_run(model, motion, controllers)
+        else:
+            course = roll_out(model, motion, starts, samples, controllers)
         rows = course.starts[None, :] + np.arange(len(course.q))[:, None]
         off = course.q - motion.q[rows]
         faster = course.dq - motion.dq[rows]
-        span = np.maximum(np.ptp(motion.q, axis=0), 1e-9)
         left: list[float | None] = [None] * off.shape[2]
         if horizon is None:
-            lost = np.abs(off[:, 0]) > LEFT * span
+            lost = np.abs(off[:, 0]) > LEFT * motion.span
             start = float(fitted.record.facts(entry).start)
             for joint in np.flatnonzero(lost.any(axis=0)):
                 left[int(joint)] = float(motion.time[int(np.argmax(lost[:, joint]))]) - start
@@ -272,45 +275,4 @@ def _joint_errors(result: Identification, sums: _Sums, beside: _Sums | None) -> 
             velocity_rms_usual=None if beside is None else mean(beside.velocity, joint, beside.samples),
         )
         for joint, name in enumerate(record.joint_names)
-    )
-
-
-def _controllers(
-    result: Identification, controller: Path | str | None
-) -> tuple[tuple[str, ...], Controllers | None, Literal["file", "estimated"] | None]:
-    """Columns to take along, the controllers where a file gives them, and where they come from.
-
-    Raises InputError: the file is wrong, or a session has no column of the reference.
-    """
-    if controller is None:
-        return (), None, None
-    names = result.fitted.record.joint_names
-    if controller == ESTIMATED:
-        controllers, source = None, "estimated"
-        columns = tuple(f"qref{joint + 1}" for joint in range(len(names)))
-    else:
-        controllers, source = read_controllers(Path(controller), names), "file"
-        columns = reference_columns(controllers.listed)
-    for entry in result.experiment.sessions:
-        present = result.experiment.read_with_setpoints(entry).extra
-        for column in columns:
-            if column not in present:
-                others = ", ".join(present) or "none"
-                raise InputError(
-                    f"--controller: {entry.path}: there is no column '{column}' with the reference position; further"
-                    f" columns are {others}"
-                )
-    return columns, controllers, source
-
-
-def _used(
-    controllers: Controllers | None, source: Literal["file", "estimated"] | None
-) -> ControllerUsed | None:
-    if controllers is None or source is None:
-        return None
-    return ControllerUsed(
-        source=source,
-        joints=tuple(
-            ControllerGains(**gains.model_dump(exclude={"reference"})) for gains in controllers.listed
-        ),
     )

@@ -227,7 +227,7 @@ def test_the_gains_of_the_drive_are_told_from_its_recordings(rig, result):
         for entry in result.fitted.entries
         for motion in measured_motions(result.fitted, entry, ("qref1",))
     ]
-    (gains,) = estimated_controllers(motions, ["j3"]).listed
+    (gains,) = estimated_controllers(motions, ["j3"], rig.drive_gain).listed
     servo, ratio = rig.simulated["drives"][0]["servo"], rig.axes[0].gear_ratio
     proportional, integral = ratio * servo["velocity_gain"], ratio * servo["velocity_integral"]
     assert gains.position == pytest.approx(servo["position_gain"] * proportional + integral, rel=0.05)

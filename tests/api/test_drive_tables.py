@@ -17,7 +17,7 @@ from daq.drive_tables import ObjectWrite, write_tables
 from daq.excitation.standard_plan import standard_plan
 from daq.following_error import following_error
 from daq.plan_setpoints import plan_counts
-from daq.rig import RIGS, Rig
+from daq.rig import Rig
 from daq.rig_drives import RigDrives
 from daq.session_events import SessionState
 from daq.session_workflow import PayloadSession
@@ -183,21 +183,18 @@ def test_a_rig_whose_drives_take_no_tables_is_told_what_is_missing(result):
     with pytest.raises(
         InputError, match=r"no compensation tables are described .*generic-cia402.*section `compensation`"
     ):
-        drive_tables(result, Rig.load(NAME), "usual")
+        drive_tables(result, of_drive("generic-cia402"), "usual")
 
 
-def test_the_command_shows_and_writes_nothing_where_drives_do_not_last(measured, tmp_path, capsys):
-    file = tmp_path / "rig.yaml"
-    source = (RIGS / f"{NAME}.yaml").read_text(encoding="utf-8")
-    file.write_text(source.replace("drive: generic-cia402 ", "drive: simulated "), encoding="utf-8")
-    command(str(file), str(measured[0]), "usual", as_json=True)
+def test_the_command_shows_and_writes_nothing_where_drives_do_not_last(measured, capsys):
+    command(NAME, str(measured[0]), "usual", as_json=True)
     assert not DriveTablesDocument.model_validate(json.loads(capsys.readouterr().out)).written
     with pytest.raises(InputError, match="live only as long as a session"):
-        command(str(file), str(measured[0]), write=True, yes=True)
-    command(str(file), clear=True)
+        command(NAME, str(measured[0]), write=True, yes=True)
+    command(NAME, clear=True)
     assert "nothing was written" in capsys.readouterr().out
     with pytest.raises(InputError, match="one of --experiment, --clear and --back-to"):
-        command(str(file), str(measured[0]), clear=True)
+        command(NAME, str(measured[0]), clear=True)
 
 
 def test_torque_ripple_goes_into_the_cogging_table_about_the_encoder_s_zero(rig, result, monkeypatch):

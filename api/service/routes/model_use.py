@@ -1,10 +1,12 @@
 """What a model is used for: how it predicts motion, and files for simulators, controllers and drives."""
 
-from fastapi import APIRouter, Request, Response
+from typing import Annotated
+
+from fastapi import APIRouter, Query, Request, Response
 
 from api.service import access
 from api.service.access import service_of
-from api.service.model_use import Ending
+from api.service.model_use import Driven, Ending
 from api.service.openapi import ResourceRoute, problems
 from api.service.problems import Problem
 from api.service.routes.experiments import ExperimentId
@@ -18,10 +20,21 @@ router = APIRouter(tags=["use of models"], route_class=ResourceRoute)
 
 @router.post("/experiments/{experiment}/models/{model}/simulation", status_code=202, responses=problems(409))
 def simulate(
-    request: Request, response: Response, user: access.Operator, experiment: ExperimentId, model: ModelId
+    request: Request,
+    response: Response,
+    user: access.Operator,
+    experiment: ExperimentId,
+    model: ModelId,
+    driven_by: Annotated[
+        Driven,
+        Query(
+            description="the recorded torque, or its controllers: with the gains that the drives held when the sessions were "
+            "recorded, or told from the record"
+        ),
+    ] = "torque",
 ) -> JobView:
     """Run the model forward along its record, in windows of a tenth of a second and of a second."""
-    job = service_of(request).model_use.simulate(experiment, user.name, model)
+    job = service_of(request).model_use.simulate(experiment, user.name, model, driven_by)
     return JobView.accepted(job, response)
 
 

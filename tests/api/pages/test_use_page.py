@@ -27,7 +27,14 @@ def test_motion_is_predicted_when_asked_for_and_stands_beside_the_torque(importe
     text = client.get(address).text
     assert "1 s ahead, motion that the fit did not see" in text
     assert " mrad</td>" in text
-    assert "Predict motion</button>" not in text
+    assert "Driven by the recorded torque." in text
+    # in closed loop, if it can be: this record has no reference, and its drive was not asked
+    answer = client.post(
+        f"/pages/experiments/{experiment}/use/simulation?version=m1", data={"driven_by": "drives"}
+    )
+    (job,) = set(re.findall(r"job=([0-9a-f]+)", answer.text))
+    failed = finished(client, {"id": job, "state": "queued"})
+    assert (failed["state"], failed["words"]) == ("failed", "--controller drives: no recording holds gains")
     # the staircase of the models has the error of motion too
     assert " mrad</text>" in client.get(f"/pages/experiments/{experiment}/missing").text
 
