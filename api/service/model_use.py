@@ -22,7 +22,8 @@ Ending = Literal["urdf", "sdf", "xml", "py", "c", "st", "fmu", "json"]
 """of the files that a model is exported to; what each is for stands in `identify.export.write.KINDS`"""
 
 Driven = Literal["torque", "drives", "estimate"]
-"""what drives a simulated model: the recorded torque; its controllers with the gains that the drives held; or told from the record"""
+"""what drives a simulated model: the recorded torque; or its controllers, with the gains that the drives held or that the record
+tells"""
 
 ENDINGS: tuple[Ending, ...] = get_args(Ending)
 SIMULATION_FILE = "simulation.json"

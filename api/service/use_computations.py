@@ -6,7 +6,6 @@ from pathlib import Path
 import identify
 from api.proof import Part, TorqueAhead
 from api.service.job_process import Progress
-from api.service.model_use import Driven
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.rig import Rig
 from identify.recording import Payload, load_experiment
@@ -15,9 +14,12 @@ from identify.results.simulation import SimulationDocument
 
 
 def simulate(
-    progress: Progress, experiment: str, model: str, add: list[str], driven_by: Driven
+    progress: Progress, experiment: str, model: str, add: list[str], driven_by: str
 ) -> SimulationDocument:
-    """A model run forward in windows along its record, beside the usual one."""
+    """A model run forward in windows along its record, beside the usual one.
+
+    driven_by : what `identify.simulation.closing` takes for a controller
+    """
     from identify.simulation.simulate import HORIZONS, simulated
 
     loaded = load_experiment(Path(experiment))

@@ -48,12 +48,12 @@ def _side_by_side(
     """The free run by stretches; None where the loop does not forget."""
     length = (len(motion) - 1) // stretches
     starts = length * np.arange(stretches)
-    course = roll_out(model, motion, list(starts), length + 1, controllers)
+    course = roll_out(model, motion, starts.tolist(), length + 1, controllers)
     begins = _taken(course.end, np.arange(stretches) - 1)  # that of the first is never asked for
     changed = np.arange(1, stretches)
     for _ in range(MOST_ROUNDS):
         again = roll_out(
-            model, motion, list(starts[changed]), length + 1, controllers, begin=_taken(begins, changed)
+            model, motion, starts[changed].tolist(), length + 1, controllers, begin=_taken(begins, changed)
         )
         course = _replaced(course, again, changed)
         ended = _taken(course.end, np.arange(stretches) - 1)

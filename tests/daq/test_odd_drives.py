@@ -25,9 +25,10 @@ THERE_AND_BACK = ExcitationPlan(
 
 
 def with_oddities(rig: Rig, **oddities: object) -> Rig:
-    """The simulated rig with a drive of these oddities."""
+    """The simulated rig with a drive of these oddities, of which no profile and no EDS tells anything."""
     drive = {**rig.simulated["drives"][0], "oddities": oddities}
-    return rig.model_copy(update={"simulated": {**rig.simulated, "drives": [drive]}})
+    unknown = rig.axes[0].model_copy(update={"drive": "generic-cia402"})
+    return rig.model_copy(update={"axes": (unknown,), "simulated": {**rig.simulated, "drives": [drive]}})
 
 
 @pytest.mark.parametrize(

@@ -165,7 +165,5 @@ def test_sessions_with_other_gains_or_none_are_driven_by_their_torque_and_it_is_
     with h5py.File(path, "a") as file:
         del file.attrs["controller"]
     assert "session-01.h5: the drives' gains were not read" in run(recordings).remarks[0]
-    with pytest.raises(
-        InputError, match="--controller drives: session-01.h5: the drives' gains were not read"
-    ):
+    with pytest.raises(InputError, match=r"--controller drives: session-01\.h5: the drives' gains"):
         run(recordings, "drives")
