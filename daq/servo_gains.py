@@ -45,8 +45,8 @@ def read_servo_gains(drives: RigDrives) -> GainsRead:
     beside: list[str] = []
     for index, (axis, drive, servo) in enumerate(zip(rig.axes, drives.drives, servos, strict=True)):
         if servo is None:
-            words = f"the profile {axis.drive} does not say where its gains are; those of the other drives are not kept"
-            return GainsRead(None, (f"joint {axis.joint} (node {axis.node}): {words}",))
+            why = f"the profile {axis.drive} does not say where its gains are; those of the other drives are not kept"
+            return GainsRead(None, (f"joint {axis.joint} (node {axis.node}): {why}",))
         try:
             law, said = _law(axis, drive, servo, objects)
             if friction_table(drive) is not None:
@@ -54,7 +54,7 @@ def read_servo_gains(drives: RigDrives) -> GainsRead:
         except DriverError as error:
             return GainsRead(None, (f"joint {axis.joint}: the gains are not kept: {error}",))
         listed.append(_in_joint_units(axis.joint, law, float(rig.motor_gear[index, index])))
-        beside += [f"joint {axis.joint}: {words}" for words in said]
+        beside += [f"joint {axis.joint}: {each}" for each in said]
     coupled = np.any(rig.motor_gear != np.diag(np.diag(rig.motor_gear)))
     return GainsRead(
         ControllerFile(

@@ -119,4 +119,4 @@ def _held(result: Identification) -> list[ControllerFile | None]:
 
 
 def _left_out(declared: ControllerFile) -> tuple[str, ...]:
-    return tuple(f"not in the controllers' law: {words}" for words in declared.left_out)
+    return tuple(f"not in the controllers' law: {each}" for each in declared.left_out)
