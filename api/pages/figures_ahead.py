@@ -18,6 +18,10 @@ from api.pages.rendering import COMPRESSIBLE, compressed, environment, static_di
 from api.pages.stored_models import Experiments, StoredExperiment
 from api.service.job_process import NICENESS
 from api.service.jobs import Job, JobState
+from identify.results.diagnosis import DiagnosisDocument
+from identify.results.identification import IdentificationDocument
+from identify.results.next_experiment import NextExperimentDocument
+from identify.results.simulation import SimulationDocument
 
 _log = logging.getLogger(__name__)
 
@@ -74,6 +78,8 @@ def load_templates() -> None:
         if file.suffix in COMPRESSIBLE:
             compressed(file)
     effect_titles()
+    for document in (IdentificationDocument, DiagnosisDocument, NextExperimentDocument, SimulationDocument):
+        document.model_rebuild()  # builds its schema, which is put off until the first is read
     np.quantile(np.zeros(2), 0.5)  # loads a part of NumPy
 
 

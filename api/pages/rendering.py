@@ -6,6 +6,7 @@ browser. Static files live under an address with their common digest, so that a 
 
 import gzip
 import hashlib
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -125,6 +126,11 @@ def environment() -> Environment:
 def render(template: str, **context: Any) -> str:
     """A template as text."""
     return environment().get_template(template).render(**context)
+
+
+def render_pieces(template: str, **context: Any) -> Iterator[str]:
+    """A template as text, piece by piece: what stands further down is asked for when it is written."""
+    return environment().get_template(template).generate(**context)
 
 
 def page(request: Request, template: str, *, status: int = 200, **context: Any) -> HTMLResponse:

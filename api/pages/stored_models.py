@@ -10,7 +10,7 @@ import numpy as np
 from api.pages.joint_samples import JointSamples, every_few, gathered
 from api.pages.lru_cache import LruCache
 from api.service.model_story import ModelStory, ModelVersion, Story
-from api.service.prediction_files import read_candidate, read_outline, read_prediction
+from api.service.prediction_files import prediction_file, read_candidate, read_outline, read_prediction
 from api.service.problems import Problem
 from identify.recording.experiment_file import ExperimentFile
 from identify.results.identification import IdentificationDocument, JointError
@@ -153,6 +153,13 @@ class StoredExperiment:
     ) -> dict[str, Mapping[str, np.ndarray]]:
         """The mapped files behind `samples`: file -> column -> (samples,); read only as far as they are used."""
         return self._stored(model, files, self.joint_names.index(joint))
+
+    def require_samples(self, model: ShownModel, joint: str, files: Sequence[str]) -> None:
+        """Raises the problem 404 if a file has no samples; none is read."""
+        places, number = list(self.payload_of), self.joint_names.index(joint)
+        for file in files:
+            if not prediction_file(model.folder, places.index(file), number).is_file():
+                raise _no_samples(file)
 
     def outlines(self, model: ShownModel, joint: str, files: Sequence[str]) -> dict[str, np.ndarray]:
         """The outline of each of `stored_samples`: file -> (11, blocks). Raises the problem 404 if a file has none."""

@@ -88,16 +88,33 @@ def line(x1: float, y1: float, x2: float, y2: float, class_: str) -> str:
     return element("line", x1=float(x1), y1=float(y1), x2=float(x2), y2=float(y2), class_=class_)
 
 
+class _Tenths(dict[int, str]):
+    """Whole tenths of a pixel as a path spells them behind another number: ` 12`, ` .3`, `-1.2`."""
+
+    def __missing__(self, tenths: int) -> str:
+        whole, rest = divmod(abs(tenths), 10)
+        digits = f"{whole or ''}.{rest}" if rest else str(whole)
+        spelled = f"-{digits}" if tenths < 0 else f" {digits}"
+        if len(self) < MOST_SPELLED:
+            self[tenths] = spelled
+        return spelled
+
+
+MOST_SPELLED = 20_000
+_TENTHS = _Tenths()
+
+
 def path_data(x: ArrayLike, y: ArrayLike) -> str:
-    """Path data of a polyline; a point that is not finite breaks it."""
-    pieces: list[str] = []
-    pen_down = False
-    for px, py in zip(np.asarray(x, float), np.asarray(y, float), strict=True):
-        if not (math.isfinite(px) and math.isfinite(py)):
-            pen_down = False
-            continue
-        pieces.append(f"{'L' if pen_down else 'M'}{px:.1f} {py:.1f}")
-        pen_down = True
+    """Path data of a polyline, to a tenth of a pixel; a point that is not finite breaks it. (A page has few bytes: points are
+    told by the way from the one before.)"""
+    points = np.stack([np.asarray(x, float), np.asarray(y, float)], axis=1)
+    pieces = []
+    for run in _runs(np.isfinite(points[:, 0]) & np.isfinite(points[:, 1])):
+        tenths = np.rint(10.0 * np.clip(points[run], -1e8, 1e8)).astype(int)
+        begin, ways = tenths[0].tolist(), np.diff(tenths, axis=0).ravel().tolist()
+        pieces.append("M" + "".join([_TENTHS[each] for each in begin]).lstrip())
+        if ways:
+            pieces.append("l" + "".join([_TENTHS[each] for each in ways]).lstrip())
     return "".join(pieces)
 
 

@@ -80,13 +80,19 @@ class ColumnPlot {
       this.let();
     });
     new ResizeObserver(() => this.seen && this.draw()).observe(this.canvas);
-    // Nothing is fetched for a plot that nobody has scrolled to.
-    new IntersectionObserver((entries, watch) => {
-      if (!entries.some((entry) => entry.isIntersecting)) return;
+    // What nobody has scrolled to waits until the browser has nothing else to do; then it is there too when the page is printed.
+    const begin = () => {
       watch.disconnect();
+      if (this.seen) return;
       this.seen = true;
       this.fetch();
-    }, { rootMargin: "200px" }).observe(panel);
+    };
+    const watch = new IntersectionObserver((entries) => entries.some((entry) => entry.isIntersecting) && begin(), { rootMargin: "200px" });
+    watch.observe(panel);
+    addEventListener("beforeprint", begin);
+    const later = () => (window.requestIdleCallback ?? setTimeout)(begin);
+    if (document.readyState === "complete") later();
+    else addEventListener("load", later);
   }
 
   async fetch() {

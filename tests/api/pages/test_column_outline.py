@@ -1,7 +1,12 @@
 """The small plot of a column shows its values and says them to a screen reader."""
 
+import re
+
+import numpy as np
+
 from api.pages.figures.column_outline import column_outline
 from api.service.record_documents import RecordColumn
+from tests.api.pages.path_points import points_of
 
 
 def column(outline, smallest=-2.0, largest=3.0):
@@ -13,8 +18,9 @@ def column(outline, smallest=-2.0, largest=3.0):
 def test_values_are_drawn_and_said():
     picture = column_outline(column([-2.0, 3.0, 1.0, 0.0]))
     assert 'aria-label="Lage &lt;1&gt;: from -2 to 3"' in picture
-    [first, second] = [float(part.split()[1]) for part in picture.split('d="M')[1].split("L")[:2]]
-    assert second < first  # upwards on the screen
+    data = re.search(r' d="([^"]+)"', picture)
+    assert data is not None
+    assert np.sign(np.diff(points_of(data[1])[:, 1])).tolist() == [-1, 1, 1]  # upwards on the screen first
 
 
 def test_a_gap_breaks_the_curve():

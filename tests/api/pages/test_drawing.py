@@ -5,6 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from api.pages.figures.drawing import Scale, path_data, round_ticks
+from tests.api.pages.path_points import points_of
 
 
 @given(
@@ -22,7 +23,19 @@ def test_ticks_lie_inside_are_evenly_spaced_and_about_as_many(low: float, span: 
 
 
 def test_a_path_is_broken_where_a_point_is_not_finite() -> None:
-    assert path_data([0, 1, 2, 3], [1, np.nan, 3, 4]) == "M0.0 1.0M2.0 3.0L3.0 4.0"
+    assert path_data([0, 1, 2, 3], [1, np.nan, 3, 4]) == "M0 1M2 3l1 1"
+
+
+@given(
+    points=st.lists(
+        st.tuples(st.floats(-1e4, 1e4), st.floats(-1e4, 1e4) | st.just(float("nan"))), min_size=1, max_size=40
+    )
+)
+def test_a_path_goes_through_every_point_to_a_tenth_of_a_pixel(points: list[tuple[float, float]]) -> None:
+    x, y = np.array(points).T
+    kept = np.isfinite(y)
+    drawn = points_of(path_data(x, y))
+    np.testing.assert_allclose(drawn, np.column_stack([x, y])[kept], atol=0.0501)
 
 
 def test_a_scale_may_run_downwards() -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from api.pages.figures.following_error import Following, draw_following_error
+from tests.api.pages.path_points import points_of
 
 
 @pytest.mark.parametrize("limit", [1.5, 30.0])
@@ -19,7 +20,7 @@ def test_both_errors_are_drawn_to_one_scale_and_the_bound_only_where_it_can_be_s
     )
     bands = re.findall(r'<path d="([^"]+)" class="band following ?(before|)"', drawing)
     assert [kind for _, kind in bands] == ["before", ""]
-    heights = [np.ptp([float(y) for y in re.findall(r"[ML][\d.-]+ ([\d.-]+)", data)]) for data, _ in bands]
+    heights = [np.ptp(points_of(data)[:, 1]) for data, _ in bands]
     np.testing.assert_allclose(heights[0] / heights[1], 4.0, rtol=0.03)
     assert ("stopped beyond" in drawing) == (limit < 2.0)
     assert "error, mrad" in drawing
