@@ -13,7 +13,7 @@ from api.pages.catalogue_words import effect_titles
 from api.pages.error_figures import JointUnits
 from api.pages.evidence_view import added_evidence, joint_diagnosis, selected_evidence
 from api.pages.learned_view import learned_view
-from api.pages.model_figures import counted_errors, error_views_of
+from api.pages.model_figures import counted_errors, figures_of
 from api.pages.rendering import COMPRESSIBLE, compressed, environment, static_digest, static_files
 from api.pages.stored_models import Experiments, StoredExperiment
 from api.service.job_process import NICENESS
@@ -92,11 +92,10 @@ def make_figures(stored: StoredExperiment, joint: str) -> None:
     first = stored.model(stored.story.versions[0].id)
     # The model's page shows the current model, the report the first one beside it.
     models = [shown, first] if stored.fitted_files(first) == files else [shown]
-    counted_errors(stored, models, joint, files)
-    for model in models:
-        error_views_of(stored, model, joint, files)
-    diagnosis = joint_diagnosis(stored, shown, joint)
     units = JointUnits.of(stored.declared.robot.joints[stored.joint_names.index(joint)].type)
+    counted_errors(stored, models, joint, files)
+    figures_of(stored, models, joint, files, units)
+    diagnosis = joint_diagnosis(stored, shown, joint)
     learned_view(stored, shown, diagnosis, joint, units)
     selected_evidence(stored, shown, diagnosis, joint, None)
     added_evidence(stored, shown, joint)
