@@ -3,6 +3,7 @@
 import shutil
 from contextlib import suppress
 from pathlib import Path
+from typing import Self
 
 from api.compensation_picture import draw
 from api.proof import Proof, read_errors
@@ -21,7 +22,18 @@ class CompensationRun:
     def __init__(self, proof: Proof, seed: int | None = None) -> None:
         self.proof, self._seed = proof, seed
         self._first: PayloadSession | None = None
+        self._recorded_first: Path | None = None
         self._second: PayloadSession | None = None
+
+    @classmethod
+    def continued(cls, proof: Proof, seed: int | None = None) -> Self:
+        """A proof whose first run was driven to its end at another time; what is missing is `with_torque()`.
+
+        Raises InputError: the first run was not driven to its end, or both were.
+        """
+        run = cls(proof, seed)
+        run._recorded_first = proof.first_run()
+        return run
 
     def without(self) -> PayloadSession:
         """The session without torque sent ahead."""
@@ -43,6 +55,12 @@ class CompensationRun:
         with suppress(OSError):  # other proofs stand beside it
             self.proof.folder.parent.rmdir()
 
+    @property
+    def is_half(self) -> bool:
+        """Whether the first run is recorded and the second never came to motion: the pair is to be continued."""
+        second = self._second
+        return second is None or second.file is None or not second.file.exists()
+
     def words(self) -> str:
         """What is about to be sent, for the operator."""
         return "; ".join(self.proof.words(self._recorded()))
@@ -59,6 +77,8 @@ class CompensationRun:
         return document
 
     def _recorded(self) -> Path:
+        if self._recorded_first is not None:
+            return self._recorded_first
         assert self._first is not None
         assert self._first.file is not None
         return self._first.file

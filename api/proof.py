@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Literal, Self
 from zipfile import BadZipFile
 
+import h5py
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -24,6 +25,7 @@ from daq.following_error import FollowingError, following_error
 from daq.plan_setpoints import plan_counts
 from daq.rig import Rig
 from daq.torque_offset import SentAhead, TorqueOffset
+from identify.recording import load_experiment
 from identify.recording.atomic_file import write_atomically
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import Payload
@@ -162,8 +164,39 @@ class Proof:
         """(n,) rad or m: following error at which the drive with torque sent ahead is stopped: twice the peak without it."""
         return following_limits(self.rig, without)
 
+    def first_run(self) -> Path:
+        """The recording of the run without torque sent ahead, which was driven to its end.
+
+        Raises InputError: it was not, or both runs were.
+        """
+        result = read_conclusion(self.folder)
+        if result is not None and result.completed:
+            raise InputError(f"proof {self.name}: both runs are complete; prepare another proof")
+        first = first_recording(self.folder)
+        if first is None:
+            raise InputError(
+                f"proof {self.name}: the run without torque sent ahead did not come to its end; prepare another proof"
+            )
+        return first
+
+    def require_same_rig(self, without: Path) -> None:
+        """Raises InputError: the rig file was changed since the first run, so that the second would not be the same."""
+        with h5py.File(without, "r") as file:
+            before = json.loads(str(file.attrs["rig"]))
+        now = json.loads(self.rig.model_dump_json())
+        changed = [name for name in now if now[name] != before.get(name)]
+        if changed:
+            raise InputError(
+                f"rig {self.rig.name}: {', '.join(changed)} changed since the run without torque sent ahead; prepare another"
+                " proof"
+            )
+
     def sent(self, without: Path) -> SentAhead:
-        """What the second drive sends, its following error bounded by that of the first, which was driven to its end."""
+        """What the second drive sends, its following error bounded by that of the first, which was driven to its end.
+
+        Raises InputError: the rig is not what it was.
+        """
+        self.require_same_rig(without)
         return SentAhead(self.ahead.offset.counts, self.limits(self.error(without)))
 
     def words(self, without: Path) -> list[str]:
@@ -249,6 +282,14 @@ def proof_folders(experiment: Path) -> list[Path]:
     """Folders of an experiment's proofs, in their order."""
     folders = [path for path in (experiment / FOLDER).glob("[0-9]*") if path.name.isdigit()]
     return sorted(folders, key=lambda path: int(path.name))
+
+
+def first_recording(folder: Path) -> Path | None:
+    """The recording of a proof's run without torque sent ahead; None where it was not driven to its end."""
+    if not (folder / "experiment.yaml").is_file():
+        return None
+    listed = load_experiment(folder).sessions
+    return listed[0].path if listed else None
 
 
 def read_settings(folder: Path) -> ProofSettings:

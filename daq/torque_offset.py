@@ -44,10 +44,15 @@ def torque_offset(rig: Rig, torque: NDArray[np.float64], share: float) -> Torque
 
     share : of each axis's current limit, 0 to 1
 
-    Raises InputError: the rig file does not say what a drive's rated torque is.
+    Raises InputError: the rig file does not say what a drive's rated torque is, or a torque is not a number.
     """
     if not 0.0 < share <= 1.0:
         raise InputError(f"--share {share:g}: a part of the current limit, above 0 and at most 1, is wanted")
+    if not np.isfinite(torque).all():
+        row, axis = (int(place[0]) for place in np.nonzero(~np.isfinite(torque)))
+        raise InputError(
+            f"{rig.axes[axis].joint}: the torque asked for {row * rig.cycle:.3g} s into the plan is not a number; nothing is sent"
+        )
     current = np.linalg.solve(rig.drive_gain, torque.T).T
     limit = share * np.array([axis.limits.current for axis in rig.axes])
     within = np.clip(current, -limit, limit)

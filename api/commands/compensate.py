@@ -1,11 +1,18 @@
 """`coulomb compensate`: a plan without and with the model's torque sent ahead, and what that did to the following error."""
 
+import getpass
+import sys
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from api.command_arguments import Additions, AsJson, ModelName
+
+if TYPE_CHECKING:
+    from api.proof import Proof
+    from daq.rig import Rig
+    from identify.recording import Experiment
 
 
 def register(application: typer.Typer) -> None:
@@ -18,7 +25,9 @@ def compensate(
     experiment: Annotated[
         str, typer.Option(help="of this robot: folder, experiment.yaml, or name of a stored one")
     ],
-    payload: Annotated[str, typer.Option(help="name of the payload, as in the rig file")],
+    payload: Annotated[
+        str | None, typer.Option(help="name of the payload, as in the rig file; wanted for a new proof")
+    ] = None,
     plan: Annotated[Path | None, typer.Option(help="plan file; left out, a standard plan is made")] = None,
     seconds: Annotated[float, typer.Option(min=5, help="length of the standard plan")] = 20.0,
     model: ModelName = "load-velocity",
@@ -30,6 +39,13 @@ def compensate(
     share: Annotated[
         float, typer.Option(min=0.0, max=1.0, help="of each axis's current limit: no more than that is sent")
     ] = 0.6,
+    proof: Annotated[
+        str | None,
+        typer.Option(
+            "--continue",
+            help="number of a proof whose first run is recorded: only the second is driven, as was prepared then",
+        ),
+    ] = None,
     mass: Annotated[
         float | None, typer.Option(min=0, help="kg, the payload as weighed; left out, it is asked for")
     ] = None,
@@ -40,73 +56,133 @@ def compensate(
     """Drive a plan twice, without and with the model's torque sent ahead (0x60B2), and compare the following errors.
 
     Each drive of the plan waits for a start of its own. The torque is bounded, faded in and out, and the second drive is
-    stopped when the following error grows beyond that of the first.
+    stopped when the following error grows beyond that of the first. Where the second is not driven, the first is kept, and
+    --continue drives the second at another time.
     """
-    import getpass
-    import sys
-    from datetime import UTC, datetime
-
     from rich.console import Console
 
     from api.commands.run import conduct
-    from api.compensation import torque_ahead
     from api.compensation_run import CompensationRun
     from api.compensation_text import compensation_text
-    from api.proof import Proof, ProofSettings, next_folder
     from api.stored_experiments import resolve
-    from daq.excitation.excitation_plan import ExcitationPlan
-    from daq.excitation.standard_plan import standard_plan
     from daq.rig import Rig
-    from identify.identification import identify
     from identify.recording import InputError, load_experiment
 
     settings = Rig.load(rig)
     if yes and settings.simulated is None:
         raise InputError("--yes: is for simulated rigs; a real robot is started by a person who sees it")
-    known = settings.payload(payload)
-    motion = standard_plan(settings, seconds) if plan is None else ExcitationPlan.load(plan)
     source = load_experiment(resolve(experiment))
-    result = identify(source, model, add or [])
-    ahead = torque_ahead(result, settings, motion, known, part, share)
     console = Console(stderr=True)
-    for remark in ahead.remarks:
+    if proof is None:
+        if payload is None:
+            raise InputError("--payload: the name of a payload of the rig file is wanted")
+        who = operator or getpass.getuser()
+        made = _new_proof(source, settings, plan, seconds, payload, model, add or [], part, share, who)
+        run = CompensationRun(made)
+    else:
+        made = _stored_proof(source, settings, proof, payload)
+        run = CompensationRun.continued(made)
+    for remark in made.ahead.remarks:
         console.print(f"Remark: {remark}", highlight=False)
 
     def weigh() -> float:
         if mass is not None:
             return mass
+        known = made.settings.payload
         if yes:
             return known.mass
         return typer.prompt(
             f"Mount payload {known.name!r} ({known.mass:g} kg). Mass as weighed, kg", type=float, err=True
         )
 
-    asked = ProofSettings(
-        experiment=source.name,
-        rig=settings.name,
-        plan=motion.name or "standard plan",
-        payload=known,
-        model=model,
-        add=tuple(add or ()),
-        part=part,
-        share=share,
-        operator=operator or getpass.getuser(),
-        created=datetime.now(UTC).isoformat(timespec="seconds"),
-    )
-    proof = Proof(next_folder(source.folder), asked, settings, motion, ahead)
-    run = CompensationRun(proof)
-
-    console.print("First without torque sent ahead.", highlight=False)
-    try:
-        driven = conduct(console, run.without(), weigh, yes)
-    finally:
-        run.forget_unless_driven()
-    if not driven:
-        raise typer.Exit(1)
+    if proof is None:
+        console.print("First without torque sent ahead.", highlight=False)
+        try:
+            driven = conduct(console, run.without(), weigh, yes)
+        finally:
+            run.forget_unless_driven()
+        if not driven:
+            raise typer.Exit(1)
     console.print(f"Now with it: {run.words()}", highlight=False)
-    conduct(console, run.with_torque(), weigh, yes)
+    try:
+        conduct(console, run.with_torque(), weigh, yes)
+    finally:
+        if run.is_half:
+            print(
+                f"the second run was not driven: the pair is incomplete, and nothing is compared. The first is kept in"
+                f" {made.folder}; to drive the second: coulomb compensate {rig} --experiment {experiment}"
+                f" --continue {made.name}",
+                file=sys.stderr,
+            )
     document = run.document()
     print(document.json_text() if as_json else compensation_text(document))
     if not document.completed:
-        print("the second drive of the plan did not come to its end", file=sys.stderr)
+        print(
+            f"the second run did not come to its end; it can be driven again with --continue {made.name}",
+            file=sys.stderr,
+        )
         raise typer.Exit(1)
+
+
+def _new_proof(
+    source: "Experiment",
+    rig: "Rig",
+    plan: Path | None,
+    seconds: float,
+    payload: str,
+    model: str,
+    add: list[str],
+    part: Literal["whole", "friction"],
+    share: float,
+    operator: str,
+) -> "Proof":
+    """What is to be sent along which plan; nothing is written yet."""
+    from datetime import UTC, datetime
+
+    from api.compensation import torque_ahead
+    from api.proof import Proof, ProofSettings, next_folder
+    from daq.excitation.excitation_plan import ExcitationPlan
+    from daq.excitation.standard_plan import standard_plan
+    from identify.identification import identify
+
+    known = rig.payload(payload)
+    motion = standard_plan(rig, seconds) if plan is None else ExcitationPlan.load(plan)
+    ahead = torque_ahead(identify(source, model, add), rig, motion, known, part, share)
+    asked = ProofSettings(
+        experiment=source.name,
+        rig=rig.name,
+        plan=motion.name or "standard plan",
+        payload=known,
+        model=model,
+        add=tuple(add),
+        part=part,
+        share=share,
+        operator=operator,
+        created=datetime.now(UTC).isoformat(timespec="seconds"),
+    )
+    return Proof(next_folder(source.folder), asked, rig, motion, ahead)
+
+
+def _stored_proof(source: "Experiment", rig: "Rig", number: str, payload: str | None) -> "Proof":
+    """A proof as it was prepared.
+
+    Raises InputError: there is none of that number, or it is of another rig or payload.
+    """
+    from api.proof import Proof, proof_folders
+    from identify.recording import InputError
+
+    folders = {int(folder.name): folder for folder in proof_folders(source.folder)}
+    folder = folders.get(int(number)) if number.isascii() and number.isdigit() else None
+    if folder is None:
+        kept = ", ".join(each.name for each in folders.values()) or "none"
+        raise InputError(
+            f"--continue {number}: experiment {source.name} has no proof of this number; it has: {kept}"
+        )
+    stored = Proof.load(folder, rig)
+    if stored.settings.rig != rig.name:
+        raise InputError(f"--continue {number}: the proof is of rig {stored.settings.rig}, not {rig.name}")
+    if payload not in (None, stored.settings.payload.name):
+        raise InputError(
+            f"--continue {number}: the proof is with payload {stored.settings.payload.name}, not {payload}"
+        )
+    return stored

@@ -46,6 +46,8 @@ def proof_row(experiment: str, state: ProofState) -> Context:
 
 def _standing(state: ProofState) -> tuple[str, str]:
     """Colour and words of how far a proof is."""
+    if state.elsewhere:
+        return "idle", "to be continued on the command line"
     if state.result is None:
         return "idle", "to be run without it" if state.next == "without" else "to be run with it"
     if not state.result.completed:

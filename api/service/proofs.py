@@ -15,6 +15,7 @@ from api.proof import (
     Proof,
     ProofSettings,
     TorqueAhead,
+    first_recording,
     next_folder,
     proof_folders,
     read_conclusion,
@@ -50,6 +51,7 @@ class ProofState:
 
     without, with_ : its drives as they were prepared last; None where they were not
     result         : what came of it; None until torque was sent ahead
+    elsewhere      : whether the run without torque sent ahead was driven from the command line, where the second waits
     """
 
     number: str
@@ -57,6 +59,7 @@ class ProofState:
     without: SessionRow | None
     with_: SessionRow | None
     result: CompensationDocument | None
+    elsewhere: bool = False
 
     @property
     def next(self) -> Drive | None:
@@ -202,7 +205,14 @@ class Proofs:
 
     def remarks(self, experiment: str, number: str) -> tuple[str, ...]:
         """What is to be known of what is sent, before it is."""
-        return self._proof(experiment, number).ahead.remarks
+        remarks = self._proof(experiment, number).ahead.remarks
+        if self.get(experiment, number).elsewhere:
+            begun = (
+                "the run without torque sent ahead was driven from the command line; drive the second there with"
+                f" coulomb compensate … --continue {number}, or both here"
+            )
+            return (begun, *remarks)
+        return remarks
 
     def prepare_drive(self, experiment: str, number: str, drive: Drive, user: User) -> SessionRow:
         """A session for one of a proof's drives: check, weigh, confirm, arm and start it as any other. One that is being
@@ -285,7 +295,8 @@ class Proofs:
             if result is None or result.recording_with != recorded:  # the service ended before it compared
                 self.conclude(with_)
                 result = read_conclusion(folder)
-        return ProofState(number, read_settings(folder), without, with_, result)
+        elsewhere = without is None and result is None and first_recording(folder) is not None
+        return ProofState(number, read_settings(folder), without, with_, result, elsewhere)
 
     def _folder(self, experiment: str, number: str) -> Path:
         for folder in proof_folders(self._experiments.folder(experiment)):

@@ -4,6 +4,7 @@ do harm is refused before, or stopped."""
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -12,11 +13,13 @@ import numpy as np
 import pytest
 
 import api.compensation
+from api.commands import compensate as compensate_command
 from api.compensation import shared_motor_remarks, torque_ahead
 from api.compensation_run import PICTURE, CompensationRun
 from api.proof import (
     DOCUMENT,
     Proof,
+    first_recording,
     following_limits,
     next_folder,
     read_conclusion,
@@ -248,20 +251,60 @@ def test_a_proof_whose_first_run_never_began_leaves_nothing(rig, plan, result, t
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_command_drives_twice_and_says_what_came_of_it(experiment):
-    command = [sys.executable, "-m", "api", "compensate", RIG, "--experiment", str(experiment)]
-    done = subprocess.run(
-        [*command, "--payload", PAYLOAD, "--seconds", "18.1", "--part", "friction", "--yes", "--json"],
+def compensate(*arguments, answers=""):
+    return subprocess.run(
+        [sys.executable, "-m", "api", "compensate", RIG, *arguments],
+        input=answers,
         capture_output=True,
         text=True,
-        check=True,
+        check=False,
     )
-    found = CompensationDocument.model_validate(json.loads(done.stdout))
-    assert found.part == "friction"
-    assert found.folder.startswith("compensation/")
-    assert found.joints[0].rms_with < found.joints[0].rms_without
-    unknown = subprocess.run(
-        [*command, "--payload", "nothing", "--yes"], capture_output=True, text=True, check=False
-    )
-    assert unknown.returncode == 2
-    assert unknown.stderr.count("\n") == 1
+
+
+def test_a_pair_whose_second_run_was_not_started_is_said_to_be_half_and_is_continued(experiment, rig):
+    wanted = ["--payload", PAYLOAD, "--seconds", "18.1", "--part", "friction", "--mass", "3.4584", "--json"]
+    half = compensate("--experiment", str(experiment), *wanted, answers="y\nn\n")
+    assert (half.returncode, half.stdout.strip()) == (1, "")
+    said = half.stderr.splitlines()[-1]
+    assert "the pair is incomplete" in said
+    number = re.search(r"--continue (\d+)$", said)[1]
+    folder = experiment / "compensation" / number
+    assert read_conclusion(folder) is None
+    first = first_recording(folder)
+    other = Proof.load(folder, rig.model_copy(update={"cycle": 0.004}))
+    with pytest.raises(InputError, match="cycle changed since the run without"):
+        other.sent(first)
+
+    again = ["--experiment", str(experiment), "--continue", number, "--yes", "--json"]
+    wrong = compensate(*again, "--payload", "none")
+    assert (wrong.returncode, wrong.stderr.count("\n")) == (2, 1)
+    done = compensate(*again)
+    assert done.returncode == 0, done.stderr
+    document = CompensationDocument.model_validate(json.loads(done.stdout))
+    assert (document.part, document.folder) == ("friction", f"compensation/{number}")
+    assert document.recording_without == first.name
+    assert document.joints[0].rms_with < document.joints[0].rms_without
+    complete = compensate(*again)
+    assert (complete.returncode, complete.stderr.count("\n")) == (2, 1)
+    assert "both runs are complete" in complete.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"payload": "nothing"}, "nothing"),
+        ({"payload": None}, "--payload: the name of a payload"),
+        ({"payload": None, "proof": "77"}, "no proof of this number"),
+        ({"payload": None, "proof": "²"}, "no proof of this number"),
+    ],
+)
+def test_the_command_refuses_before_anything_moves(experiment, arguments, words):
+    with pytest.raises(InputError, match=words):
+        compensate_command.compensate(RIG, str(experiment), yes=True, **arguments)
+
+
+def test_a_torque_that_is_not_a_number_is_not_sent(rig):
+    torque = np.zeros((2000, 1))
+    torque[700] = np.nan
+    with pytest.raises(InputError, match=r"j3: the torque asked for 1\.4 s into the plan is not a number"):
+        torque_offset(rig, torque, 0.6)

@@ -1,6 +1,9 @@
 """What the pages say of a proof, above all where it is no better."""
 
-from api.pages.proof_words import change, changes, improved, joint_rows
+from api.pages.proof_words import change, changes, improved, joint_rows, proof_row
+from api.proof import ProofSettings
+from api.service.proofs import ProofState
+from identify.recording import Payload
 from identify.results.compensation import CompensationDocument, FollowingPart, JointFollowing
 
 
@@ -50,3 +53,22 @@ def test_a_joint_that_follows_worse_is_said_to() -> None:
     assert rows[0]["without"] == 1.0
     assert rows[-1]["change"] == "–"
     assert change(None, 1.0) == "–"
+
+
+def test_a_proof_whose_first_run_was_driven_on_the_command_line_waits_there() -> None:
+    settings = ProofSettings(
+        experiment="arm",
+        rig="bench",
+        plan="standard plan",
+        payload=Payload(name="none", mass=0.0),
+        model="usual",
+        part="whole",
+        share=0.6,
+        operator="operator",
+        created="2026-11-28T09:00:00+00:00",
+    )
+    states = [ProofState("00", settings, None, None, None, elsewhere) for elsewhere in (True, False)]
+    assert [proof_row("arm", state)["words"] for state in states] == [
+        "to be continued on the command line",
+        "to be run without it",
+    ]
