@@ -180,3 +180,28 @@ def test_what_came_again_explains_no_more_than_what_had_lacked(axis):
 def test_a_block_shorter_than_the_window_is_judged_with_those_that_follow(axis):
     fast = 2 * axis.speed * axis.time
     assert axis.check(fast, block=1)[0][0] == axis.check(fast)[0][0]
+
+
+@pytest.mark.parametrize("block", [ROWS, 1])
+def test_of_six_axes_the_one_that_is_too_fast_is_named(block):
+    rig = Rig.load("tx40-simulated")
+    axes, fast = len(rig.axes), 3
+    too_fast = 1.2 * rig.axes[fast].limits.velocity * rig.supervision.velocity_margin
+    time = np.arange(ROWS) * rig.cycle
+    position = np.zeros((ROWS, axes))
+    position[:, fast] = too_fast * time
+    limits, none = DerivativeLimits(rig), np.zeros((ROWS, axes), bool)
+    found = [
+        excess
+        for start in range(0, ROWS, block)
+        for excess in limits.check(
+            np.column_stack([time, time])[start : start + block],
+            position[start : start + block],
+            none[start : start + block],
+            none[start : start + block],
+            np.ones(ROWS, bool)[start : start + block],
+            np.zeros(ROWS, bool)[start : start + block],
+        )
+    ]
+    assert {each.axis for each in found} == {fast}
+    assert found[0].words.startswith("velocity ")

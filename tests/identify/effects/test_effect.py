@@ -66,3 +66,11 @@ def test_the_choice_is_among_its_finer_values_and_a_search_counts_for_one_to_fou
             set(each) == set(constants) and np.allclose(list(each.values()), [constants[key] for key in each])
             for each in fine
         )
+
+
+def test_the_effects_that_live_in_derivatives_are_those_that_are_easily_taken_for_each_other():
+    """A mistake in the instant of a sample, a gap and a spring all turn a change of torque into a shift of position."""
+    derived = {effect.name: effect for effect in effects().values() if effect.from_derivatives}
+    assert set(derived) == {"backlash", "delay", "elasticity"}
+    for effect in derived.values():
+        assert set(effect.confusable) & set(derived)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from identify.estimation.position_lines import _explained, position_lines
+from identify.estimation.position_lines import _bands, _explained, position_lines
 
 CUTOFF = 5.0  # Hz
 
@@ -79,3 +79,15 @@ def test_what_noise_shows_is_weak_beside_a_ripple():
     slow = part.velocity < 0.1
     _, with_ripple = _explained(part.position[slow], part.residual[slow], part.predicted[slow], 95.0)
     assert explained.max() < 0.1 < 0.8 < with_ripple.max()
+
+
+@pytest.mark.parametrize(
+    ("lowest", "highest", "bands"),
+    [
+        (1.0, 10.0, [(1.0, 2.0), (2.0, 4.0), (4.0, 8.0), (8.0, 10.0)]),
+        (3.0, 6.0, [(3.0, 6.0)]),
+        (5.0, 5.0, []),
+    ],
+)
+def test_wave_numbers_are_looked_at_in_octaves_the_last_cut_short(lowest, highest, bands):
+    assert _bands(lowest, highest) == bands
