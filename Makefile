@@ -70,7 +70,7 @@ faults: setup-test
 
 # The service attacked from outside while it moves a simulated rig in real time; wants a computer that does nothing else.
 attack: setup-test
-	$(BIN)/python -m pytest -q --run-attacks tests/attack tests/api/test_acceptor.py tests/api/test_stop_desk.py \
+	$(BIN)/python -m pytest -q --run-attacks tests/attack tests/api/test_acceptor.py tests/api/test_stop_requests.py \
 		tests/api/test_upload_bombs.py tests/api/test_confined_reader.py tests/api/test_sign_in_throttle.py \
 		tests/api/test_connections.py tests/api/test_turnstile.py tests/api/test_request_head.py \
 		tests/api/test_access.py tests/api/test_credentials.py tests/api/test_turned_away.py \

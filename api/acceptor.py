@@ -1,7 +1,7 @@
 """Accepts connections in a thread of its own, and answers stops there, whatever the event loop is doing.
 
 Every connection begins here. The thread reads until the head of its first request is there: a stop is answered at once (by
-`api.service.stop_desk`), everything else is handed to the event loop, together with what was read. Who only connects and
+`api.service.stop_requests`), everything else is handed to the event loop, together with what was read. Who only connects and
 says nothing costs a place in a short waiting room, in which newcomers displace the oldest of the address that has most; so
 no number of idle connections keeps a stop out. The sockets and a few descriptors held back are opened at the start, so
 that an answer needs no new one.
@@ -41,7 +41,7 @@ from api.request_head import head_of, in_origin_form, objection_to, request_of
 from api.service.accounts import Role, User
 from api.service.problems import PROBLEM_MEDIA_TYPE, Problem
 from api.service.pulse import PERIOD, Pulse
-from api.service.stop_desk import STOP_REQUEST, StopAnswer, StopDesk, StopOrder, problem_of
+from api.service.stop_requests import STOP_REQUEST, StopAnswer, StopOrder, StopRequests, problem_of
 
 WAITING_ROOM = 128
 """connections at one door of which no whole request has come yet"""
@@ -96,7 +96,7 @@ class Acceptor:
     """The thread and its sockets.
 
     listeners   : open and bound already
-    desk        : answers stops
+    stops       : answers them
     session_of  : the content of our cookie in a Cookie header
     connections : those that the event loop serves
     loop_pulse  : the event loop's
@@ -105,13 +105,13 @@ class Acceptor:
     def __init__(
         self,
         listeners: list[Listener],
-        desk: StopDesk,
+        stops: StopRequests,
         session_of: Callable[[str], dict[str, Any]],
         connections: Connections,
         loop_pulse: Pulse,
     ) -> None:
         self._listeners = listeners
-        self._desk = desk
+        self._stops = stops
         self._session_of = session_of
         self._connections = connections
         self._loop_pulse = loop_pulse
@@ -299,11 +299,11 @@ class Acceptor:
         scope = _scope_of(request, address)
         if listener.door is Door.LOCAL and local is not None:
             order, user = StopOrder.of(scope["method"], scope["path"]), _peer(local)
-            return None if order is None or user is None else self._desk.obey(order, user, scope["path"], "")
+            return None if order is None or user is None else self._stops.obey(order, user, scope["path"], "")
         cookies = b"; ".join(value for name, value in scope["headers"] if name == b"cookie")
         scope["session"] = self._session_of(cookies.decode("latin-1"))
         try:
-            return self._desk.answer(scope, any_port=listener.door is Door.STOP)
+            return self._stops.answer(scope, any_port=listener.door is Door.STOP)
         except Problem as problem:
             return StopAnswer(problem.status, problem_of(problem))
 

@@ -35,7 +35,7 @@ from api.service.routes import rigs as rig_routes
 from api.service.routes import sessions as session_routes
 from api.service.service import create_service
 from api.service.settings import ServiceSettings
-from api.service.stop_desk import StopDesk
+from api.service.stop_requests import StopRequests
 from daq.recording_file import software_version
 from identify.recording.errors import InputError
 
@@ -114,7 +114,9 @@ def create_application(settings: ServiceSettings) -> FastAPI:
     )
     application.state.service = service
     application.state.stop_port = None  # of the stop's own door, where there is one
-    application.state.stop_desk = StopDesk(service.rig_stop, service.stop_passes, service.stop_log, settings)
+    application.state.stop_requests = StopRequests(
+        service.rig_stop, service.stop_passes, service.stop_log, settings
+    )
     install_problem_handlers(application)
     for routes in (
         account_routes,

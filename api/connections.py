@@ -26,7 +26,7 @@ from uvicorn.server import ServerState
 
 from api.request_head import Objection, head_of, objection_to
 from api.service.problems import PROBLEM_MEDIA_TYPE
-from api.service.stop_desk import STOP_REQUEST
+from api.service.stop_requests import STOP_REQUEST
 from api.turnstile import Turnstile
 
 HEAD_TIMEOUT = 10.0

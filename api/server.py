@@ -99,7 +99,7 @@ class ServiceServer(uvicorn.Server):
             listeners.append(Listener(self._local.socket, Door.LOCAL))
         self._acceptor = Acceptor(
             listeners,
-            self._application.state.stop_desk,
+            self._application.state.stop_requests,
             partial(signed_content, key=cookie_key(data)),
             self._connections,
             self._service.loop_pulse,

@@ -5,7 +5,7 @@ from urllib.parse import urlencode
 from fastapi import Request
 from fastapi.responses import HTMLResponse
 
-from api.pages.job_views import news_context, standing_fit
+from api.pages.job_views import fit_key, news_context
 from api.pages.layout import experiment_link
 from api.pages.rendering import Context, page
 from api.pages.stored_models import ShownModel, StoredExperiment
@@ -23,7 +23,7 @@ def experiment_context(stored: StoredExperiment, joint: str, shown: ShownModel |
         }
         for name in stored.joint_names
     ]
-    seen = standing_fit(stored.story)
+    seen = fit_key(stored.story)
     return {
         "experiment": stored,
         "joints": joints,

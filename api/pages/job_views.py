@@ -61,8 +61,8 @@ def job_context(job: Job, experiment: str, joint: str | None) -> Context:
     }
 
 
-def standing_fit(story: Story) -> str:
-    """A text that changes when another fit stands: what a page was drawn from."""
+def fit_key(story: Story) -> str:
+    """A text that is another when the current fit is another: what a page was drawn from."""
     return f"{story.current.id}.{story.current.fit.id}" if story.current is not None else ""
 
 

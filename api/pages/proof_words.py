@@ -25,7 +25,7 @@ def proof_panel(service: Service, experiment: str, version: str) -> Context:
 def proof_row(experiment: str, state: ProofState) -> Context:
     """One proof in a list."""
     settings = state.settings
-    tone, standing = _standing(state)
+    tone, outcome = _outcome(state)
     return {
         "number": state.number,
         "link": experiment_link(experiment, f"proofs/{state.number}"),
@@ -39,12 +39,12 @@ def proof_row(experiment: str, state: ProofState) -> Context:
         "operator": settings.operator,
         "created": settings.created,
         "tone": tone,
-        "words": standing,
+        "words": outcome,
         "changes": changes(state.result) if state.result is not None else "",
     }
 
 
-def _standing(state: ProofState) -> tuple[str, str]:
+def _outcome(state: ProofState) -> tuple[str, str]:
     """Colour and words of how far a proof is."""
     if state.elsewhere:
         return "idle", "to be continued on the command line"

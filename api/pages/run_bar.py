@@ -12,7 +12,7 @@ from api.service import access
 from api.service.accounts import User
 from api.service.homings import HomingRun
 from api.service.service import Service
-from api.service.stop_desk import everything_stopped
+from api.service.stop_requests import everything_stopped
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
 

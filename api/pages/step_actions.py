@@ -8,7 +8,7 @@ from fastapi.responses import HTMLResponse, Response
 
 from api.pages.choices import EffectChoice, JointChoice
 from api.pages.experiment_frame import experiment_context
-from api.pages.job_views import BESIDE, failed_fit, job_context, job_state, news_context, standing_fit
+from api.pages.job_views import BESIDE, failed_fit, fit_key, job_context, job_state, news_context
 from api.pages.layout import frame
 from api.pages.missing_body import body_context
 from api.pages.rendering import PREFIX, page
@@ -142,7 +142,7 @@ def news(
 ) -> Response:
     """What came since a page was drawn from the fit `seen`: progress of a job, or a fresh page for a new fit."""
     service = access.service_of(request)
-    fit = standing_fit(service.models.story(experiment).read())
+    fit = fit_key(service.models.story(experiment).read())
     if fit != seen:
         return Response(headers={"HX-Refresh": "true"})
     job = service.jobs.active(experiment)

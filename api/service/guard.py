@@ -74,7 +74,7 @@ class Guard:
         send = _with_headers(send, service.settings, connection.app.state.stop_port)
         try:
             _check_address(connection)
-            if scope["type"] == "http" and (stopped := connection.app.state.stop_desk.answer(scope)):
+            if scope["type"] == "http" and (stopped := connection.app.state.stop_requests.answer(scope)):
                 await JSONResponse(stopped.content, stopped.status)(scope, receive, send)
                 return
             check_host(connection, service.settings)

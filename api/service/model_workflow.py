@@ -302,9 +302,9 @@ class ModelWorkflow:
                     user=user,
                     fit=fit_entry("f1", step.fit),
                 )
-            standing = story.read().line[-1]
+            current = story.read().line[-1]
             self._fit_earlier_again(experiment, user)
-            return {"model": standing, "improvement": improved.improvement.to_json()}
+            return {"model": current, "improvement": improved.improvement.to_json()}
 
         return self._jobs.submit(
             "improve", f"{COMPUTATIONS}:improve", arguments, store, user=user, experiment=experiment

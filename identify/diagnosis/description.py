@@ -123,12 +123,12 @@ class _Tried:
 
     def columns_of(self, keys: Keys) -> Index:
         """Columns of some terms of the model."""
-        standing = [
+        chosen = [
             columns
             for slot, columns in zip(self.present.slots, self.observation.slot_columns, strict=False)
             if slot.term.key in keys
         ]
-        return np.concatenate([np.zeros(0, np.intp), *standing]).astype(np.intp)
+        return np.concatenate([np.zeros(0, np.intp), *chosen]).astype(np.intp)
 
     @property
     def ratio(self) -> Index:

@@ -213,7 +213,7 @@ def reset(request: Request, user: access.Operator, rig: RigId) -> list[ResetJoin
 @router.post("/rigs/{rig}/stop")
 async def stop(request: Request, user: access.SignedIn, rig: RigId) -> Stopped:
     """Bring the rig to rest, now. Open to everybody who is signed in, always; harmless when repeated."""
-    # What moves is answered before any route, by the stop desk; what comes here is mostly a rig that nothing has used.
+    # What moves is answered before any route, by `StopRequests`; what comes here is mostly a rig that nothing has used.
     stopped = service_of(request).rig_stop.stop(rig, user.name)
     if stopped is None:
         _known(request, rig)

@@ -66,7 +66,7 @@ class StopOrder:
         return None
 
 
-class StopDesk:
+class StopRequests:
     """Answers stops."""
 
     def __init__(
