@@ -92,17 +92,20 @@ class Connection:
     def _signals(self, address: str, query: Json) -> tuple[NDArray[np.float64], Signals]:
         known = {name: value for name, value in query.items() if value is not None}
         answer = self._http.get(address, params=known)
-        if answer.is_error:
-            self._answer(answer)
-        names = answer.headers["X-Columns"].split(",")
+        names = self._checked(answer).headers["X-Columns"].split(",")
         values = np.frombuffer(answer.content, "<f4").reshape(len(names), -1)
         time = values[0].astype(np.float64) + float(answer.headers["X-Time-Origin"])
         return time, dict(zip(names[1:], values[1:], strict=True))
 
+    def _answer(self, answer: httpx.Response) -> Any:
+        return self._checked(answer).json() if answer.content else None
+
     @staticmethod
-    def _answer(answer: httpx.Response) -> Any:
+    def _checked(answer: httpx.Response) -> httpx.Response:
+        """The answer itself. Raises ServiceError where it is none but an error; one that comes as a stream is read first."""
         if not answer.is_error:
-            return answer.json() if answer.content else None
+            return answer
+        answer.read()
         try:
             problem = answer.json()
         except json.JSONDecodeError:

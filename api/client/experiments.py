@@ -104,9 +104,7 @@ class ExperimentCalls(Connection):
         path = Path(target)
         address = f"/experiments/{experiment}/recordings/{session}"
         with self._http.stream("GET", address, params={"format": format}) as answer:
-            if answer.is_error:
-                answer.read()
-                self._answer(answer)
+            self._checked(answer)
             with path.open("xb") as stream:
                 for block in answer.iter_bytes():
                     stream.write(block)

@@ -118,9 +118,7 @@ class ModelCalls(Connection):
     def exported_file(self, experiment: str, model: str, ending: str) -> bytes:
         """The exported file; of C a ZIP archive of source, header and certificate."""
         answer = self._http.get(f"/experiments/{experiment}/models/{model}/exports/{ending}/file")
-        if answer.is_error:
-            self._answer(answer)
-        return answer.content
+        return self._checked(answer).content
 
     def model_signals(
         self,

@@ -6,7 +6,7 @@ from urllib.parse import urlencode
 from fastapi import APIRouter, Query, Request
 from fastapi.responses import HTMLResponse
 
-from api.pages.job_views import JOB_TITLES, follow, polled_progress
+from api.pages.job_views import follow, polled_progress
 from api.pages.layout import experiment_link, frame
 from api.pages.number_format import utc_time
 from api.pages.rendering import PREFIX, Context, page
@@ -60,7 +60,7 @@ def _follow_demo(request: Request, job: str) -> HTMLResponse:
     def results(ended: Job) -> str:
         return experiment_link(ended.result["experiment"], "results")
 
-    return follow(request, job, JOB_TITLES["demo"], DEMO_PROGRESS, "Nothing was measured", results)
+    return follow(request, job, DEMO_PROGRESS, "Nothing was measured", results)
 
 
 def _demo_under_way(service: Service, user: str) -> Context | None:

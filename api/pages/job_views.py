@@ -92,21 +92,26 @@ def polled_progress(job: Job, link: str, kept: Mapping[str, str] = MappingProxyT
 def follow(
     request: Request,
     identifier: str,
-    title: str,
     link: str,
     failure: str = "Nothing was found",
     result_link: Callable[[Job], str] | None = None,
     kept: Mapping[str, str] = MappingProxyType({}),
+    title: str | None = None,
 ) -> HTMLResponse:
     """The progress of a job in place of the button that asked for it, polled at `link` with what is `kept` of the form; when it
-    is done the page of its result, or the page afresh where it has none of its own."""
+    is done the page of its result, or the page afresh where it has none of its own.
+
+    title : where it says more than that of the kind of job
+    """
     job = access.service_of(request).jobs.get(identifier)
     if job is None:
         raise Problem(404, "That computation is no longer known; start it again.")
     if job.state.final and job.state != "done":
         tone = "warn" if job.state == "cancelled" else "fault"
         return page(request, "problem_message.html", detail=f"{failure}: {job.words}.", tone=tone)
-    shown: Context = polled_progress(job, link, kept) | {"title": title}
+    shown = polled_progress(job, link, kept)
+    if title is not None:
+        shown["title"] = title
     response = page(request, "plan_progress.html", **shown)
     if job.state.final and result_link is not None:
         response.headers["HX-Redirect"] = result_link(job)

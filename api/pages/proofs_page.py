@@ -12,7 +12,7 @@ from api.pages.error_figures import JointUnits
 from api.pages.experiment_frame import experiment_context, no_model_page
 from api.pages.figures.following_error import Following, draw_following_error
 from api.pages.form_input import input_errors_as_problems
-from api.pages.job_views import JOB_TITLES, follow
+from api.pages.job_views import follow
 from api.pages.layout import experiment_link, frame, session_link
 from api.pages.proof_words import joint_rows, proof_row
 from api.pages.rendering import PREFIX, Context, page
@@ -112,7 +112,6 @@ def _progress(request: Request, experiment: str, identifier: str) -> HTMLRespons
     return follow(
         request,
         identifier,
-        JOB_TITLES["compensate"],
         experiment_link(experiment, "proofs/progress"),
         "No proof was prepared",
         lambda job: experiment_link(experiment, f"proofs/{job.result['proof']}"),

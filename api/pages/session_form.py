@@ -9,7 +9,7 @@ from fastapi.responses import HTMLResponse, RedirectResponse, Response
 
 from api.pages.choices import RigChoice, chosen_rig
 from api.pages.form_input import input_errors_as_problems
-from api.pages.job_views import JOB_TITLES, follow
+from api.pages.job_views import follow
 from api.pages.layout import LAST_EXPERIMENT, frame, session_link
 from api.pages.plan_view import plan_view, purpose_words
 from api.pages.rendering import PREFIX, Context, page
@@ -136,7 +136,6 @@ def _follow_plan(request: Request, job_id: str, kept: dict[str, str]) -> HTMLRes
     return follow(
         request,
         job_id,
-        JOB_TITLES["plan"],
         f"{PREFIX}/plans/progress",
         "No plan was made",
         form_with_plan,

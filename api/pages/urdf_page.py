@@ -41,7 +41,7 @@ def make(
         user=user.name,
         experiment=experiment,
     )
-    return follow(request, job.id, TITLE, experiment_link(experiment, "urdf/progress"))
+    return follow(request, job.id, experiment_link(experiment, "urdf/progress"), title=TITLE)
 
 
 @router.get("/urdf/progress")
@@ -49,4 +49,4 @@ def progress(
     request: Request, _user: access.Viewer, experiment: str, job: Annotated[str, Query(max_length=32)]
 ) -> HTMLResponse:
     """How far it is; then a fresh page with the download."""
-    return follow(request, job, TITLE, experiment_link(experiment, "urdf/progress"))
+    return follow(request, job, experiment_link(experiment, "urdf/progress"), title=TITLE)

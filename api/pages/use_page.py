@@ -14,7 +14,6 @@ from api.service.model_use import Driven, Ending
 router = APIRouter(prefix=f"{PREFIX}/experiments/{{experiment}}/use", include_in_schema=False)
 
 Version = Annotated[str, Query(max_length=12)]
-PREDICTING, WRITING = "Predicting motion", "Writing, and loading back what was written"
 
 
 @router.post("/simulation")
@@ -27,7 +26,7 @@ def simulate(
 ) -> HTMLResponse:
     """Run a version forward along its record."""
     job = access.service_of(request).model_use.simulate(experiment, user.name, version, driven_by)
-    return follow(request, job.id, PREDICTING, experiment_link(experiment, "use/progress"))
+    return follow(request, job.id, experiment_link(experiment, "use/progress"))
 
 
 @router.post("/exports/{ending}")
@@ -36,7 +35,7 @@ def export(
 ) -> HTMLResponse:
     """Write a version for another program."""
     job = access.service_of(request).model_use.export(experiment, user.name, version, ending)
-    return follow(request, job.id, WRITING, experiment_link(experiment, "use/progress"))
+    return follow(request, job.id, experiment_link(experiment, "use/progress"))
 
 
 @router.get("/exports/{ending}")
@@ -57,4 +56,4 @@ def progress(
     request: Request, _user: access.Viewer, experiment: str, job: Annotated[str, Query(max_length=32)]
 ) -> HTMLResponse:
     """How far it is; then a fresh page with what was found."""
-    return follow(request, job, WRITING, experiment_link(experiment, "use/progress"))
+    return follow(request, job, experiment_link(experiment, "use/progress"))

@@ -56,7 +56,9 @@ def ask(
                 experiment=experiment,
             )
         )
-    return follow(request, submitted[-1].id, TITLE, experiment_link(experiment, "without-payload/progress"))
+    return follow(
+        request, submitted[-1].id, experiment_link(experiment, "without-payload/progress"), title=TITLE
+    )
 
 
 @router.get("/without-payload/progress")
@@ -64,4 +66,4 @@ def progress(
     request: Request, _user: access.Viewer, experiment: str, job: Annotated[str, Query(max_length=32)]
 ) -> HTMLResponse:
     """How far it is; then a fresh page."""
-    return follow(request, job, TITLE, experiment_link(experiment, "without-payload/progress"))
+    return follow(request, job, experiment_link(experiment, "without-payload/progress"), title=TITLE)
