@@ -18,13 +18,7 @@ from identify.diagnosis.sampling_hold import made_by_recording
 from identify.diagnosis.screening import Screening
 from identify.diagnosis.structure import Structure, bounded, leftover_structures
 from identify.diagnosis.unseen_sessions import fails_on_unseen, worse_on_unseen
-from identify.diagnosis.verdict import (
-    MOST_OF_IT,
-    acts_like,
-    imitated,
-    part_of_free_function,
-    verdict,
-)
+from identify.diagnosis.verdict import MOST_OF_IT, acts_like, imitated, left_over, part_of_free, verdict
 from identify.diagnosis.where import where_it_fails
 from identify.effects.model import Model, Term
 from identify.estimation import forked
@@ -384,9 +378,10 @@ def _conclude(
     outcome = "unexplained" if failing else outcome
     where = where_it_fails([*before, *failing])
     of_one_variable = all(term.effect.variable == variable for term in missing)
-    part = _part_of_free_function(missing, forward, joint, free)
+    part = _part_of_free(missing, forward, joint, free)
     error = final.selection.held_out_error(joint)
-    if imitated(error, free, len(missing), of_one_variable) and not acts_like(part, error, free):
+    over = of_one_variable and left_over(variable, structure, mean_error(bounded(after)))
+    if imitated(error, free, len(missing), of_one_variable, over) and not acts_like(part, error, free):
         keeps_its_name = part > MOST_OF_IT and missing[0].effect.variable == variable
         outcome, missing = "unexplained", missing[:1] if keeps_its_name else ()
         where = tuple(sorted(where, key=lambda row: row.variable != variable))
@@ -420,7 +415,7 @@ def _conclude(
     )
 
 
-def _part_of_free_function(
+def _part_of_free(
     missing: Sequence[Term],
     evidence: dict[tuple[str, int], Finding],
     joint: int,
@@ -430,7 +425,7 @@ def _part_of_free_function(
     first = evidence.get((missing[0].effect.name, joint)) if missing else None
     if first is None:
         return 0.0
-    return part_of_free_function(first.relative(first.before.total), first.relative(first.after.total), free)
+    return part_of_free(first.relative(first.before.total), first.relative(first.after.total), free)
 
 
 def _as_justified(findings: Sequence[Finding], missing: Mapping[str, Finding]) -> list[Finding]:

@@ -39,19 +39,34 @@ MOST_OF_IT = 0.5
 """The same for an effect that is named although the rest is unexplained: the cause acts like it, but not quite."""
 
 
-def imitated(after: float, free: float, missing: int, of_one_variable: bool) -> bool:
+def imitated(after: float, free: float, missing: int, of_one_variable: bool, left_over: bool = False) -> bool:
     """Whether effects of the catalogue only imitate a dependence on one variable that it does not know.
 
     after           : relative held-out error with the missing effects
     free            : the same with the best free function of one variable instead
     of_one_variable : whether all the missing effects are functions of that same variable; then two of them are many
+    left_over       : whether they leave something over it: of the cause there is nothing left, so that many imitate
     """
-    several = missing >= MANY and free < AS_WELL * after
+    several = missing >= MANY and (free < AS_WELL * after or (of_one_variable and left_over))
     together = missing > 1 and free < (1.0 if of_one_variable else BETTER) * after
     return missing > 0 and (free < CLEARLY_BETTER * after or several or together)
 
 
-def part_of_free_function(before: float, after: float, free: float) -> float:
+def left_over(variable: str, structure: Sequence[Structure], after: float) -> bool:
+    """Whether a predictor finds something over one variable, or it and the direction of motion, that is no rounding.
+
+    after : relative error that the structure is a part of
+    """
+    return any(
+        each.found
+        and variable in each.variables
+        and set(each.variables) <= {variable, "direction"}
+        and each.share * after**2 >= LEAST_OF_TORQUE**2
+        for each in structure
+    )
+
+
+def part_of_free(before: float, after: float, free: float) -> float:
     """How much of what a free function of its variable takes away an effect takes away; of squared errors.
 
     before, after, free : relative held-out errors without either, with the effect, with the free function; where the
@@ -64,7 +79,7 @@ def acts_like(part: float, after: float, free: float) -> bool:
     """Whether effects are the cause although a free function would do: the strongest takes nearly all that the free
     function takes, or `LARGE_PART` of it where they do better together than the free function.
 
-    part        : of the strongest effect, `part_of_free_function`
+    part        : of the strongest effect, `part_of_free`
     after, free : relative held-out errors with all the effects, and with the free function instead
     """
     return part >= NEARLY_ALL or (part >= LARGE_PART and after < free)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identify.diagnosis.structure import Structure
-from identify.diagnosis.verdict import acts_like, imitated, part_of_free_function, verdict
+from identify.diagnosis.verdict import acts_like, imitated, left_over, part_of_free, verdict
 
 
 def spring_parts(force: np.ndarray, noise: float = 0.02) -> float:
@@ -15,7 +15,7 @@ def spring_parts(force: np.ndarray, noise: float = 0.02) -> float:
     line = np.column_stack([np.ones_like(q), q])
     left = force - line @ np.linalg.lstsq(line, force, rcond=None)[0]
     before = np.sqrt(np.var(force) + noise**2)
-    return part_of_free_function(before, float(np.sqrt(np.mean(left**2) + noise**2)), noise)
+    return part_of_free(before, float(np.sqrt(np.mean(left**2) + noise**2)), noise)
 
 
 def test_a_spring_with_a_little_play_keeps_its_name():
@@ -32,7 +32,7 @@ def test_a_bumper_on_one_side_is_no_spring(beyond):
 
 
 def test_a_free_function_that_takes_nothing_away_gives_no_effect_a_part():
-    assert part_of_free_function(0.02, 0.01, 0.03) == 0.0
+    assert part_of_free(0.02, 0.01, 0.03) == 0.0
     assert not acts_like(0.0, after=0.01, free=0.03)
 
 
@@ -45,6 +45,21 @@ def test_effects_that_together_beat_the_free_function_are_the_cause_if_the_first
 def test_a_free_function_that_does_clearly_better_overrules_an_effect():
     assert imitated(0.01, 0.005, 1, True)
     assert not imitated(0.01, 0.0099, 1, True)
+
+
+def test_many_effects_of_one_variable_that_leave_something_over_it_imitate_the_cause():
+    assert imitated(0.004, 0.010, 4, True, left_over=True)
+    assert not imitated(0.004, 0.010, 4, True, left_over=False)
+    assert not imitated(0.004, 0.010, 4, False, left_over=True)
+    assert not imitated(0.004, 0.010, 2, True, left_over=True)
+
+
+def test_what_is_left_over_a_variable_is_over_it_and_its_direction_alone_and_more_than_rounding():
+    over = Structure(("q", "direction"), 0.4, 0.05)
+    assert left_over("q", [over], 0.01)
+    assert not left_over("dq", [over], 0.01)
+    assert not left_over("q", [over], 1e-4)
+    assert not left_over("q", [Structure(("q", "dq", "load"), 0.4, 0.05)], 0.01)
 
 
 @pytest.mark.parametrize("view", [("time",), ("frequency",), ("moments",)])
