@@ -31,7 +31,12 @@ def read_sdf(path: Path, root: ElementTree.Element) -> RobotTree:
     models = [model for model in root.iter("model") if model.find("link") is not None]
     if len(models) != 1:
         named = ", ".join(f"'{model.get('name', '?')}'" for model in models) or "none"
-        raise InputError(f"{path}: exactly one <model> with links is a robot, found {named}")
+        remedy = (
+            "expand its <include> first: gz sdf -p FILE"
+            if not models and root.find(".//include") is not None
+            else "keep the robot's alone in the file"
+        )
+        raise InputError(f"{path}: exactly one <model> with links is a robot, found {named}; {remedy}")
     model = models[0]
     if model.find("include") is not None or model.find("model") is not None:
         raise InputError(

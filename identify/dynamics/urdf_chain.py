@@ -23,6 +23,7 @@ from identify.recording.errors import InputError
 Array = NDArray[np.float64]
 _OTHERS = {"sdf": read_sdf, "mujoco": read_mjcf}
 """By outermost element: files that are no URDF."""
+_MIMICS = "it mimics another joint; a chain of independent joints is needed: name a link before it as the tip"
 MOVABLE = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic"}
 
 
@@ -225,7 +226,7 @@ class _Tree:
                     " move while the robot is measured",
                 )
             if joint.find("mimic") is not None:
-                raise self.wrong(joint, "it mimics another joint; a chain of independent joints is needed")
+                raise self.wrong(joint, _MIMICS)
         return way
 
     def without_gripper(self, tip: str) -> list[ElementTree.Element]:
@@ -239,7 +240,7 @@ class _Tree:
                 continue
             kept = way[: places[0]]
             if sum(map(_independent, kept)) <= 2 * sum(map(_independent, way[places[0] :])):
-                raise self.wrong(follower, "it mimics another joint; a chain of independent joints is needed")
+                raise self.wrong(follower, _MIMICS)
             self.remarks.append(
                 f"joint '{name}' is mimicked by others: taken as a gripper's and fixed, the chain ends before it"
             )

@@ -123,7 +123,8 @@ BODY = '<link name="a"/><link name="b"><inertial><mass>1</mass></inertial></link
 @pytest.mark.parametrize(
     ("inside", "words"),
     [
-        ("", "exactly one <model> with links is a robot, found none"),
+        ("", "exactly one <model> with links is a robot, found none; keep the robot's alone in the file"),
+        ("<include><uri>x</uri></include>", "found none; expand its <include> first: gz sdf -p FILE"),
         ('<link name="a"/><include><uri>x</uri></include>', "holds others by <include>"),
         (BODY + '<joint name="j" type="revolute"><parent>a</parent><child>c</child></joint>', "'c'"),
         (BODY + '<joint name="j" type="ball"><parent>a</parent><child>b</child></joint>', "type 'ball'"),
