@@ -7,6 +7,7 @@ made absolute or newer first where it does not do that. Layouts as read off publ
 
 from __future__ import annotations
 
+import codecs
 import gzip
 import io
 import itertools
@@ -154,7 +155,9 @@ def read_frames(path: Path) -> tuple[list[LoggedFrame], list[str]]:
 
 
 def _lines(path: Path) -> Iterator[str]:
-    with unpacked(path) as stream, io.TextIOWrapper(stream, encoding="utf-8", errors="replace") as text:
+    with unpacked(path) as stream:
+        encoding = "utf-16" if stream.read(2) in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE) else "utf-8"
+    with unpacked(path) as stream, io.TextIOWrapper(stream, encoding=encoding, errors="replace") as text:
         for line in text:
             yield _COLOURS.sub("", line)
 

@@ -128,6 +128,7 @@ GENERIC = DriveProfile(
 PROFILE_ENDINGS = (".yaml", ".yml")
 DICTIONARY_ENDINGS = (".eds", ".dcf")
 """In any capitals."""
+_OWN_FILE = f"a file of your own is a profile ({', '.join(PROFILE_ENDINGS)}), an EDS or a DCF ({', '.join(DICTIONARY_ENDINGS)})"
 
 
 class ProfileError(DriverError):
@@ -149,10 +150,14 @@ def load_profile(name_or_path: str | Path) -> DriveProfile:
             raise ProfileError(f"{given}: there is no such file")
         return GENERIC.model_copy(update={"name": Path(given).stem, "object_dictionary": given})
     if is_path(given):
+        if not given.lower().endswith(PROFILE_ENDINGS):
+            raise ProfileError(f"{given}: is no drive profile; {_OWN_FILE}")
         return _parse(Path(given))
     resource = files("config") / "drives" / f"{given}.yaml"
     if not resource.is_file():
-        raise ProfileError(f"drive profile {given!r} is not known; there are {', '.join(profile_names())}")
+        raise ProfileError(
+            f"drive profile {given!r} is not known; there are {', '.join(profile_names())}; {_OWN_FILE}"
+        )
     with as_file(resource) as path:
         return _parse(path)
 

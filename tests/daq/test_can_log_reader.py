@@ -236,3 +236,9 @@ def test_a_time_beyond_any_clock_is_a_damaged_line(tmp_path):
     frames, remarks = read_frames(tmp_path / "bus.log")
     assert len(frames) == len(lines)
     assert remarks[-1] == "1 line without a whole frame passed over"
+
+
+def test_a_log_that_a_windows_shell_has_redirected_is_read(tmp_path):
+    (tmp_path / "bus.log").write_text(LOGS["candump -L"], encoding="utf-16")
+    frames, _ = read_frames(tmp_path / "bus.log")
+    assert [frame.data for frame in frames] == [data for _, _, data in all_frames()]

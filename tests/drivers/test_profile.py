@@ -132,3 +132,11 @@ def test_an_object_dictionary_that_is_not_there_or_is_none_is_named(tmp_path):
         load_object_dictionary(wrong, 1)
     with pytest.raises(ObjectDictionaryError, match="there is no such file"):
         load_object_dictionary("../drives/simulated.eds", 1)
+
+
+@pytest.mark.parametrize("drive", ["drive.xdd", "./drive.ccx"])
+def test_a_file_of_another_kind_is_refused_with_those_that_are_read(drive):
+    with pytest.raises(
+        ProfileError, match=r"a file of your own is a profile \(\.yaml, \.yml\), an EDS or a DCF"
+    ):
+        load_profile(drive)

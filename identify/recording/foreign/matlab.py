@@ -80,7 +80,9 @@ def read_hdf5(path: Path) -> ForeignTable:
         with h5py.File(path, "r") as file:
             values = _Hdf5Values(file, path.stat().st_size)
             variables = {
-                name: values.of(file[name]) for name in file if name not in ("#refs#", "#subsystem#")
+                values.named(name, file[name]): values.of(file[name])
+                for name in file
+                if name not in ("#refs#", "#subsystem#")
             }
             store = None
             if _refers(variables) and "#subsystem#" in file:
@@ -107,6 +109,15 @@ class _Hdf5Values:
         self._seen: set[tuple[int, int]] = set()
         self._left = size
 
+    def named(self, name: str, item: Any) -> str:
+        """The name of a group or dataset, with the unit that an attribute states."""
+        for key in UNITS:
+            unit = item.attrs.get(key)
+            text = unit.decode("utf-8", "replace") if isinstance(unit, bytes) else unit
+            if isinstance(text, str) and unit_of(text) is not None:
+                return f"{name} [{text}]"
+        return name
+
     def of(self, item: Any, depth: int = 0) -> Any:
         """The value of a group or dataset. Raises Damaged: they hold each other again and again."""
         import h5py
@@ -122,7 +133,7 @@ class _Hdf5Values:
             raise Damaged("its groups and cells hold each other again and again")
         kind = item.attrs.get("MATLAB_class", b"")
         if isinstance(item, h5py.Group):
-            fields = {name: self.of(item[name], depth + 1) for name in item}
+            fields = {self.named(name, item[name]): self.of(item[name], depth + 1) for name in item}
             return _array_of_structs(fields) if _is_array_of_structs(item) else fields
         if "MATLAB_object_decode" in item.attrs and item.attrs["MATLAB_object_decode"] == 3:
             return Reference(bytes(kind).decode("utf-8", "replace"), item[()])
@@ -131,6 +142,8 @@ class _Hdf5Values:
         if item.attrs.get("MATLAB_empty"):
             return np.empty((0, 0))
         values = item[()]
+        if isinstance(values, np.ndarray) and values.dtype.names:  # a table of records
+            return {name: values[name] for name in values.dtype.names}
         if kind == b"char" and isinstance(values, np.ndarray):
             return "".join(chr(int(code)) for code in np.ravel(values))
         return values.T if isinstance(values, np.ndarray) else np.asarray(values)
@@ -189,6 +202,8 @@ def _flat(
             value = Reference("", value)
         if isinstance(value, list) and value and all(isinstance(each, dict) for each in value):
             value = _by_label(value)
+        elif isinstance(value, list):
+            value = _by_name(value, store)
         if isinstance(value, np.ndarray):
             if value.dtype.kind in "biuf" and value.size:
                 yield prefix + name, value
@@ -215,6 +230,20 @@ def _by_label(structs: list[Fields]) -> Fields:
             f"{name}{ended}" if isinstance(value, np.ndarray) and value.size > 1 else name: value
             for name, value in numbers.items()
         }
+    return named
+
+
+def _by_name(elements: list[Any], store: ObjectStore | None) -> Fields:
+    """Elements of a cell array, by their number; objects that have a Name (signals of a Simulink Dataset) by that."""
+    named: Fields = {}
+    for place, element in enumerate(elements, start=1):
+        label = ""
+        if store is not None and (isinstance(element, Reference) or is_reference(element)):
+            content = element.content if isinstance(element, Reference) else element
+            names = [properties.get("Name") for _, properties in store.objects_of(content)]
+            label = next((each.strip() for each in names if isinstance(each, str)), "")
+        label = label or str(place)
+        named[label if label not in named else f"{label}:{place}"] = element
     return named
 
 

@@ -110,3 +110,35 @@ def test_one_array_may_stand_in_several_groups(tmp_path):
             file[name] = file["run/t"]
     table = read_foreign(tmp_path / "log.h5")
     np.testing.assert_array_equal(numbers(table, "run.axis2.t"), TIME)
+
+
+@pytest.mark.parametrize("kind", ["mat", "v7.3"])
+def test_elements_of_a_cell_array_are_columns_by_their_number(tmp_path, kind):
+    arrays = (TIME, POSITION, CURRENT)
+    if kind == "mat":
+        cells = np.empty((1, 3), object)
+        for place, each in enumerate(arrays):
+            cells[0, place] = each
+        savemat(tmp_path / "log.mat", {"log": cells})
+    else:
+        with h5py.File(tmp_path / "log.mat", "w") as file:
+            parts = [file.create_dataset(f"#refs#/{k}", data=each[None]) for k, each in enumerate(arrays)]
+            file.create_dataset("log", data=np.array([[each.ref for each in parts]], dtype=h5py.ref_dtype))
+    table = read_foreign(tmp_path / "log.mat")
+    for place, wanted in enumerate(arrays, start=1):
+        np.testing.assert_array_equal(numbers(table, f"log.{place}"), wanted)
+
+
+def test_records_of_an_hdf5_table_and_the_units_of_attributes_are_read(tmp_path):
+    records = np.array(list(zip(TIME, POSITION, strict=True)), dtype=[("t", "f8"), ("q", "f8")])
+    with h5py.File(tmp_path / "log.h5", "w") as file:
+        file["log"] = records
+        file["i"] = CURRENT
+        file["i"].attrs["units"] = "mA"
+        file["q"] = np.degrees(POSITION)
+        file["q"].attrs["Unit"] = np.bytes_(b"deg")
+    table = read_foreign(tmp_path / "log.h5")
+    np.testing.assert_array_equal(numbers(table, "log.q"), POSITION)
+    session = measure(table, ColumnMap(("q",), ("i",), "log.t"), [False])
+    np.testing.assert_allclose(session.position[:, 0], POSITION, atol=1e-12)
+    np.testing.assert_allclose(session.command[:, 0], CURRENT * 1e-3, atol=1e-12)
