@@ -10,6 +10,7 @@ from starlette.middleware import Middleware
 from starlette.middleware.sessions import SessionMiddleware
 
 from api.pages import router as pages
+from api.pages import static_content
 from api.pages.figures_ahead import FiguresAhead
 from api.request_head import OriginForm
 from api.service.access import declared_role
@@ -118,6 +119,7 @@ def create_application(settings: ServiceSettings) -> FastAPI:
         service.rig_stop, service.stop_passes, service.stop_log, settings
     )
     install_problem_handlers(application)
+    application.include_router(static_content.router)
     for routes in (
         account_routes,
         experiment_routes,

@@ -20,7 +20,7 @@ from identify.results.diagnosis import Candidate, DiagnosisDocument, JointDiagno
 from identify.results.effect import EffectOnJoint
 from identify.results.identification import IdentificationDocument, JointError, Parameter, SessionError
 
-CANDIDATES = ("load-friction", "stribeck", "viscous-power", "backlash", "presliding", "delay")
+CANDIDATES = ("stribeck", "load-friction", "viscous-power", "backlash", "presliding", "delay")
 SHORT_SESSION = 6000  # samples of a fit, of 60 s
 SIX_JOINTS = "tx40-simulated"
 
@@ -96,7 +96,7 @@ def write_experiment(folder: Path, stored: Stored) -> None:
             story.add_version(
                 model="usual", add=add, cause="effect added", change=add[0], user="benchmark", fit=fit
             )
-        story.store_diagnosis(f"m{number}", diagnosis(stored, noise / 100))
+        story.store_diagnosis(f"m{number}", diagnosis(stored, noise / 100, CANDIDATES[number - 1 :]))
 
 
 def write_fit(folder: Path, stored: Stored, noise: float) -> None:
@@ -201,7 +201,7 @@ def document(stored: Stored, error: float) -> IdentificationDocument:
     )
 
 
-def diagnosis(stored: Stored, error: float) -> DiagnosisDocument:
+def diagnosis(stored: Stored, error: float, names: tuple[str, ...]) -> DiagnosisDocument:
     """What a diagnosis found, of the usual size."""
     candidates = tuple(
         Candidate(
@@ -220,13 +220,13 @@ def diagnosis(stored: Stored, error: float) -> DiagnosisDocument:
             variable=effects()[name].variable,
             constants={},
         )
-        for rank, name in enumerate(CANDIDATES, start=1)
+        for rank, name in enumerate(names, start=1)
     )
     joints = tuple(
         JointDiagnosis(
             joint=joint,
             verdict="missing",
-            missing=("load-friction",),
+            missing=names[:1],
             candidates=candidates,
             evidence=candidates[:1],
             where=(),

@@ -14,7 +14,8 @@ from api.pages.error_figures import JointUnits
 from api.pages.evidence_view import added_evidence, joint_diagnosis, selected_evidence
 from api.pages.learned_view import learned_view
 from api.pages.model_figures import counted_errors, figures_of
-from api.pages.rendering import COMPRESSIBLE, compressed, environment, static_digest, static_files
+from api.pages.rendering import environment
+from api.pages.static_content import static_digest
 from api.pages.stored_models import Experiments, StoredExperiment
 from api.service.job_process import NICENESS
 from api.service.jobs import Job, JobState
@@ -74,9 +75,6 @@ def load_templates() -> None:
     for name in templates.list_templates(extensions=["html"]):
         templates.get_template(name)
     static_digest()
-    for file in static_files().values():
-        if file.suffix in COMPRESSIBLE:
-            compressed(file)
     effect_titles()
     for document in (IdentificationDocument, DiagnosisDocument, NextExperimentDocument, SimulationDocument):
         document.model_rebuild()  # builds its schema, which is put off until the first is read

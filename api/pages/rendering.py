@@ -1,14 +1,11 @@
-"""Templates, static files and the headers of a page.
+"""Templates and the headers of a page.
 
 Nothing on a page comes from another host, and no script stands in the markup: the content security policy says so to the
-browser. Static files live under an address with their common digest, so that a browser may keep them for good.
+browser.
 """
 
-import gzip
-import hashlib
 from collections.abc import Iterator
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 from fastapi import Request
@@ -16,8 +13,8 @@ from fastapi.responses import HTMLResponse
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from api.pages import number_format
+from api.pages.static_content import static_address
 
-STATIC_FOLDER = Path(__file__).parent / "static"
 PREFIX = "/pages"
 """Address under which the pages live; the REST calls stand at the root."""
 
@@ -70,41 +67,6 @@ STEPS = (
     ("results", "Results"),
 )
 """The pages in the operator's order: the last word of the address, and the name."""
-
-
-@cache
-def static_files() -> dict[str, Path]:
-    """Every file that a browser may ask for, by its name under the static address; nothing else is reachable."""
-    return {
-        file.relative_to(STATIC_FOLDER).as_posix(): file
-        for file in STATIC_FOLDER.rglob("*")
-        if file.is_file()
-    }
-
-
-COMPRESSIBLE = (".js", ".css", ".svg")
-"""Endings of static files that travel compressed; typefaces are already."""
-
-
-@cache
-def compressed(file: Path) -> bytes:
-    """A static file as gzip, made once: scripts and styles are a third of their size then."""
-    return gzip.compress(file.read_bytes(), 9, mtime=0)
-
-
-@cache
-def static_digest() -> str:
-    """Digest of every static file, 12 hexadecimal digits."""
-    digest = hashlib.sha256()
-    for name, file in sorted(static_files().items()):
-        digest.update(name.encode())
-        digest.update(file.read_bytes())
-    return digest.hexdigest()[:12]
-
-
-def static_address(name: str) -> str:
-    """Address of a static file; it changes when any of them does, so that browsers may keep it."""
-    return f"{PREFIX}/static/{static_digest()}/{name}"
 
 
 @cache

@@ -13,9 +13,10 @@ from api.pages.catalogue_words import effect_titles, entry_of
 from api.pages.choices import VersionChoice, chosen_model
 from api.pages.motion_table import certificate_words
 from api.pages.parameter_tables import constants_in_words, effects_in_model, parameter_groups
-from api.pages.rendering import PREFIX, STATIC_FOLDER, Context, render_pieces
+from api.pages.rendering import PREFIX, Context, render_pieces
 from api.pages.report_section import JointSection
 from api.pages.scope_words import USES, scope_of_fit
+from api.pages.static_content import static_files
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.pages.streamed import streamed
 from api.service import access
@@ -68,7 +69,7 @@ def write_report(
     entries      : the catalogue of the experiment's sessions
     certificates : of what the model was exported to
     """
-    style = "\n".join((STATIC_FOLDER / name).read_text() for name in STYLE_SHEETS)
+    style = "\n".join(static_files()[name].content.decode() for name in STYLE_SHEETS)
     # The file stands alone: it has no typeface beside it, and takes the reader's own.
     style = style[: style.index("@font-face")] + style[style.rindex("@font-face") :].split("}", 1)[1]
     pieces = render_pieces(

@@ -1,10 +1,9 @@
 """All pages of the service, and what a browser sees when something is wrong."""
 
-import mimetypes
 from urllib.parse import quote
 
 from fastapi import APIRouter, Request
-from fastapi.responses import FileResponse, RedirectResponse, Response
+from fastapi.responses import RedirectResponse, Response
 
 from api.pages import (
     account_pages,
@@ -32,7 +31,7 @@ from api.pages import (
     use_page,
     without_payload_page,
 )
-from api.pages.rendering import COMPRESSIBLE, PREFIX, compressed, page, static_files
+from api.pages.rendering import PREFIX, page
 from api.service import access
 from api.service.problems import Problem
 
@@ -74,21 +73,6 @@ def start(request: Request, _user: access.Viewer) -> Response:
     """The service's address leads to the rig; on the first visit, to the ways to a first experiment."""
     known = access.service_of(request).experiments.rows()
     return RedirectResponse(f"{PREFIX}/{'rig' if known else 'experiments'}")
-
-
-@router.get(
-    f"{PREFIX}/static/{{digest}}/{{name:path}}", include_in_schema=False, dependencies=[access.Public]
-)
-def static_file(request: Request, digest: str, name: str) -> Response:
-    """A static file of ours by its name; the digest in the address changes with the content, so it is kept for good."""
-    file = static_files().get(name)
-    if file is None:
-        raise Problem(404, f"There is no file {name}.")
-    headers = {"Cache-Control": "public, max-age=31536000, immutable", "Vary": "Accept-Encoding"}
-    if file.suffix in COMPRESSIBLE and "gzip" in request.headers.get("accept-encoding", ""):
-        kind = mimetypes.guess_type(name)[0]
-        return Response(compressed(file), media_type=kind, headers=headers | {"Content-Encoding": "gzip"})
-    return FileResponse(file, headers=headers)
 
 
 def problem_page(request: Request, problem: Problem) -> Response:

@@ -80,48 +80,71 @@ class ColumnPlot {
       this.let();
     });
     new ResizeObserver(() => this.seen && this.draw()).observe(this.canvas);
-    // What nobody has scrolled to waits until the browser has nothing else to do; then it is there too when the page is printed.
-    const begin = () => {
+    // Nothing is fetched for a plot that nobody has scrolled to, but when the page is printed; printing waits for nothing but this.
+    const watch = new IntersectionObserver((entries) => {
+      if (!entries.some((entry) => entry.isIntersecting)) return;
       watch.disconnect();
-      if (this.seen) return;
       this.seen = true;
       this.fetch();
-    };
-    const watch = new IntersectionObserver((entries) => entries.some((entry) => entry.isIntersecting) && begin(), { rootMargin: "200px" });
+    }, { rootMargin: "200px" });
     watch.observe(panel);
-    addEventListener("beforeprint", begin);
-    const later = () => (window.requestIdleCallback ?? setTimeout)(begin);
-    if (document.readyState === "complete") later();
-    else addEventListener("load", later);
+    addEventListener("beforeprint", () => {
+      if (this.x) return;
+      watch.disconnect();
+      this.seen = true;
+      this.fetchNow();
+    });
+  }
+
+  // The address of the samples of what is seen.
+  address(chosen) {
+    const cells = (pixels) => Math.round(Math.min(Math.max(pixels / CELL, 8), 400));
+    const query = new URLSearchParams({ x: this.choices.x.value, y: this.choices.y.value, across: cells(this.canvas.clientWidth), up: cells(this.canvas.clientHeight) });
+    if (chosen) query.set("chosen", chosen);
+    for (const [axis, [low, high]] of Object.entries(this.zoomed ?? {})) {
+      query.set(`${axis}_from`, low);
+      query.set(`${axis}_to`, high);
+    }
+    return `${this.panel.dataset.columnPlot}&${query}`;
   }
 
   async fetch() {
     this.pending?.abort();
     this.pending = new AbortController();
     const chosen = chosenText();
-    const cells = (pixels) => Math.round(Math.min(Math.max(pixels / CELL, 8), 400));
-    const query = new URLSearchParams({ x: this.choices.x.value, y: this.choices.y.value, across: cells(this.canvas.clientWidth), up: cells(this.canvas.clientHeight) });
-    if (chosen) query.set("chosen", chosen);
     const { zoomed } = this;
-    for (const [axis, [low, high]] of Object.entries(zoomed ?? {})) {
-      query.set(`${axis}_from`, low);
-      query.set(`${axis}_to`, high);
-    }
     try {
-      const response = await fetch(`${this.panel.dataset.columnPlot}&${query}`, { signal: this.pending.signal, headers: { Accept: "application/json" } });
+      const response = await fetch(this.address(chosen), { signal: this.pending.signal, headers: { Accept: "application/json" } });
       if (!response.ok) throw new Error((await response.json()).detail);
-      this.told = JSON.parse(response.headers.get("X-Pairs"));
-      const [x, y, time, session, count, mark] = decode(await response.arrayBuffer());
-      if (!zoomed) this.whole = { x: range(x), y: range(y) };
-      Object.assign(this, { x, y, time, session, count, mark, ranges: zoomed ?? this.whole, drawnFor: chosen });
-      this.draw();
-      this.canvas.dataset.fetched = this.canvas.dataset.seen;
-      if (!x.length && zoomed) this.readout.textContent = "No sample lies in what is seen here.";
-      else if (!x.length) this.readout.textContent = "No sample has both: one of these columns was not recorded.";
-      this.panel.dataset.drawn = `${this.told.x.name} ${this.told.y.name}`;
+      this.take(response.headers.get("X-Pairs"), await response.arrayBuffer(), zoomed, chosen);
     } catch (failure) {
       if (failure.name !== "AbortError") this.readout.textContent = failure.message;
     }
+  }
+
+  // Without leaving this event: bytes come as letters, for such a request gives no others.
+  fetchNow() {
+    this.pending?.abort();
+    const chosen = chosenText();
+    const request = new XMLHttpRequest();
+    request.open("GET", this.address(chosen), false);
+    request.overrideMimeType("text/plain; charset=x-user-defined");
+    request.send();
+    if (request.status !== 200) return;
+    const bytes = Uint8Array.from(request.responseText, (letter) => letter.charCodeAt(0) & 0xff);
+    this.take(request.getResponseHeader("X-Pairs"), bytes.buffer, this.zoomed, chosen);
+  }
+
+  take(head, buffer, zoomed, chosen) {
+    this.told = JSON.parse(head);
+    const [x, y, time, session, count, mark] = decode(buffer);
+    if (!zoomed) this.whole = { x: range(x), y: range(y) };
+    Object.assign(this, { x, y, time, session, count, mark, ranges: zoomed ?? this.whole, drawnFor: chosen });
+    this.draw();
+    this.canvas.dataset.fetched = this.canvas.dataset.seen;
+    if (!x.length && zoomed) this.readout.textContent = "No sample lies in what is seen here.";
+    else if (!x.length) this.readout.textContent = "No sample has both: one of these columns was not recorded.";
+    this.panel.dataset.drawn = `${this.told.x.name} ${this.told.y.name}`;
   }
 
   async further(button) {
