@@ -11,6 +11,7 @@ from api.service.problems import Problem
 from api.service.rig_store import RigStore
 from daq.excitation.separating_plan import SeparatingMotion, separating_plan
 from identify.recording.errors import InputError
+from identify.recording.plain_text import LONGEST_NAME
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,7 @@ class SeparatingPlanner:
             joint,
             SeparatingMotion.model_validate(chosen.model_dump()),
             np.array(proposed.posture),
-            f"{rivals} on {joint}",
+            f"{rivals} on {joint}"[:LONGEST_NAME],
         )
         purpose = {
             "rivals": list(proposed.rivals),

@@ -10,14 +10,17 @@ from pathlib import Path
 from typing import Annotated, Literal, NamedTuple, Self, cast
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from daq.excitation.blend import Array
 from daq.excitation.sinusoid import Sinusoids
 from daq.excitation.trapezoid import Dwell, Move
 from daq.json_object import JsonObject
 from identify.recording.errors import InputError
+from identify.recording.plain_text import LONGEST_NAME, Name, check_printable
 
+PlanName = Annotated[str, Field(max_length=LONGEST_NAME), AfterValidator(check_printable)]
+"""As other names are, or none."""
 Phase = Annotated[Sinusoids | Move | Dwell, Field(discriminator="kind")]
 
 
@@ -38,12 +41,12 @@ class ExcitationPlan(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     format: Literal[1] = 1
-    name: str = ""
-    rig: str = ""
+    name: PlanName = ""
+    rig: PlanName = ""
     """name of the rig that it was made for"""
-    model: str = ""
+    model: PlanName = ""
     """the model that it was made for"""
-    joints: tuple[str, ...] = Field(min_length=1)
+    joints: tuple[Name, ...] = Field(min_length=1)
     start: tuple[float, ...]
     """(n,) rad or m: where the joints must be when it begins"""
     phases: tuple[Phase, ...] = Field(min_length=1)

@@ -64,6 +64,7 @@ def fit_model(
     refine        : search around the constants that the model's terms have, instead of keeping them
     start         : a fitted model that this one widens: the load of the first pass, so that no term added fits worse
     inertial      : whether the base parameters' own columns take part; eq. (30) replaces them
+    Raises InputError: no joint moves in these sessions, or all torques are zero while they do.
     """
     chosen = list(record.entries() if entries is None else entries)
     ratio = payload_ratio_term(record, model, chosen) if payload_ratio else None
@@ -108,6 +109,7 @@ def fit_model(
         picked = choose_constants(observation, variants, inertial, starts)
         searched = observation
         observation, fit = _fit_chosen(searched, variants, picked, inertial, summaries)
+        _require_torque_in_motion(record, chosen, fit)
         if fit.free is not None and picked != starts:
             # what the search found best without bounds need not be best inside them
             other, kept = _fit_chosen(searched, variants, starts, inertial, summaries)
@@ -135,6 +137,17 @@ def fit_model(
             best = last
     assert best is not None  # the last round has all terms
     return best
+
+
+def _require_torque_in_motion(record: Record, entries: Sequence[SessionEntry], fit: LeastSquares) -> None:
+    """Raises InputError: there is nothing to fit, so that no relative error is defined."""
+    if fit.norm.any():
+        return
+    sessions = f"{entries[0].path}{f' and {len(entries) - 1} more' if len(entries) > 1 else ''}"
+    if not fit.rows.any():
+        raise InputError(f"{sessions}: no joint moves, so there is nothing to identify; record a motion")
+    columns = "column 'v1' is" if record.joints == 1 else f"columns 'v1' to 'v{record.joints}' are"
+    raise InputError(f"{sessions}: {columns} zero wherever a joint moves: no torque of a motion was recorded")
 
 
 def _left(fit: LeastSquares) -> float:

@@ -28,20 +28,25 @@ def open_record(experiment: Experiment, model: str = "usual") -> Record:
     Raises InputError: there is no identification session, no joint moves, or no torque of a joint was recorded.
     """
     record = Record.of(experiment, rotors=model != LINK_SIDE)
-    entries = record.entries()
+    _require_torque(record, record.entries())
+    return record
+
+
+def _require_torque(record: Record, entries: Sequence[SessionEntry]) -> None:
+    """Raises InputError: in none of these sessions a torque of some joint was recorded."""
     commanded = np.any([record.facts(entry).commanded for entry in entries], axis=0)
     for joint in np.flatnonzero(~commanded):
         raise InputError(
             f"{entries[0].path}: column 'v{joint + 1}' is zero throughout: no torque of joint"
             f" '{record.joint_names[joint]}' was recorded"
         )
-    return record
 
 
 def chosen_entries(record: Record, payloads: Sequence[str]) -> list[SessionEntry]:
     """The identification sessions with one of these payloads; all of them if none is named.
 
-    Raises InputError: a payload is not declared, or no identification session carries one of them.
+    Raises InputError: a payload is not declared, no identification session carries one of them, or no torque of a joint was
+    recorded in those that do.
     """
     declared = [payload.name for payload in record.experiment.payloads]
     for name in payloads:
@@ -50,6 +55,7 @@ def chosen_entries(record: Record, payloads: Sequence[str]) -> list[SessionEntry
     chosen = [entry for entry in record.entries() if not payloads or entry.payload.name in payloads]
     if not chosen:
         raise InputError(f"--payload {', '.join(payloads)}: no identification session carries it")
+    _require_torque(record, chosen)
     return chosen
 
 

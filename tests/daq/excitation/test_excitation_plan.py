@@ -1,6 +1,7 @@
 """Excitation plans: closed forms, limits, files."""
 
 import itertools
+import json
 
 import numpy as np
 import pytest
@@ -156,6 +157,22 @@ def test_a_damaged_plan_file_is_refused_with_file_and_field(plan, tmp_path):
         ExcitationPlan.load(path)
     with pytest.raises(InputError, match="No such file"):
         ExcitationPlan.load(tmp_path / "none.json")
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"name": "n" * 256}, r"name: String should have at most 255 characters"),
+        ({"name": "swing\u202e"}, r"name: holds the character U\+202E, which is not shown"),
+        ({"rig": "a\nb"}, r"rig: holds the character U\+000A"),
+        ({"joints": ["j3\0"]}, r"joints\.0: holds the character U\+0000"),
+    ],
+)
+def test_names_in_a_plan_file_are_bounded_as_others_are(plan, tmp_path, change, said):
+    path = tmp_path / "plan.json"
+    path.write_text(json.dumps({**json.loads(plan.to_json()), **change}), encoding="utf-8")
+    with pytest.raises(InputError, match=rf"^\S+plan\.json: {said}"):
+        ExcitationPlan.load(path)
 
 
 def test_the_approach_leads_slowly_to_the_start(rig, plan):
