@@ -51,6 +51,19 @@ def test_the_unit_is_never_restarted_into_a_motion_and_lets_the_acquisition_have
     assert "PrivateNetwork" not in settings
 
 
+def settings_of(name: str) -> dict[str, str]:
+    return dict(re.findall(r"^(\w+)=(.*)$", (SYSTEM / name).read_text(), re.MULTILINE))
+
+
+def test_what_left_the_interface_down_or_held_up_the_start_in_a_lab_is_not_asked_for():
+    """Seen with systemd 252 and Linux 6.1: each of them failed there."""
+    assert "RestartSec" not in settings_of("80-can.network")  # refused by drivers that cannot restart
+    assert not re.match(r"v?x?can\d+$", settings_of("70-can.link")["Name"])  # may be taken by another adapter
+    assert (
+        "network-online" not in settings_of("coulomb.service")["After"]
+    )  # two minutes where nothing has an address
+
+
 def test_the_guide_names_every_file_and_every_option_that_it_uses_is_one():
     for file in SYSTEM.iterdir():
         assert f"config/system/{file.name}" in GUIDE, file.name
