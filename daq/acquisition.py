@@ -27,7 +27,7 @@ from daq.plan_setpoints import approach_counts
 from daq.process_priority import ask_for_real_time
 from daq.recorder import Ending
 from daq.rig import Rig
-from daq.rig_check import RigCheck, check_rig
+from daq.rig_check import CheckItem, RigCheck, check_rig
 from daq.rig_drives import RigDrives
 from daq.ring_buffer import RingWriter
 from daq.safety import StopCause, StopReason
@@ -157,13 +157,16 @@ class Acquisition:
         self, rows: RingWriter, frames: RingWriter, closing: ExitStack
     ) -> tuple[StopReason, JsonObject]:
         remarks: list[str] = []
+        computer: list[CheckItem] = []
         if self.rig.simulated is not None and self.rig.bus.interface == "virtual":
             closing.enter_context(simulated_rig(self.rig, self.order.payload, seed=self.order.seed))
         if self.rig.pacing == "real-time":
-            remarks += ask_for_real_time()
+            granted = ask_for_real_time()
+            remarks += [each.words for each in granted]
+            computer = [CheckItem("this computer", True, each.words, advice=not each.ok) for each in granted]
         drives = RigDrives(self.rig)
         closing.callback(drives.close)
-        check = check_rig(drives)
+        check = RigCheck((*computer, *check_rig(drives).items))
         if not check.ok:
             self.tell(AcquisitionMessage("checked", check.problems, check=check))
             return StopReason(StopCause.BUS, check.problems), {}

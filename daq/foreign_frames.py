@@ -46,6 +46,9 @@ class ForeignFrames:
         }
         self._counted = counted
         self._before = {can_id: sent(can_id) for can_id in counted}
+        # The drives answered every request and command before this begins; the last heartbeat nobody answers, and a slow adapter
+        # may still have it to send.
+        self._before[HEARTBEAT + master] = max(0, sent(HEARTBEAT + master) - 1)
         self._seen = dict.fromkeys(counted, 0)
         self._watched = np.zeros(0x800, bool)
         self._watched[[SYNC_ID, *self._setpoints, *counted]] = True

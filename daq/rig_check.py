@@ -43,6 +43,8 @@ class CheckItem:
     what: str
     ok: bool
     words: str
+    advice: bool = False
+    """whether there is something to do about it although the session may go on"""
 
 
 @dataclass(frozen=True)

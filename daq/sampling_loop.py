@@ -185,7 +185,7 @@ class SamplingLoop:
             return None
         sentence = (
             f"this computer was held up for {max(blind, late):.2g} s: {missed} SYNCs did not go out and nobody watched the "
-            "samples meanwhile; close what else runs here, and allow real-time priority (docs/drives.md)"
+            "samples meanwhile; close what else runs here, and allow real-time priority (docs/install.md)"
         )
         return StopReason(StopCause.HELD_UP, sentence)
 

@@ -98,9 +98,10 @@ def conduct(console: Any, session: "PayloadSession", weigh: Callable[[], float],
         try:
             check = session.check()
             for item in check.items:
-                mark = "[green]ok[/]" if item.ok else "[red]no[/]"
+                mark = "[yellow]note[/]" if item.advice else "[green]ok[/]" if item.ok else "[red]no[/]"
                 console.print(f"{mark} {item.what}: {item.words}", highlight=False)
-            for remark in session.remarks:
+            said = {item.words for item in check.items}
+            for remark in (each for each in session.remarks if each not in said):
                 console.print(f"[yellow]note[/] {remark}", highlight=False)
             if not check.ok:
                 raise typer.Exit(1)

@@ -88,6 +88,13 @@ def test_what_was_sent_before_the_watch_began_is_no_credit(watch, counted):
     assert watch.take(block((0x000, 0)))[1] is not None
 
 
+def test_our_last_heartbeat_may_come_late_from_a_slow_adapter_and_no_other(counted):
+    counted[0x77F] = 3
+    watch = ForeignFrames(STREAMS, MASTER, lambda can_id: counted[can_id])
+    assert watch.take(block((0x77F, 0)))[1] is None
+    assert watch.take(block((0x77F, 0)))[1] is not None
+
+
 @pytest.mark.parametrize("flags", [EXTENDED, ERROR])
 def test_extended_identifiers_and_error_frames_are_nobodys_setpoints(watch, flags):
     kept, reason = watch.take(block((0x205, flags), (0x80, flags)))

@@ -26,7 +26,12 @@ def test_a_rig_that_is_as_its_file_says_is_ready(still_rig, powered):
     said = "; ".join(item.words for item in check.items)
     assert "device profile 402" in said
     assert "rated 2.22 N m" in said
-    assert check.to_json()["items"][-1] == {"what": "joint j3", "ok": True, "words": "is at 0"}
+    assert check.to_json()["items"][-1] == {
+        "what": "joint j3",
+        "ok": True,
+        "words": "is at 0",
+        "advice": False,
+    }
 
 
 def test_a_rated_torque_that_differs_by_more_than_a_rounding_is_a_problem(still_rig, powered):

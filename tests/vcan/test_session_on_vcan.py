@@ -228,7 +228,11 @@ def test_a_session_in_real_time_keeps_the_period_on_average_and_stores_its_jitte
     in_time = rig.model_copy(update={"pacing": "real-time", "cycle": 0.02})
     mount("none")
     with PayloadSession(in_time, tmp_path / "e", plan, rig.payload("none"), "operator") as session:
-        assert session.check().ok, session.reason
+        check = session.check()
+        assert check.ok, session.reason
+        computer = [item for item in check.items if item.what == "this computer"]
+        assert "real-time priority" in computer[0].words
+        assert "memory" in computer[1].words
         session.confirm_payload(0.0)
         session.arm()
         session.start()
@@ -241,7 +245,7 @@ def test_a_session_in_real_time_keeps_the_period_on_average_and_stores_its_jitte
         0.02 * (sent + missed) / sent, rel=0.05
     )
     assert counters["sync"]["period_std"] > 0
-    assert any("priority" in remark for remark in counters["remarks"])
+    assert counters["remarks"][:2] == [item.words for item in computer]
 
 
 def test_a_killed_acquisition_process_lets_the_drive_stop_by_itself(rig, mount, bus, tmp_path):

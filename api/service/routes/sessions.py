@@ -68,7 +68,10 @@ class RigCheckView(BaseModel):
     """What the check of the rig found, in words."""
 
     ok: bool = Field(examples=[True])
-    items: list[Json] = Field(examples=[[{"what": "node 3", "ok": True, "words": "answers, homed"}]])
+    items: list[Json] = Field(
+        description="`advice`: something to do about it, although the session may go on",
+        examples=[[{"what": "node 3", "ok": True, "words": "answers, homed", "advice": False}]],
+    )
 
 
 class SessionChange(BaseModel):
