@@ -18,7 +18,7 @@ from identify.diagnosis.sampling_hold import made_by_recording
 from identify.diagnosis.screening import Screening
 from identify.diagnosis.structure import Structure, bounded, leftover_structures
 from identify.diagnosis.unseen_sessions import fails_on_unseen, worse_on_unseen
-from identify.diagnosis.verdict import MOST_OF_IT, acts_like, imitated, left_over, part_of_free, verdict
+from identify.diagnosis.verdict import MOST, acts_like, imitated, left_over, part_of_free, verdict
 from identify.diagnosis.where import where_it_fails
 from identify.effects.model import Model, Term
 from identify.estimation import forked
@@ -382,7 +382,7 @@ def _conclude(
     error = final.selection.held_out_error(joint)
     over = of_one_variable and left_over(variable, structure, mean_error(bounded(after)))
     if imitated(error, free, len(missing), of_one_variable, over) and not acts_like(part, error, free):
-        keeps_its_name = part > MOST_OF_IT and missing[0].effect.variable == variable
+        keeps_its_name = part > MOST and missing[0].effect.variable == variable
         outcome, missing = "unexplained", missing[:1] if keeps_its_name else ()
         where = tuple(sorted(where, key=lambda row: row.variable != variable))
     if missing:

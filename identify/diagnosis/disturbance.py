@@ -35,14 +35,14 @@ FILTER_MEMORY = 4
 REACH = 1.5
 """s before and after from which is predicted"""
 FOLDS = 8
+"""stretches of the motion that are left out in turn where what is left is foretold without a model"""
 RIDGE = 1e-2
 INDEPENDENT = 5
 """bins (0.5 s) whose agreement with their prediction counts as one piece of evidence"""
 FEWEST_BINS = 60
 STANDS_OUT = 6.0
-"""robust standard deviations (of means over `BIN`) beyond which a run stands out of noise"""
-SHORTEST_RUN = 0.1
-"""s; the mean over `BIN` stands out for at least as long where something lasts longer than a sample or two"""
+"""Robust standard deviations (1.4826 times the median of the absolute values) beyond which what is left stands out of noise:
+means over `BIN` that do are a blow, single samples are cut there."""
 TURNING = 0.15
 """s around a reversal or a stop in which friction that turns round late or early is no disturbance"""
 
@@ -125,7 +125,7 @@ def strong_runs(predictions: Sequence[Prediction]) -> PredictableShare:
         out = np.concatenate([[False], (np.abs(values) > STANDS_OUT * deviation) & kept, [False]])
         edges = np.flatnonzero(out[1:] != out[:-1])
         for first, last in zip(edges[::2], edges[1::2], strict=True):
-            if (last - first) * _step(part) >= SHORTEST_RUN:
+            if (last - first) * _step(part) >= BIN:  # longer than a sample or two
                 power += float(np.sum(values[first:last] ** 2))
                 samples += int(last - first)
     return PredictableShare(power / total, np.sqrt(2 * samples) * deviation**2 / total)

@@ -25,7 +25,7 @@ MOST_FOLDS = 0.6
 ACTS = 0.1
 """Part of the power in the fold where an effect acts most, with which it acts in a fold: only these are asked."""
 FEWEST_FOLDS = 3
-"""folds in which an effect must act to be called missing"""
+"""folds whose agreement gives a standard error: in fewer an effect that acts is not called missing"""
 PLAIN_DROP = 0.05
 STEADY = 1.8
 """A smaller drop must be this many standard errors over the folds (one-sided, 5 % at nine degrees of freedom): some

@@ -26,8 +26,6 @@ FOLDS = 10
 """stretches of every session left out in turn"""
 RIVAL_GAIN = 0.85
 """A candidate with at least this part of the best gain may be the cause as well, if the evidence does not decide."""
-DECIDED = 0.01
-"""Probability below which one candidate explains what another does not."""
 SESSION_TOLERANCE = 0.02
 """Part by which an effect may raise the squared error on a session left out whole."""
 KNOWN = 0.05
@@ -294,7 +292,7 @@ class Selection:
         base = self.base(declared=not (finding.candidate.beside_ratio and other.candidate.beside_ratio))
         base = np.union1d(base, other.candidate.columns(self.observation, other.variant))
         columns = finding.candidate.columns(self.observation, finding.variant)
-        return self._p_value(finding.candidate.judged, base, columns) < DECIDED
+        return self._p_value(finding.candidate.judged, base, columns) < SIGNIFICANCE
 
     def rivals(self, finding: Finding, findings: Sequence[Finding]) -> tuple[str, ...]:
         """Effects that explain the data alike: nearly the gain, and the evidence does not decide against them."""
@@ -416,7 +414,7 @@ class Selection:
             small = led_by(before - present.total, before - other.total) if wider else TOO_SMALL
             if (
                 present.total - other.total > small * other.total
-                and self._p_value(joint, np.union1d(base, columns), rival) < DECIDED
+                and self._p_value(joint, np.union1d(base, columns), rival) < SIGNIFICANCE
                 and self._p_value(joint, np.union1d(base, rival), columns) > SIGNIFICANCE
                 and not self._refuted(joint, [(candidate, other.variant)])
             ):

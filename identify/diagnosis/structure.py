@@ -7,7 +7,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.diagnosis.disturbance import PredictableShare, remembered, strong_runs
+from identify.diagnosis.disturbance import FOLDS, STANDS_OUT, PredictableShare, remembered, strong_runs
+from identify.diagnosis.finding import FEWEST_FOLDS
 from identify.estimation import forked
 from identify.estimation.prediction import Prediction
 
@@ -15,9 +16,6 @@ Array = NDArray[np.float64]
 
 NEIGHBOURS = 16
 """samples whose mean predicts another one; their noise adds a sixteenth of its power to the prediction's error"""
-FOLDS = 8
-FEWEST_FOLDS = 3
-"""folds whose agreement gives a standard error"""
 LEAST_SHARE = 0.12
 """Part of the residual's power that must be predictable before it is called structure. The mean of neighbours finds
 more than this wherever an effect is worth a twentieth of the torque's error to an operator."""
@@ -25,8 +23,6 @@ LEAST_REMEMBERED = 0.2
 """The same for what is predicted from itself in time: noise with a memory of 0.2 s reaches a tenth."""
 DECIDED = 3.0
 """standard errors over the folds by which the share must differ from none"""
-BOUND = 6.0
-"""robust standard deviations (1.4826 times the median of the absolute values) beyond which a residual is cut"""
 MOST_SAMPLES = 20_000
 HISTORY = 1.5
 """s of the past that a hidden state of a joint may remember"""
@@ -110,9 +106,9 @@ def _as_structure(view: tuple[str, ...], predictable: PredictableShare, least: f
 
 
 def bounded(predictions: Sequence[Prediction]) -> list[Prediction]:
-    """The same with residuals cut at `BOUND`: a handful of samples beside a stop or a reversal is not structure."""
+    """The same with residuals cut at `STANDS_OUT`: a handful of samples beside a stop or a reversal is not structure."""
     residual = np.concatenate([part.residual[part.moving] for part in predictions])
-    bound = BOUND * 1.4826 * float(np.median(np.abs(residual))) if len(residual) else 0.0
+    bound = STANDS_OUT * 1.4826 * float(np.median(np.abs(residual))) if len(residual) else 0.0
     return [
         replace(part, predicted=part.measured - np.clip(part.residual, -bound, bound)) for part in predictions
     ]
@@ -296,4 +292,4 @@ QUESTIONS: tuple[Callable[[Sequence[Prediction], Sequence[Prediction]], Structur
     ),
     lambda _, whole: _as_structure(("moments",), strong_runs(whole), LEAST_SHARE),
 )
-"""What is asked of a joint's predictions, residuals cut at `BOUND`, and of the same as they are."""
+"""What is asked of a joint's predictions, residuals cut at `STANDS_OUT`, and of the same as they are."""

@@ -14,10 +14,10 @@ ABOVE_FLOOR = 1.5
 """An error this many times the noise floor leaves structure even where no predictor finds it (a hidden state)."""
 AT_THE_FLOOR = 1.05
 """An error within this factor of the noise floor leaves nothing that depends on the motion."""
-EXPLAINED = 0.5
-"""Part of the error's power above the noise that the missing effects must explain for the verdict to be theirs."""
-MOSTLY_STRUCTURE = 0.5
-"""Part of what is left that is predictable; with this much, what was added only imitates something else."""
+MOST = 0.5
+"""More than half of it: of the error's power above the noise, which the missing effects must explain for the verdict to be
+theirs; of what is left, which is predictable where what was added only imitates; and of what a free function takes away, which
+an effect takes that is named although the rest is unexplained: the cause acts like it, but not quite."""
 WORTH_SAYING = 0.15
 """Part of the first error's power above the noise that such a rest must have."""
 MANY = 3
@@ -35,8 +35,6 @@ NEARLY_ALL = 0.9
 spring with a little play explains nine tenths as a straight line, one that acts on one side only two thirds at most."""
 LARGE_PART = 0.8
 """The same where all the effects together do better than the free function."""
-MOST_OF_IT = 0.5
-"""The same for an effect that is named although the rest is unexplained: the cause acts like it, but not quite."""
 
 
 def imitated(after: float, free: float, missing: int, of_one_variable: bool, left_over: bool = False) -> bool:
@@ -108,7 +106,7 @@ def verdict(
     excess_before = max(before**2 - noise**2, 1e-300)
     excess_after = max(after**2 - noise**2, 0.0)
     explained = 1 - excess_after / excess_before
-    mostly = share > MOSTLY_STRUCTURE and excess_after > WORTH_SAYING * excess_before
-    if (strongest is not None or above) and (explained < EXPLAINED or mostly):
+    mostly = share > MOST and excess_after > WORTH_SAYING * excess_before
+    if (strongest is not None or above) and (explained < MOST or mostly):
         return "unexplained"
     return "missing"

@@ -29,16 +29,16 @@ CONSTANTS = {
         "PLAIN_DROP", "STEADY", "AS_GOOD", "SLIGHTLY_MORE", "TOO_SMALL",
     ),
     "selection": (
-        "FOLDS", "RIVAL_GAIN", "DECIDED", "SESSION_TOLERANCE", "KNOWN", "PAIRED",
+        "FOLDS", "RIVAL_GAIN", "SESSION_TOLERANCE", "KNOWN", "PAIRED",
     ),
     "screening": ("WORTH_OF_ALL",),
     "diagnosis": ("SIBLING_GAIN",),
     "instruments": ("VELOCITY_HELD", "BAND"),
     "verdict": (
-        "ABOVE_FLOOR", "EXPLAINED", "MOSTLY_STRUCTURE", "WORTH_SAYING", "MANY", "AS_WELL", "BETTER", "CLEARLY_BETTER",
-        "NEARLY_ALL", "LARGE_PART", "MOST_OF_IT",
+        "ABOVE_FLOOR", "MOST", "WORTH_SAYING", "MANY", "AS_WELL", "BETTER", "CLEARLY_BETTER",
+        "NEARLY_ALL", "LARGE_PART",
     ),
-    "structure": ("LEAST_SHARE", "LEAST_REMEMBERED", "DECIDED", "BOUND", "LINE_STANDS_OUT"),
+    "structure": ("LEAST_SHARE", "LEAST_REMEMBERED", "DECIDED", "LINE_STANDS_OUT"),
     "disturbance": ("NOISE_MEMORY", "LOUD", "STANDS_OUT"),
 }  # fmt: skip
 """Constants that decide names and verdicts, by module of `identify.diagnosis`. Those of `probability` decide neither."""
