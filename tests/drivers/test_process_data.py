@@ -4,7 +4,15 @@ import struct
 
 import pytest
 
-from drivers.process_data import DriveStream, MappedEntry, ProcessData, lay_out
+from drivers.errors import DriveError
+from drivers.process_data import (
+    DriveStream,
+    MappedEntry,
+    PdoParameters,
+    ProcessData,
+    lay_out,
+    set_transmission_type,
+)
 
 POSITION = MappedEntry("position", 0x6064, 0, "<i4")
 STATUS = MappedEntry("statusword", 0x6041, 0, "<u2")
@@ -47,3 +55,33 @@ def test_a_stream_finds_which_pdo_carries_a_value():
     assert stream.setpoint(15, -7) == struct.pack("<Hi", 15, -7)
     with pytest.raises(KeyError, match="temperature"):
         stream.find("temperature")
+
+
+class _FixedTypes:
+    """SDO access to a drive whose transmission types can only be read, or that keeps silent."""
+
+    def __init__(self, answer: str) -> None:
+        self.answer = answer
+
+    def write_verified(self, index: int, *_arguments: object) -> None:
+        raise DriveError(5, "mapping", index=index, received=self.answer)
+
+
+@pytest.mark.parametrize(
+    ("kind", "present", "usable"),
+    [
+        *(("RPDO", present, True) for present in (0, 1, 240, 254, 255)),
+        *(("RPDO", present, False) for present in (241, 252, 253)),
+        ("TPDO", 1, False),
+    ],
+)
+def test_an_rpdo_that_is_taken_at_sync_or_at_once_is_used_as_it_stands(kind, present, usable):
+    """CiA 301: 0 to 240 go with SYNC, 254 and 255 with an event, 241 to 253 are reserved or asked for."""
+    pdo = PdoParameters(kind, 1, 0x205, present, ())
+    if usable:
+        assert set_transmission_type(_FixedTypes("the drive refused"), pdo, 1, "mapping") == present
+    else:
+        with pytest.raises(DriveError):
+            set_transmission_type(_FixedTypes("the drive refused"), pdo, 1, "mapping")
+    with pytest.raises(DriveError):  # silence is no refusal
+        set_transmission_type(_FixedTypes("nothing came"), pdo, 1, "mapping")

@@ -3,7 +3,15 @@
 import pytest
 from pydantic import ValidationError
 
-from drivers.simulated.faults import Faults, FaultSettings, PlannedFault
+from drivers.simulated.faults import (
+    COMMAND_DOUBLE,
+    COMMAND_LATE,
+    COMMAND_LOSE,
+    COMMAND_SATURATE,
+    Faults,
+    FaultSettings,
+    PlannedFault,
+)
 
 
 def faults(seed: int = 1, **settings) -> Faults:
@@ -102,3 +110,19 @@ def test_a_planned_fault_lets_its_syncs_pass_first_and_only_those_of_its_phase_c
 def test_a_fault_that_does_not_exist_is_refused_with_those_that_do():
     with pytest.raises(ValidationError, match=r"'hiccup' is no fault; there are .*restart"):
         PlannedFault(fault="hiccup")
+
+
+@pytest.mark.parametrize(
+    ("command", "figure"),
+    [
+        (COMMAND_LOSE, "lose_probability"),
+        (COMMAND_LATE, "late_probability"),
+        (COMMAND_SATURATE, "current_left"),
+        (COMMAND_DOUBLE, "double_probability"),
+    ],
+)
+def test_shares_are_commanded_in_per_mille(command, figure):
+    made = faults()
+    for per_mille, share in ((0, 0.0), (1, 0.001), (250, 0.25), (1000, 1.0)):
+        made.command(command, per_mille)
+        assert getattr(made, figure) == share

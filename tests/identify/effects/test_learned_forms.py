@@ -49,6 +49,22 @@ def test_a_table_is_linear_between_its_points(name):
         assert told.shape == ((len(table.knots),) if table.sense == "plain" else (len(table.knots), 2))
 
 
+@pytest.mark.parametrize(
+    ("name", "columns"),
+    [
+        # 4, 6, 9 and 13 points, of which the first is zero, and up to twelve columns
+        ("q", {"plain": [3, 5, 8, 12], "turned": [3, 5, 8, 12], "both": [6, 10]}),
+        # a straight line over the speed is in every model, so that the last is zero too
+        ("dq", {"plain": [2, 4, 7, 11], "turned": [2, 4, 7, 11], "both": [4, 8]}),
+    ],
+)
+def test_tables_have_a_column_for_every_point_that_is_not_zero_in_either_direction_or_in_each(name, columns):
+    made = {sense: [] for sense in columns}
+    for table in tables(variable(name), SUMMARY):
+        made[table.sense].append(table.effect.columns(MOTION, {}).shape[1])
+    assert made == columns
+
+
 def test_every_form_is_searched_inside_the_range_and_finer_around_the_choice():
     over = variable("q")
     forms = list(closed_forms(over, "turned", SUMMARY))

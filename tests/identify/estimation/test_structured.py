@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import identify
+from identify.estimation.structured import _minimise
 from tests.identify.estimation import simulated_arm
 
 G = simulated_arm.G
@@ -181,3 +182,16 @@ def test_the_errors_by_speed_are_those_of_the_samples_in_that_range(experiment):
     assert speeds["low"].relative_error == pytest.approx(np.sqrt(residual / measured))
     assert speeds["all"].relative_error == pytest.approx(found.relative_error, rel=1e-6)
     assert speeds["high"].joints[0].joint == "j3"
+
+
+@pytest.mark.parametrize("start", [(-1.2, 1.0), (3.0, -4.0), (0.0, 0.0)])
+def test_the_search_goes_down_rosenbrock_s_valley_to_its_end(start):
+    """100 (y - x²)² + (1 - x)², least at (1, 1) (Rosenbrock 1960): steps that fail must be made shorter."""
+
+    class Valley:
+        def coefficients(self, theta):
+            x, y = theta
+            return np.array([10 * (y - x * x), x]), np.array([[-20 * x, 10.0], [1.0, 0.0]])
+
+    rows = np.column_stack([np.eye(2), [0.0, 1.0], [0.0, 0.0]])
+    assert _minimise(Valley(), rows, np.array(start)) == pytest.approx([1.0, 1.0], abs=1e-6)
