@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identify.effects.hysteresis import dahl_state, play_position
+from identify.effects.hysteresis import Backlash, Presliding, dahl_state, play_position
 from identify.effects.motion import BlockMemory
+from tests.identify.effects.motions import PERIOD, motion_of
 
 
 def motion(position: np.ndarray, time: np.ndarray, memory: BlockMemory) -> SimpleNamespace:
@@ -60,3 +61,39 @@ def test_the_state_goes_on_from_block_to_overlapping_block(seed, cut):
     dahl_state(motion(position[: cut + 50], time[: cut + 50], memory), 0.05)  # type: ignore[arg-type]
     second = dahl_state(motion(position[cut - 50 :], time[cut - 50 :], memory), 0.05)  # type: ignore[arg-type]
     np.testing.assert_allclose(second, whole[cut - 50 :], atol=1e-9)
+
+
+def test_pushed_by_motion_the_link_hangs_back_by_half_the_gap():
+    """s in parts of the gap: -1/2 while the motor pushes forward, 1/2 backward, and between them right after a reversal."""
+    seen = motion_of(load_slope_of=lambda: np.full(500, 3.0))
+    place = Backlash().columns(seen, {"play": 0.01})[:, 0] / 3.0
+    turned = int(np.argmax(seen.dq < 0))
+    pushed = np.abs(seen.q - seen.q[turned]) > 0.011
+    pushed[:5] = False
+    np.testing.assert_allclose(place[pushed], -0.5 * np.sign(seen.dq)[pushed], atol=1e-9)
+    between = place[turned : turned + 5]
+    assert np.all(np.diff(between) >= 0)
+    assert np.all(np.abs(between) < 0.5 + 1e-9)
+
+
+def test_pushed_by_load_the_link_lies_against_the_flank_that_the_load_leans_on():
+    seen = motion_of()
+    columns = Backlash().columns(seen, {"flank_load": 8.0, "rotor_inertia": 0.5})
+    load = seen.load - 0.5 * seen.ddq
+    place = -0.5 * np.tanh(load / 8.0)
+    np.testing.assert_allclose(columns[:, 0], seen.load_slope_of() * place, rtol=1e-12, atol=1e-12)
+    acceleration = (place[2:] - 2 * place[1:-1] + place[:-2]) / PERIOD**2
+    inner = slice(20, -20)
+    scale = np.abs(acceleration).max()
+    np.testing.assert_allclose(columns[1:-1, 1][inner], -acceleration[inner], atol=0.02 * scale)
+
+
+def test_a_state_that_is_carried_over_a_way_is_dahls_and_stays_where_nothing_moves():
+    state, travel = np.array([0.3, -0.8, 0.5]), np.array([0.02, -0.01, 0.0])
+    carried = Presliding().state_after(state, travel, {"presliding_distance": 0.01})
+    steps = 20_000
+    value = state.copy()
+    for _ in range(steps):  # dz/dq = (1 - z sign(dq)) / distance
+        value = value + travel / steps * (1 - value * np.sign(travel)) / 0.01
+    np.testing.assert_allclose(carried, value, atol=1e-3)
+    assert carried[2] == 0.5
