@@ -21,10 +21,15 @@ AUDIT_ROWS = 100
 
 
 @router.get("/sign-in", dependencies=[access.Public])
-def sign_in_page(request: Request, then: Annotated[str, Query(max_length=300)] = "") -> HTMLResponse:
-    """The form; where nobody has an account yet, how the first one is made."""
-    exist = access.service_of(request).accounts.exist()
-    return page(request, "sign_in.html", then=then, accounts_exist=exist, csrf=access.csrf_token(request))
+def sign_in_page(
+    request: Request, then: Annotated[str, Query(max_length=300)] = "", ended: bool = False
+) -> HTMLResponse:
+    """The form; where nobody has an account yet, how the first one is made.
+
+    ended : whether a page leads here because the sign-in that it was shown to has ended
+    """
+    context = {"then": then, "ended": ended, "accounts_exist": access.service_of(request).accounts.exist()}
+    return page(request, "sign_in.html", **context, csrf=access.csrf_token(request))
 
 
 @router.post("/sign-in", dependencies=[access.Public])
@@ -160,7 +165,7 @@ def audit_page(
             "action": row.action,
             "target": row.target,
             "outcome": row.outcome,
-            "refused": not row.outcome.startswith(("2", "3", "asked")),
+            "refused": not row.outcome.startswith(("2", "3", "asked", "done")),
         }
         for row in rows
     ]

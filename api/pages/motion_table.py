@@ -3,6 +3,7 @@
 from urllib.parse import urlencode
 
 from api.pages.layout import experiment_link
+from api.pages.number_format import THIN
 from api.pages.rendering import Context
 from api.service.model_use import ENDINGS, Driven, Ending, ModelUse
 from api.simulation_text import GAINS
@@ -102,7 +103,7 @@ def certificate_words(certificate: Certificate) -> list[str]:
         errors = (
             ""
             if model is None or file is None
-            else f" relative error of the model {100 * model:.2f} %, of the file {100 * file:.2f} %;"
+            else f" relative error of the model {100 * model:.2f}{THIN}%, of the file {100 * file:.2f}{THIN}%;"
         )
         parts = [
             f"{what} {', '.join(effects)}"

@@ -28,4 +28,4 @@ def scope_of_session(shown: ShownModel, file: str) -> str:
     """One session, and what the model has to do with it."""
     role = next((each.role for each in shown.document.sessions if each.file == file), "left out")
     used = {"identification": "in the fit", "validation": "validation only"}
-    return f"{file} only, {used.get(role, 'not in the fit')}"
+    return f"only {file}, {used.get(role, 'not in the fit')}"

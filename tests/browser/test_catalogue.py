@@ -62,7 +62,7 @@ def test_a_session_is_excluded_with_its_reason_and_every_version_is_fitted_again
     fits_on_every_screen(ada, "missing")
 
     ada.open(f"experiments/{experiment}/model?session=session-01.csv")
-    expect(scope).to_contain_text("Session-01.csv only, in the fit")
+    expect(scope).to_contain_text("Only session-01.csv, in the fit")
     expect(page.get_by_text("Condition number")).to_have_count(0)
     fits_on_every_screen(ada, "model")
 

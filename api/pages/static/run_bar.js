@@ -127,7 +127,7 @@ export function watchTheRun() {
       if (leaving) return;
       if (response.status === 401) {
         if (bar.hidden) {
-          location.assign("/pages/sign-in");
+          location.assign(`/pages/sign-in?then=${encodeURIComponent(location.pathname)}&ended=true`);
           return;
         }
         // Who was let in may still stop: the button stays as long as something may move.

@@ -75,7 +75,7 @@ def test_a_certificate_is_said_in_sentences():
     )
     assert certificate_words(certificate) == [
         "Checked with the file read back.",
-        "j1: relative error of the model 4.00 %, of the file 5.00 %; approximated: load-friction; lost: offset.",
+        "j1: relative error of the model 4.00\u202f%, of the file 5.00\u202f%; approximated: load-friction; lost: offset.",
         "A URDF does not say which way gravity points.",
     ]
 
