@@ -219,6 +219,14 @@ def import_(
     prismatic = [not each.revolute for each in chain.joints] if chain else []
     body = {"name": payload, "mass": payload_mass, "com": list(parse_three(payload_com, "--payload-com"))}
     carried = check_settings(Payload, body, {}, "options: --payload")
+    if columns.joined and not time:
+        if len(tables) != len(columns.joined):
+            named = ", ".join(columns.joined)
+            raise InputError(
+                f"FILE: sessions of {folder} are joined from {len(columns.joined)} files each (times: {named}); give as many, or"
+                " name --time"
+            )
+        join = True
     if join and len(tables) > 1:
         joined, columns = join_session(tables, time or (), columns, mending)
         tables = [joined]

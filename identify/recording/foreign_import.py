@@ -155,7 +155,7 @@ def read_columns(folder: Path) -> ColumnMap | None:
     for name, value in document.items():
         if isinstance(value, list) and all(isinstance(item, (str, int, float)) for item in value):
             values[name] = tuple(value)
-        elif isinstance(value, (str, int, float)) and name in ("time", "rate", "time_unit"):
+        elif isinstance(value, (str, int, float)) and name in ("time", "rate", "time_unit", "joined_unit"):
             values[name] = value
         else:
             raise InputError(f"{path} line {lines[(name,)]}: {name}: must be a list of names")

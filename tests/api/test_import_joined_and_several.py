@@ -190,3 +190,29 @@ def test_options_for_one_session_are_refused_for_two(tmp_path, more, words):
     assert isinstance(done.exception, InputError)
     assert words in str(done.exception)
     assert not (tmp_path / "made").exists()
+
+
+def test_another_joined_session_is_appended_without_repeating_anything(tmp_path):
+    time = np.arange(300) / 300
+    made = tmp_path / "made"
+    table(tmp_path / "p.csv", time * 1000, clock="T", q=position(time))
+    table(tmp_path / "c.csv", time * 1000, clock="clock", i=current(time))
+    done = joined(
+        tmp_path,
+        tmp_path / "p.csv",
+        tmp_path / "c.csv",
+        times=("T", "clock"),
+        more=("--time-unit", "ms"),
+    )
+    assert done.exit_code == 0, (done.exception, done.output)
+    again = run(tmp_path / "p.csv", tmp_path / "c.csv", "--append", "--out", made)
+    assert again.exit_code == 0, (again.exception, again.output)
+    experiment = load_experiment(made)
+    first, second = (experiment.read(entry) for entry in experiment.sessions)
+    np.testing.assert_array_equal(second.position, first.position)
+    np.testing.assert_array_equal(second.time, first.time)
+    fewer = run(tmp_path / "p.csv", "--append", "--out", made)
+    assert "are joined from 2 files each (times: T, clock); give as many, or name --time" in str(
+        fewer.exception
+    )
+    assert len(load_experiment(made).sessions) == 2

@@ -34,18 +34,19 @@ def join_session(
 ) -> tuple[ForeignTable, ColumnMap]:
     """One table out of the files of one session, and where its columns stand: `columns` with the joined time.
 
-    times : the time column of each file, or one that all have; none: that of `columns`
+    times : the time column of each file, or one that all have; none: those of `columns`
 
     Raises InputError: as many times as files are needed; or as `join_on_time`.
     """
-    given = list(times) or ([columns.time] if columns.time else [])
+    given = list(times) or list(columns.joined) or ([columns.time] if columns.time else [])
     if not given:
         raise InputError("--time: is missing; files are joined on their time columns")
     if len(given) not in (1, len(tables)):
         raise InputError(f"--time: {len(given)} given for {len(tables)} files; give one, or {len(tables)}")
     of_each = given * (len(tables) // len(given))
-    joined = join_on_time(tables, of_each, columns.time_unit, columns.position, repair)
-    return joined, replace(columns, time=joined.time, time_unit=None)
+    unit = columns.time_unit or columns.joined_unit
+    joined = join_on_time(tables, of_each, unit, columns.position, repair)
+    return joined, replace(columns, time=joined.time, time_unit=None, joined=tuple(of_each), joined_unit=unit)
 
 
 def join_on_time(

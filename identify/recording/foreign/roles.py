@@ -51,6 +51,10 @@ class ColumnMap:
     temperature: tuple[str, ...] = ()
     extra: tuple[str, ...] = ()
     """Columns to keep beside."""
+    joined: tuple[str, ...] = ()
+    """Time column of each of the files that make one session, so that another one is joined alike; none: it is one file."""
+    joined_unit: str | None = None
+    """The unit of these."""
 
 
 @dataclass(frozen=True)
