@@ -32,6 +32,23 @@ def settled(page, wanted: tuple[float, float]) -> tuple[float, float]:
     return shown(page)
 
 
+def test_what_nobody_scrolled_to_is_drawn_when_the_page_is_printed(stored, visitor) -> None:
+    ada = visitor(stored, "ada")
+    ada.open("experiments/rx130l-joint3/model")
+    expect(ada.page.locator("[data-range]")).to_contain_text(" to ")
+    panel = ada.page.locator("[data-column-plot]")
+    assert panel.get_attribute("data-drawn") is None
+    ada.page.pdf()
+    assert panel.get_attribute("data-drawn") == "velocity error"
+    ada.page.emulate_media(media="print")
+    # no panel lies over another one
+    tops = ada.page.locator(".with-side .panel").evaluate_all(
+        "(panels) => panels.map((panel) => panel.getBoundingClientRect()).map(({ top, bottom }) => [top, bottom])"
+    )
+    ends = [bottom for _, bottom in tops]
+    assert all(top >= end for (top, _), end in zip(tops[1:], ends[:-1], strict=True))
+
+
 def test_the_torque_is_zoomed_by_the_wheel_and_panned_by_a_drag(stored, visitor) -> None:
     ada = visitor(stored, "ada")
     page = ada.page
