@@ -288,8 +288,13 @@ def first_recording(folder: Path) -> Path | None:
     """The recording of a proof's run without torque sent ahead; None where it was not driven to its end."""
     if not (folder / "experiment.yaml").is_file():
         return None
-    listed = load_experiment(folder).sessions
-    return listed[0].path if listed else None
+    return next((entry.path for entry in load_experiment(folder).sessions if _is_complete(entry.path)), None)
+
+
+def _is_complete(recording: Path) -> bool:
+    """Whether a recording was driven to its end; one that was stopped may be listed all the same once it was recovered."""
+    with h5py.File(recording, "r") as file:
+        return str(file.attrs["status"]) == "complete"
 
 
 def read_settings(folder: Path) -> ProofSettings:
