@@ -1,5 +1,6 @@
 """What the pages show of a model's use: errors of predicted motion by horizon, exports with their certificates in words."""
 
+from collections.abc import Collection
 from urllib.parse import urlencode
 
 from api.pages.layout import experiment_link
@@ -83,20 +84,42 @@ def driven_words(document: SimulationDocument) -> list[str]:
 def export_rows(use: ModelUse, experiment: str, version: str) -> list[Context]:
     """Every format: its name, where to ask for it, and the file with its certificate in words where it is there."""
     certificates = use.certificates(experiment, version)
+    shared = _shared(certificates.values())
     query = urlencode({"version": version})
     return [
         {
             "name": NAMES[ending],
             "ending": ending,
             "link": f"{experiment_link(experiment, 'use/exports')}/{ending}?{query}",
-            "words": certificate_words(certificates[ending]) if ending in certificates else None,
+            "words": certificate_words(certificates[ending], shared) if ending in certificates else None,
         }
         for ending in ENDINGS
     ]
 
 
-def certificate_words(certificate: Certificate) -> list[str]:
-    """A certificate in sentences."""
+def export_remarks(use: ModelUse, experiment: str, version: str) -> list[str]:
+    """What the certificates of all formats that are there say alike, in sentences."""
+    return [sentence(remark) for remark in _shared(use.certificates(experiment, version).values())]
+
+
+def _shared(certificates: Collection[Certificate]) -> list[str]:
+    """Remarks that several certificates have, each of them."""
+    if len(certificates) < 2:
+        return []
+    first, *others = certificates
+    return [remark for remark in first.remarks if all(remark in other.remarks for other in others)]
+
+
+def sentence(text: str) -> str:
+    """With a capital and a full stop."""
+    return f"{text[0].upper()}{text[1:]}."
+
+
+def certificate_words(certificate: Certificate, but: Collection[str] = ()) -> list[str]:
+    """A certificate in sentences.
+
+    but : remarks that are said elsewhere
+    """
     said = [f"Checked with {certificate.checked_with}."]
     for joint in certificate.joints:
         model, file = joint.relative_error_model, joint.relative_error_export
@@ -111,4 +134,4 @@ def certificate_words(certificate: Certificate) -> list[str]:
             if effects
         ]
         said.append(f"{joint.joint}:{errors} {'; '.join(parts) or 'everything kept'}.")
-    return [*said, *(f"{remark[0].upper()}{remark[1:]}." for remark in certificate.remarks)]
+    return [*said, *(sentence(remark) for remark in certificate.remarks if remark not in but)]

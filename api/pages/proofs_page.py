@@ -66,6 +66,7 @@ def proofs_page(
         "plans": _plans(service, stored),
         "payloads": _payloads(stored, rigs[rig_id]) if rig_id else [],
         "here_link": experiment_link(experiment, "proofs"),
+        "plan_link": experiment_link(experiment, "proofs/plan"),
     }
     return page(request, "proofs.html", **context)
 
@@ -98,6 +99,18 @@ def prepare(
             share=percent / 100.0,
         )
     return _progress(request, experiment, job.id)
+
+
+@router.post("/plan")
+def standard_plan(request: Request, _user: access.Operator, experiment: str, rig: Word) -> Response:
+    """Make a plan to prove it with; then the form again, with it."""
+    service = access.service_of(request)
+    service.experiments.declared(experiment)
+    with input_errors_as_problems():
+        service.disk.require_room()
+        service.proofs.standard_plan(rig)
+    link = f"{experiment_link(experiment, 'proofs')}?{urlencode({'rig': rig})}"
+    return Response(status_code=204, headers={"HX-Redirect": link})
 
 
 @router.get("/progress")

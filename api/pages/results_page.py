@@ -10,7 +10,7 @@ from fastapi.responses import HTMLResponse, Response
 from api.pages.choices import VersionChoice, chosen_model
 from api.pages.experiment_frame import experiment_context, no_model_page
 from api.pages.layout import experiment_link, frame
-from api.pages.motion_table import export_rows
+from api.pages.motion_table import export_remarks, export_rows
 from api.pages.parameter_tables import constants_in_words, effects_in_model, parameter_groups
 from api.pages.proof_words import proof_panel
 from api.pages.rendering import PREFIX, page
@@ -53,6 +53,7 @@ def results_page(
         if urdf_of(shown.folder) is None and can_be_made()
         else None,
         "exports": export_rows(access.service_of(request).model_use, stored.id, shown.version.id),
+        "export_remarks": export_remarks(access.service_of(request).model_use, stored.id, shown.version.id),
         "report_link": f"{experiment_link(experiment, 'report')}?version={shown.version.id}",
         "results_link": f"/experiments/{experiment}/results",
     }

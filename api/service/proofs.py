@@ -35,12 +35,15 @@ from api.service.rig_store import RigStore
 from api.service.session_ids import Drive, drive_id
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.excitation.plan_limits import require_within_limits
+from daq.excitation.standard_plan import standard_plan
 from daq.rig import Rig
 from daq.session_events import SessionState
 from daq.torque_offset import SentAhead
 from identify.recording.errors import InputError
 from identify.results.compensation import CompensationDocument
 from identify.results.document import Json
+
+STANDARD_PLAN_SECONDS = 20.0
 
 COMPUTATION = "api.service.use_computations:torque_along"
 
@@ -156,6 +159,15 @@ class Proofs:
 
         return self._jobs.submit(
             "compensate", COMPUTATION, arguments, store, user=user.name, experiment=experiment
+        )
+
+    def standard_plan(self, rig: str) -> str:
+        """Store a plan that is made for no model in particular, as the command line takes one; returns its id.
+
+        Raises the problem 404.
+        """
+        return self._plans.add(
+            standard_plan(self._rigs.rig(rig), STANDARD_PLAN_SECONDS, name=f"standard, {rig}")
         )
 
     def all(self, experiment: str) -> list[ProofState]:

@@ -15,13 +15,12 @@ RIG = "rx130l-joint3-simulated"
 
 @pytest.fixture
 def arm(service, finished):
-    """An operator, and the id of an identified experiment of the rig, with a plan `short`."""
+    """An operator, and the id of an identified experiment of the rig; there is no plan yet."""
     held = service.service
     rig = held.rigs.rig(RIG)
     with held.experiments.incoming() as folder:
         write_driven_arm(folder, rig)
         experiment = held.experiments.adopt(folder, "arm").id
-    held.plans.add(short_plan("short"))
     client = service.client(Role.OPERATOR)
     job = client.post(f"/experiments/{experiment}/models", json={"model": "load-velocity", "add": []}).json()
     assert finished(client, job)["state"] == "done"
@@ -50,9 +49,22 @@ def refuses_what_may_do_harm_or_does_not_go_together(client, http, finished, exp
     assert client.proofs(experiment) == []
 
 
+def takes_the_standard_plan_where_there_is_none(http, experiment):
+    address = f"/pages/experiments/{experiment}/proofs"
+    assert "Take the standard plan" in http.get(address).text
+    assert http.post(f"{address}/plan", data={"rig": "no such rig"}).status_code == 404
+    answer = http.post(f"{address}/plan", data={"rig": RIG})
+    assert answer.status_code == 204, answer.text
+    page = http.get(answer.headers["HX-Redirect"]).text
+    assert "Take the standard plan" not in page
+    assert f"standard, {RIG}" in page
+
+
 def test_a_proof_is_prepared_driven_twice_and_listed_with_what_it_did(arm, service, finished):
     http, experiment = arm
     client = Client("", http=http)
+    takes_the_standard_plan_where_there_is_none(http, experiment)
+    service.service.plans.add(short_plan("short"))
     refuses_what_may_do_harm_or_does_not_go_together(client, http, finished, experiment)
     job = client.prepare_proof(experiment, RIG, "short", "none")
     assert finished(http, job)["result"] == {"model": "m1", "proof": "00"}

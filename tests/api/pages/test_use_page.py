@@ -52,6 +52,12 @@ def test_an_export_is_made_when_asked_for_and_can_be_taken_with_its_certificate(
     assert taken.headers["content-disposition"] == f'attachment; filename="{experiment}-m1.py"'
     assert "def torque(" in taken.text
     assert client.get(use.replace("/py", "/urdf")).status_code == 404
+    # what all formats say alike is said once
+    assert "data-export-remarks" not in text
+    computed(client, finished, use.replace("/py", "/json"))
+    text = client.get(address).text
+    assert text.count("Payload-mass was estimated beside the model") == 1
+    assert "data-export-remarks" in text
 
 
 def test_a_certificate_is_said_in_sentences():
