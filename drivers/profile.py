@@ -159,7 +159,7 @@ def load_profile(name_or_path: str | Path) -> DriveProfile:
             f"drive profile {given!r} is not known; there are {', '.join(profile_names())}; {_OWN_FILE}"
         )
     with as_file(resource) as path:
-        return _parse(path)
+        return _parsed(path)
 
 
 def is_path(drive: str) -> bool:
@@ -175,6 +175,16 @@ def profile_names() -> list[str]:
 
 
 def _parse(path: Path) -> DriveProfile:
+    """A user's own profile, whose object dictionary is found beside it. One that comes with the software keeps the name of its
+    dictionary, by which it is told from a drive's own (`drivers.object_dictionary.own_dictionary`)."""
+    profile = _parsed(path)
+    beside = path.parent / profile.object_dictionary
+    if not Path(profile.object_dictionary).is_absolute() and beside.is_file():
+        return profile.model_copy(update={"object_dictionary": str(beside)})
+    return profile
+
+
+def _parsed(path: Path) -> DriveProfile:
     try:
         content = yaml.safe_load(path.read_text(encoding="utf-8"))
     except OSError as error:
@@ -184,11 +194,7 @@ def _parse(path: Path) -> DriveProfile:
     if not isinstance(content, dict):
         raise ProfileError(f"{path}: a drive profile is a mapping of fields")
     try:
-        profile = DriveProfile.model_validate(content)
-        beside = path.parent / profile.object_dictionary
-        if not Path(profile.object_dictionary).is_absolute() and beside.is_file():
-            profile = profile.model_copy(update={"object_dictionary": str(beside)})
-        return profile
+        return DriveProfile.model_validate(content)
     except ValidationError as error:
         first = error.errors()[0]
         field = ".".join(str(part) for part in first["loc"]) or "profile"

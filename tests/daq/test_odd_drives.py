@@ -25,10 +25,9 @@ THERE_AND_BACK = ExcitationPlan(
 
 
 def with_oddities(rig: Rig, **oddities: object) -> Rig:
-    """The simulated rig with a drive of these oddities, of which no profile and no EDS tells anything."""
+    """The simulated rig with a drive of these oddities."""
     drive = {**rig.simulated["drives"][0], "oddities": oddities}
-    unknown = rig.axes[0].model_copy(update={"drive": "generic-cia402"})
-    return rig.model_copy(update={"axes": (unknown,), "simulated": {**rig.simulated, "drives": [drive]}})
+    return rig.model_copy(update={"simulated": {**rig.simulated, "drives": [drive]}})
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ from pydantic import ValidationError
 from drivers.cia402 import Mode, State
 from drivers.drive import Drive
 from drivers.errors import DriverError
-from drivers.object_dictionary import ObjectDictionaryError, load_object_dictionary
+from drivers.object_dictionary import ObjectDictionaryError, load_object_dictionary, own_dictionary
 from drivers.profile import GENERIC, DriveProfile, ProfileError, load_profile, profile_names
 
 
@@ -140,3 +140,8 @@ def test_a_file_of_another_kind_is_refused_with_those_that_are_read(drive):
         ProfileError, match=r"a file of your own is a profile \(\.yaml, \.yml\), an EDS or a DCF"
     ):
         load_profile(drive)
+
+
+@pytest.mark.parametrize("name", ["simulated", "nanotec-pd4"])
+def test_a_dictionary_that_comes_with_the_software_is_no_drive_s_own(name):
+    assert own_dictionary(load_profile(name).object_dictionary, 1) is None
