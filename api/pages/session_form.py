@@ -88,12 +88,9 @@ def prepare(
         known = given or _known_payload(service, settings, experiment, payload)
         service.plans.plan(plan)
         if experiment == NEW:
-            if not experiment_name.strip():
-                raise InputError("give the experiment a name")
+            name = experiment_name.strip() or rig  # which the empty field shows
             service.operators.take(rig, user)
-            experiment = service.experiments.create(
-                service.rigs.experiment_file(rig, experiment_name.strip())
-            ).id
+            experiment = service.experiments.create(service.rigs.experiment_file(rig, name)).id
         service.disk.require_room()
         row = service.sessions.create(experiment, user, rig=rig, plan=plan, payload=known, role=role)
     service.live.tell(rig)

@@ -62,6 +62,8 @@ def prepare(page: Page, laboratory, seconds: int, mistyped: str = "") -> None:
     mass.fill("0", timeout=PATIENCE)
     page.get_by_role("button", name="Enter the mass").click()
     page.get_by_role("button", name="I confirm it").click()
+    expect(page.locator(".rail-now")).to_contain_text("Arming starts the recorder")
+    expect(page.locator(".rail-now")).to_be_focused()  # the keyboard goes on from the next step
     page.get_by_role("button", name="Arm", exact=True).click()
     expect(page.get_by_role("button", name="Start: the robot moves")).to_be_visible(timeout=PATIENCE)
 

@@ -169,6 +169,29 @@ document.addEventListener("change", (event) => {
   for (const field of event.target.form.querySelectorAll("[data-new-payload]")) field.hidden = event.target.value !== "new";
 });
 
+// Where what had the focus is gone from a part that was exchanged, the focus goes to what comes next there: a keyboard goes on
+// from it, and a screen reader reads it.
+const asked = new WeakSet();
+document.addEventListener("htmx:beforeRequest", ({ detail }) => {
+  if (detail.elt.contains(document.activeElement)) asked.add(detail.elt);
+});
+document.addEventListener("htmx:afterSettle", ({ detail }) => {
+  const gone = asked.has(detail.requestConfig?.elt) && document.activeElement === document.body;
+  if (gone) document.querySelector("main [data-next-focus]")?.focus({ preventScroll: true });
+});
+
+// A page that is loaded again, because of a choice in it or of news, has the focus where it was.
+const FOCUS = "focus";
+addEventListener("pagehide", () => {
+  const here = document.activeElement;
+  const place = here?.id ? `#${CSS.escape(here.id)}` : here?.name && `[name="${CSS.escape(here.name)}"]`;
+  if (place && here.matches("main :focus-visible")) sessionStorage.setItem(FOCUS, JSON.stringify({ page: location.pathname, place }));
+  else sessionStorage.removeItem(FOCUS);
+});
+const before = JSON.parse(sessionStorage.getItem(FOCUS) ?? "null");
+if (before?.page === location.pathname && document.activeElement === document.body)
+  document.querySelector(`main ${before.place}`)?.focus({ preventScroll: true });
+
 // A screen reader hears of progress at every quarter, and of what it is the progress of.
 let announced = "";
 function announce() {
@@ -176,8 +199,10 @@ function announce() {
   const words = bar ? `${bar.getAttribute("aria-label")}: ${25 * Math.floor(4 * bar.value)} %` : announced ? "Done." : "";
   if (words === announced || (words === "Done." && announced === "")) return;
   announced = words === "Done." ? "" : words;
+  // What came to nothing says so itself.
+  const failed = words === "Done." && document.querySelector("main [role=alert]:not(:empty)");
   const place = document.querySelector("[data-announcer]");
-  if (place) place.textContent = words;
+  if (place) place.textContent = failed ? "" : words;
 }
 document.addEventListener("htmx:afterSettle", announce);
 
