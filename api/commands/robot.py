@@ -35,11 +35,10 @@ def robot_command(
     import json
     import sys
 
-    import yaml
-
     from identify.dynamics.base_parameters import base_parameters
     from identify.dynamics.geometry import Geometry
     from identify.dynamics.urdf import read_urdf
+    from identify.recording.strict_yaml import strict_yaml_text
 
     read = read_urdf(urdf, tip=tip, gravity=gravity)
     base = base_parameters(Geometry.from_robot(read.robot))
@@ -50,7 +49,7 @@ def robot_command(
         return
     for remark in read.remarks:
         print(f"{urdf}: {remark}", file=sys.stderr)
-    print(yaml.safe_dump({"robot": section}, sort_keys=False, default_flow_style=None, width=200), end="")
+    print(strict_yaml_text({"robot": section}, width=200, lists_in_line=True), end="")
     print(f"\n# {len(base)} base parameters can be identified of {len(read.standard)} standard ones:")
     for row in parameter_rows(base):
         print(f"#   {row['name']:<7} {row['unit']:<7} {row['joint']}: {row['grouping']}")

@@ -1,7 +1,6 @@
 """A description as the document `Learned`: its table, its closed form, its file."""
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
 from identify.diagnosis.finding import Finding
@@ -9,6 +8,7 @@ from identify.effects.expression import OwnEffectFile, parse, with_constants
 from identify.effects.learned_forms import DIRECTIONS, ClosedForm, Description, at_points
 from identify.effects.model import Term
 from identify.estimation.fitted_model import FittedModel
+from identify.recording.strict_yaml import strict_yaml_text
 from identify.results.diagnosis import Learned
 
 Array = NDArray[np.float64]
@@ -49,7 +49,7 @@ def learned_document(fitted: FittedModel, term: Term, offered: Description, find
 def effect_file(settings: OwnEffectFile) -> str:
     """An own effect as YAML."""
     fields = settings.model_dump(mode="json", by_alias=True, exclude_defaults=True)
-    return yaml.safe_dump(fields, sort_keys=False, allow_unicode=True, width=110)
+    return strict_yaml_text(fields)
 
 
 def _of_a_table(table: Description, finding: Finding) -> tuple[Array, Array, Array]:

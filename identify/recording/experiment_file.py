@@ -7,13 +7,12 @@ import re
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, get_args
 
-import yaml
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
 from identify.recording.atomic_file import write_atomically
 from identify.recording.errors import InputError
 from identify.recording.plain_text import Name, Printable
-from identify.recording.strict_yaml import Lines, read_strict_yaml
+from identify.recording.strict_yaml import Lines, read_strict_yaml, strict_yaml_text
 
 EXPERIMENT_FILE = "experiment.yaml"
 
@@ -322,7 +321,7 @@ def write_experiment(folder: Path, experiment: ExperimentFile) -> Path:
     for optional in ("signals", "effects"):
         if not document.get(optional):
             document.pop(optional, None)
-    text = yaml.safe_dump(document, sort_keys=False, allow_unicode=True, default_flow_style=None, width=110)
+    text = strict_yaml_text(document, lists_in_line=True)
     write_atomically(path, text.encode())
     return path
 

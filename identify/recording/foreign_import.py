@@ -8,8 +8,6 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from identify.recording.errors import InputError
 from identify.recording.experiment import Experiment, load_experiment
 from identify.recording.experiment_file import (
@@ -25,7 +23,7 @@ from identify.recording.experiment_file import (
     write_experiment,
 )
 from identify.recording.foreign.roles import ColumnMap, MeasuredSession
-from identify.recording.strict_yaml import read_strict_yaml
+from identify.recording.strict_yaml import read_strict_yaml, strict_yaml_text
 
 COLUMNS_FILE = "import.yaml"
 """Beside the experiment: which column was what, so that another session is added without naming them again."""
@@ -134,7 +132,7 @@ def _write_columns(path: Path, columns: ColumnMap) -> None:
         for each in fields(columns)
         if (value := getattr(columns, each.name))
     }
-    path.write_text(yaml.safe_dump(document, sort_keys=False, allow_unicode=True), encoding="utf-8")
+    path.write_text(strict_yaml_text(document), encoding="utf-8")
 
 
 def read_columns(folder: Path) -> ColumnMap | None:

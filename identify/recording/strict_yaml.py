@@ -31,22 +31,23 @@ class _StrictLoader(_Loader):  # type: ignore[misc, valid-type]
     yaml_implicit_resolvers: ClassVar[dict[str, list[tuple[str, re.Pattern[str]]]]] = {}
 
 
-_StrictLoader.add_implicit_resolver(
-    "tag:yaml.org,2002:null", re.compile(r"^(?:~|null|Null|NULL|)$"), ["~", "n", "N", ""]
-)
-_StrictLoader.add_implicit_resolver(
-    "tag:yaml.org,2002:bool", re.compile(r"^(?:true|True|TRUE|false|False|FALSE)$"), list("tTfF")
-)
-_StrictLoader.add_implicit_resolver(
-    "tag:yaml.org,2002:int", re.compile(r"^[-+]?[0-9]+$"), list("-+0123456789")
-)
-_StrictLoader.add_implicit_resolver(
-    "tag:yaml.org,2002:float",
-    re.compile(
-        r"^(?:[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))$"
+class _StrictDumper(yaml.SafeDumper):
+    """Puts a text in quotes that either version of YAML would read as something else: PyYAML writes `08` and `1e3` bare, which
+    are numbers in YAML 1.2."""
+
+
+for _scalar_tag, _form, _first in (
+    ("null", r"^(?:~|null|Null|NULL|)$", ["~", "n", "N", ""]),
+    ("bool", r"^(?:true|True|TRUE|false|False|FALSE)$", list("tTfF")),
+    ("int", r"^[-+]?[0-9]+$", list("-+0123456789")),
+    (
+        "float",
+        r"^(?:[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))$",
+        list("-+.0123456789"),
     ),
-    list("-+.0123456789"),
-)
+):
+    for _side in (_StrictLoader, _StrictDumper):
+        _side.add_implicit_resolver(f"tag:yaml.org,2002:{_scalar_tag}", re.compile(_form), _first)
 
 _NULL, _BOOL = "tag:yaml.org,2002:null", "tag:yaml.org,2002:bool"
 _INT, _FLOAT, _STR = "tag:yaml.org,2002:int", "tag:yaml.org,2002:float", "tag:yaml.org,2002:str"
@@ -72,6 +73,22 @@ def read_strict_yaml(path: Path) -> tuple[Any, Lines]:
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
     return parse_strict_yaml(text, path)
+
+
+def strict_yaml_text(document: object, width: int = 110, lists_in_line: bool = False) -> str:
+    """A document as YAML that `parse_strict_yaml` reads as it was, and PyYAML too.
+
+    lists_in_line : whether lists of plain values stand in one line
+    """
+    style = None if lists_in_line else False
+    return yaml.dump(
+        document,
+        Dumper=_StrictDumper,
+        sort_keys=False,
+        allow_unicode=True,
+        default_flow_style=style,
+        width=width,
+    )
 
 
 def parse_strict_yaml(text: str, path: Path | str) -> tuple[Any, Lines]:

@@ -3,6 +3,7 @@
 import json
 
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -12,6 +13,7 @@ from identify.recording.strict_yaml import (
     MOST_VALUES,
     parse_strict_yaml,
     read_strict_yaml,
+    strict_yaml_text,
 )
 
 SCALARS = (
@@ -93,3 +95,18 @@ def test_a_file_that_is_not_text_is_named_with_the_line_where_it_ceases_to_be(tm
         read_strict_yaml(file)
     file.write_bytes("\ufeffa: 1\n".encode())
     assert read_strict_yaml(file)[0] == {"a": 1}
+
+
+@given(DOCUMENTS, st.booleans())
+def test_what_is_written_is_read_as_it_was_by_this_reader_and_by_pyyaml(document, lists_in_line):
+    text = strict_yaml_text(document, lists_in_line=lists_in_line)
+    assert parse_strict_yaml(text, "x")[0] == document
+    assert yaml.safe_load(text) == document
+
+
+@pytest.mark.parametrize(
+    "word", ["08", "09", "00", "1e3", "1_000", "yes", "~", "", "12:30", ".5", "+1", "0x1f", "2026-11-28"]
+)
+def test_a_name_that_looks_like_a_number_stays_a_name(word):
+    """The ninth proof of an experiment is called 08, which PyYAML takes for a word and YAML 1.2 for eight."""
+    assert parse_strict_yaml(strict_yaml_text({"name": word}), "x")[0] == {"name": word}
