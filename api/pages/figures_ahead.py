@@ -24,6 +24,8 @@ from identify.results.identification import IdentificationDocument
 from identify.results.next_experiment import NextExperimentDocument
 from identify.results.simulation import SimulationDocument
 
+LONG = 50_000
+"""samples of a session whose own figures nobody is to wait for; those of a shorter one take some 20 ms"""
 _log = logging.getLogger(__name__)
 
 
@@ -97,3 +99,7 @@ def make_figures(stored: StoredExperiment, joint: str) -> None:
     learned_view(stored, shown, diagnosis, joint, units)
     selected_evidence(stored, shown, diagnosis, joint, None)
     added_evidence(stored, shown, joint)
+    for file, part in stored.stored_samples(shown, joint, files).items():
+        if len(files) > 1 and len(part["time"]) > LONG:
+            counted_errors(stored, [shown], joint, [file])
+            figures_of(stored, [shown], joint, [file], units)

@@ -31,6 +31,7 @@ def experiments(stored_laboratory: Path, tmp_path: Path) -> Experiments:
 
 
 def test_pages_and_report_of_the_current_model_read_no_samples(experiments, monkeypatch) -> None:
+    monkeypatch.setattr(figures_ahead, "LONG", 1000)  # so that each session's own are made too
     stored = StoredExperiment(experiments, "experiment")
     make_figures(stored, JOINT)
 
@@ -41,8 +42,9 @@ def test_pages_and_report_of_the_current_model_read_no_samples(experiments, monk
     monkeypatch.setattr(model_figures, "error_sums", nothing)
     shown = stored.require_current()
     files = stored.fitted_files(shown)
-    counted_errors(stored, [shown], JOINT, files)
-    figures_of(stored, [shown], JOINT, files, JointUnits.of("revolute"))
+    for choice in (files, files[1:2]):
+        counted_errors(stored, [shown], JOINT, choice)
+        figures_of(stored, [shown], JOINT, choice, JointUnits.of("revolute"))
     body_context(stored, shown, JOINT)
     pieces, _ = write_report(stored, shown, "ada", [], [])
     assert "".join(pieces).count("<svg") >= 12
