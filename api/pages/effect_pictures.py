@@ -28,6 +28,8 @@ FOLDS = 36
 SPECTRUM_LINES = 300
 AROUND = 0.3
 """of the mean time between reversals, shown before and after one"""
+REVERSAL_INTERVALS = 48
+"""at most, before and after a reversal"""
 PRESLIDING = 8.0
 """times the presliding distance that a loop shows"""
 
@@ -232,14 +234,26 @@ def _loop(
 def _reversals(before: JointSamples, after: JointSamples | None, units: JointUnits) -> Picture:
     """Measured and predicted around the mean reversal."""
     turns = max(int(np.sum(np.diff(np.sign(before.velocity)) != 0)), 1)
-    half = float(np.clip(AROUND * len(before.time) * np.median(np.diff(before.time)) / turns, 0.05, 2.0))
+    period = float(np.median(np.diff(before.time))) if len(before.time) > 1 else 1.0
+    half = float(np.clip(AROUND * len(before.time) * period / turns, 0.05, 2.0))
+    # Intervals narrower than the time between samples would be empty in turn.
+    count = int(np.clip(2 * half / period, 4, REVERSAL_INTERVALS))
     at, measured = around_reversals(
-        before.session, before.time, before.velocity, np.stack([before.measured, before.predicted]), half
+        before.session,
+        before.time,
+        before.velocity,
+        np.stack([before.measured, before.predicted]),
+        half,
+        count,
     )
-    curves = [PictureCurve(at, measured[0], "measured"), PictureCurve(at, measured[1], "before")]
+    alone = after is None
+    curves = [
+        PictureCurve(at, measured[0], "measured"),
+        PictureCurve(at, measured[1], "predicted" if alone else "before"),
+    ]
     if after is not None:
         _, predicted = around_reversals(
-            after.session, after.time, after.velocity, after.predicted[None], half
+            after.session, after.time, after.velocity, after.predicted[None], half, count
         )
         curves.append(PictureCurve(at, predicted[0], "predicted"))
     return CurvePicture(

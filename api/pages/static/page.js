@@ -193,9 +193,10 @@ if (before?.page === location.pathname && document.activeElement === document.bo
   document.querySelector(`main ${before.place}`)?.focus({ preventScroll: true });
 
 // A screen reader hears of progress at every quarter, and of what it is the progress of.
+const PROGRESS = "main progress[aria-label]:not([hidden]), [data-run-bar]:not([hidden]) progress";
 let announced = "";
 function announce() {
-  const bar = document.querySelector("main progress[aria-label]:not([hidden])");
+  const bar = document.querySelector(PROGRESS);
   const words = bar ? `${bar.getAttribute("aria-label")}: ${25 * Math.floor(4 * bar.value)} %` : announced ? "Done." : "";
   if (words === announced || (words === "Done." && announced === "")) return;
   announced = words === "Done." ? "" : words;
@@ -205,6 +206,7 @@ function announce() {
   if (place) place.textContent = failed ? "" : words;
 }
 document.addEventListener("htmx:afterSettle", announce);
+document.addEventListener("run-shown", announce);
 
 // What somebody has unfolded stays so when a page exchanges the part that it stands in.
 let unfolded = [];

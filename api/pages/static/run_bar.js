@@ -138,6 +138,7 @@ export function watchTheRun() {
       }
       const run = await response.json();
       show(bar, run);
+      document.dispatchEvent(new CustomEvent("run-shown"));
       sayAlarms(run.alarms);
       bar.classList.remove("lost");
       const changed = known !== null && known.rig_words !== run.rig_words;
