@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from drivers.bus import BusSettings
 from drivers.cia402 import (
     ENABLE_INTERPOLATION,
     HALT,
@@ -20,6 +21,7 @@ from drivers.cia402 import (
     state_of,
 )
 from drivers.errors import DriveError
+from drivers.simulated.rig import SimulatedRig
 from drivers.simulated.settings import ServoSettings
 from drivers.sync_producer import SimulatedClock
 
@@ -302,3 +304,19 @@ def test_a_drive_enabled_after_an_earlier_session_waits_for_sync_without_a_fault
     watch = bench.drive.watch
     assert not watch.wait_for(lambda: bool(watch.emergencies), 0.2)
     assert bench.drive.state() is State.OPERATION_ENABLED
+
+
+def test_a_rig_that_is_closed_leaves_no_thread_and_one_that_never_ran_is_closed_too(open_bench):
+    bench = open_bench()
+    made = SimulatedRig(
+        bench.settings, BusSettings(interface="virtual", channel="closed twice"), bench.flywheels
+    )
+    made.close()
+    before = set(threading.enumerate())
+    with SimulatedRig(
+        bench.settings, BusSettings(interface="virtual", channel="closed twice"), bench.flywheels
+    ) as rig:
+        started = [each for each in set(threading.enumerate()) - before if each.name == "simulated-rig"]
+        assert len(started) == 1
+    assert not started[0].is_alive()
+    rig.close()

@@ -7,6 +7,7 @@ import pytest
 
 import identify
 from identify.estimation.record import Record
+from tests.identify.estimation.shared_motor_arm import SharedMotorArm, experiment
 
 
 @pytest.fixture(scope="module")
@@ -62,3 +63,15 @@ def test_a_joint_may_be_at_rest_below_a_part_of_its_top_speed_or_what_the_encode
     cutoff, period = record.settings.position_cutoff[0], 1 / 250
     white = step / np.sqrt(12) * 2 * np.pi * cutoff * np.sqrt(2 * cutoff * period / 3)
     assert record.speed_resolution[0] == pytest.approx(white)
+
+
+def test_a_motor_that_joints_share_may_be_at_rest_below_a_part_of_its_own_top_speed():
+    """The second motor turns with both joints, r of the first and its own."""
+    arm = SharedMotorArm()
+    record = Record.of(experiment(arm, {"none": 0.0}, 10.0))
+    speeds = record.samples[record.entries()[0].file].dq @ np.array([arm.r, 1.0])
+    expected = max(
+        2e-3 * np.quantile(np.abs(speeds), 0.999),
+        3 * np.hypot(arm.r * record.speed_resolution[0], record.speed_resolution[1]),
+    )
+    assert record._rest_speed_of_motors == pytest.approx([expected])

@@ -72,6 +72,25 @@ def test_the_estimate_minimises_hubers_loss_with_the_scale_of_its_own_residuals(
     )
 
 
+def test_the_deviations_are_hubers_with_his_correction_for_the_parameters(with_outliers):
+    """Huber 1981, eq. 7.6.5: K² Σ ψ² / (n - p) / m² (WᵀW)⁻¹, K = 1 + p / n (1 - m) / m, m the part of samples inside."""
+    columns, measured = moving_rows(with_outliers)
+    estimate, place = huber_of(with_outliers), with_outliers.observation.joint_columns[0]
+    residual = measured - columns @ estimate.fit.chi[place]
+    scale = np.median(np.abs(residual)) / MEDIAN_OF_NORMAL
+    n, p = columns.shape
+    m = np.mean(np.abs(residual) <= THRESHOLD * scale)
+    scores = np.clip(residual, -THRESHOLD * scale, THRESHOLD * scale)
+    correction = 1 + p / n * (1 - m) / m
+    assert correction > 1.001
+    variance = correction**2 * np.sum(scores**2) / (n - p) / m**2
+    size = np.linalg.norm(columns, axis=0)
+    inverse = np.linalg.inv((columns / size).T @ (columns / size))
+    np.testing.assert_allclose(
+        estimate.std[place], np.sqrt(variance * np.diag(inverse)) / size, rtol=0.2 * (correction - 1)
+    )
+
+
 def test_where_the_noise_is_normal_the_deviations_are_those_of_least_squares_over_the_efficiency():
     """Huber 1964: the variance is E ψ² / (E ψ')², which for normal noise is 1 / 0.95 of least squares'."""
     fitted = fitted_arm(0.0)
