@@ -177,3 +177,29 @@ def test_a_fault_that_is_reset_leaves_neither_code_nor_register():
         drive.take_controlword()
     assert drive.machine.state is State.SWITCH_ON_DISABLED
     assert (drive.image[slot.ERROR_CODE], drive.image[slot.ERROR_REGISTER]) == (0, 0)
+
+
+@pytest.mark.parametrize("method", [33, 34])
+def test_homing_goes_to_the_next_index_pulse_one_way_or_the_other_and_calls_it_the_home_offset(method):
+    """CiA 402: 33 backwards, 34 forwards. Index pulses lie at whole turns, 3600 counts; the axis stands 1000 past one."""
+    drive = enabled_drive(Mode.HOMING)
+    drive.homing_method, drive.home_offset = method, 250
+    drive.sample(angle_of(1000), 25.0)
+    drive.image[slot.CONTROLWORD] = 0x0F | cia402.START_HOMING
+    drive.take_controlword()
+    assert drive.homing
+    way = 1 if method == 34 else -1
+    assert drive.servo_step(angle_of(1000), 0.0, STEP) * way > 0.0
+    index = 3600 if method == 34 else 0
+    passed = index + (10 if method == 34 else -10)
+    drive.servo_step(angle_of(passed), 0.0, STEP)
+    assert not drive.homing
+    drive.sample(angle_of(passed), 25.0)
+    assert drive.image[slot.POSITION] == 250 + passed - index
+    assert drive.encoder(angle_of(index)) == 250
+
+
+def test_a_quick_stop_falls_by_the_deceleration_that_the_axis_states():
+    """500 rad/s² of the motor are 286479 counts/s² of an encoder of 3600 counts."""
+    drive = enabled_drive(Mode.CYCLIC_SYNCHRONOUS_VELOCITY, quick_stop_deceleration=500.0)
+    assert drive.quick_stop_deceleration == pytest.approx(500.0 * 3600 / (2 * math.pi))

@@ -47,6 +47,9 @@ def test_a_light_payload_and_an_external_force_are_known_loads(pendulum, motion)
         pendulum.known_load(DISK, q, dq, ddq, pushed), of_the_disk(q, ddq) - 2.0, rtol=1e-12
     )
     assert not pendulum.known_load(BARE, q, dq, ddq, None).any()
+    point = Payload(name="screw", mass=0.02, com=(0.7, 0.0, 0.0))
+    torque = 0.02 * (0.7**2 * ddq + 0.7 * G * np.cos(q))
+    np.testing.assert_allclose(pendulum.known_load(point, q, dq, ddq, None), torque, rtol=1e-12)
 
 
 def test_a_payload_may_have_an_inertia_and_next_to_no_mass(pendulum, motion):
