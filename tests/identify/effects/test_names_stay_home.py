@@ -20,7 +20,6 @@ ALLOWED = {
     "api/drive_tables.py": "a drive's tables hold one ripple and one constant, whatever else the catalogue knows",
     "api/pages/number_format.py": "`delay` is the parameter's name, beside the symbols of the other constants",
     "api/planned_motion.py": "`offset` is the parameter's name, beside FV and FC of eq. (8)",
-    "api/pages/number_format.py": "`delay` is the parameter's name, beside its symbol",
     "identify/export/fmu.py": "`offset` is an attribute of a unit in FMI's description, not the effect",
     "identify/simulation/controller.py": "`offset` is a constant of the controller",
 }
