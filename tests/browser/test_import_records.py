@@ -48,7 +48,7 @@ def test_a_foreign_csv_becomes_a_first_fit(laboratory_with, visitor) -> None:
     record = {"name": "messung.csv", "mimeType": "text/csv", "buffer": export_of_a_control_cabinet()}
     page.get_by_label("Drop files here").set_input_files(record)
     expect(page.locator("[data-record] svg")).to_have_count(3)
-    expect(page.locator("[data-record]")).to_contain_text("-72.648 to 72.648 deg")
+    expect(page.locator("[data-record]")).to_contain_text("−72.648 to 72.648 deg")
     expect(page.locator("select[name=position]")).to_have_value("Istlage [Grad]")
     expect(page.locator("select[name=command]")).to_have_value("Motorstrom [mA]")
     expect(page.locator("select[name=time]")).to_have_value("Zeit [ms]")
