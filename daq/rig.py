@@ -29,7 +29,6 @@ Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=
 _LAB_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
-PdoEntry = Annotated[int, Field(ge=0x10000000, le=0xFFFFFFFF)]
 Vector3 = tuple[Finite, Finite, Finite]
 
 RIGS = Path(config.__file__).parent / "rigs"
@@ -56,6 +55,16 @@ def ampere_per_unit(axis: "Axis", unit: str) -> float:
             f"axis {axis.joint}: {field} is missing; the drive {axis.drive} has values in {unit}"
         )
     return float(of_axis(axis))
+
+
+def _hexadecimal(value: Any) -> Any:
+    """Node ids, COB-IDs and entries of PDOs may be written as manuals write them, 0x03."""
+    if isinstance(value, str) and re.fullmatch(r"0[xX][0-9a-fA-F]{1,8}", value):
+        return int(value, 16)
+    return value
+
+
+PdoEntry = Annotated[int, BeforeValidator(_hexadecimal), Field(ge=0x10000000, le=0xFFFFFFFF)]
 
 
 class _Settings(BaseModel):
@@ -115,19 +124,12 @@ class Limits(_Settings):
         return self
 
 
-def _node_id(value: Any) -> Any:
-    """A node id may be written as manuals write it, 0x03."""
-    if isinstance(value, str) and re.fullmatch(r"0[xX][0-9a-fA-F]{1,2}", value):
-        return int(value, 16)
-    return value
-
-
 class Axis(_Settings):
     """One drive: where it is on the bus and how its raw numbers become SI units."""
 
     joint: Name
     """the joint of the robot that this drive moves"""
-    node: Annotated[int, BeforeValidator(_node_id), Field(ge=1, le=127)]
+    node: Annotated[int, BeforeValidator(_hexadecimal), Field(ge=1, le=127)]
     """CANopen node id"""
     drive: Annotated[str, Field(min_length=1, max_length=4096)] = "generic-cia402"
     """the drive's profile in config/drives, or a profile or EDS file, relative to the rig file"""
@@ -150,7 +152,10 @@ class Axis(_Settings):
     home: Finite = 0.0
     """rad or m: joint position at which the drive counts zero"""
     limits: Limits
-    logged_pdos: dict[Annotated[int, Field(ge=1, le=0x7FF)], tuple[PdoEntry, ...]] | None = None
+    logged_pdos: (
+        dict[Annotated[int, BeforeValidator(_hexadecimal), Field(ge=1, le=0x7FF)], tuple[PdoEntry, ...]]
+        | None
+    ) = None
     """for `coulomb import LOG --rig` only: how the drive was mapped by another master, where neither the log's SDO traffic nor a
     DCF tells it; by COB-ID the entries as 0x1A00 and 0x1600 hold them, e.g. 0x1C3: [0x60410010, 0x60640020]"""
 

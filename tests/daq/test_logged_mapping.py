@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from daq.can_log import read_can_log
-from daq.rig import Rig
+from daq.rig import RIGS, Rig
 from identify.recording.errors import InputError
 
 RIG = "rx130l-joint3-simulated"
@@ -145,7 +145,20 @@ def test_defaults_of_an_eds_that_set_up_has_changed_do_not_mislead(tmp_path, rig
     assert "process data" not in holds_what_was_sent(rows_of(tmp_path, stream(ours=True), named))
 
 
-def test_the_rig_file_tells_it(tmp_path, rig):
+def test_the_rig_file_tells_it(tmp_path):
+    sent = "0x1C3: [0x60410010, 0x60640020], 0x2C3: [0x60740010, 0x60770010]"
+    stated = f"logged_pdos: {{{sent}, 579: [0x60400010, 0x60600008, 0x607A0020]}}"
+    text = (
+        (RIGS / f"{RIG}.yaml")
+        .read_text(encoding="utf-8")
+        .replace("    node: 3\n", f"    node: 3\n    {stated}\n")
+    )
+    (tmp_path / "rig.yaml").write_text(text, encoding="utf-8")
+    session = rows_of(tmp_path, stream(), Rig.load(tmp_path / "rig.yaml"))
+    assert "(0x1C3, 0x2C3) by the rig file" in holds_what_was_sent(session)
+
+
+def test_a_rig_that_is_stored_with_a_recording_tells_it(tmp_path, rig):
     document = rig.axes[0].model_dump(mode="json") | {"logged_pdos": {**STATUS, **TARGET}}
     stated = rig.model_copy(update={"axes": (type(rig.axes[0]).model_validate(document),)})
     assert "(0x1C3, 0x2C3) by the rig file" in holds_what_was_sent(rows_of(tmp_path, stream(), stated))
