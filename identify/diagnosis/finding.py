@@ -102,8 +102,11 @@ class Finding:
 
     @property
     def acts(self) -> NDArray[np.bool_]:
-        """(folds,) where the effect acts at all: what is over after a while must not be asked of the rest."""
-        return self.after.power >= ACTS * self.after.power.max()
+        """(folds,) where the effect acts at all: what is over after a while must not be asked of the rest. What acts mostly in
+        one or two, such as a cube of the speed, is asked in those where it acts most."""
+        power = self.after.power
+        enough = np.sort(power)[-FEWEST_FOLDS:][0]
+        return (power > 0) & (power >= min(ACTS * power.max(), enough))
 
     @property
     def steadiness(self) -> float:

@@ -78,6 +78,16 @@ def test_what_acts_in_fewer_than_three_folds_is_not_called_missing():
     assert finding(BEFORE, held_out(*gone, power=two)).acts.tolist() == [True, True] + [False] * 8
 
 
+def test_what_acts_mostly_in_two_folds_is_asked_in_the_three_where_it_acts_most():
+    mostly = (1.0, 0.9, 0.05, *[0.01] * 7)
+    assert (
+        finding(BEFORE, held_out(*[0.1] * 3, *[1.0] * 7, power=mostly)).acts.tolist()
+        == [True] * 3 + [False] * 7
+    )
+    assert finding(BEFORE, held_out(*[0.1] * 3, *[1.01] * 7, power=mostly)).justified
+    assert not finding(BEFORE, held_out(0.1, 1.01, 1.01, *[0.9] * 7, power=mostly)).justified
+
+
 def test_steadiness_is_the_mean_gain_in_standard_errors():
     gains = np.array([0.1, 0.3, 0.2, 0.0])
     found = finding(held_out(1, 1, 1, 1), held_out(*(1 - gains)))
