@@ -31,11 +31,17 @@ def read_object_dictionary(name_or_path: str | Path, node: int) -> ReadDictionar
     Raises ObjectDictionaryError likewise.
     """
     path = Path(name_or_path)
-    if path.is_file():
+    if _is_own(path):
         state = path.stat()
         return _read_once(path, node, state.st_mtime_ns, state.st_size)
     with as_file(_resource(name_or_path)) as file:
         return _read(file, node)
+
+
+def _is_own(path: Path) -> bool:
+    """Whether a file is a user's own: a bare name that comes with the software means that one, wherever the command is run."""
+    named_alone = path.name == str(path) and (files("config") / "drives" / path.name).is_file()
+    return not named_alone and path.is_file()
 
 
 def _resource(name_or_path: str | Path) -> Traversable:
@@ -48,7 +54,7 @@ def _resource(name_or_path: str | Path) -> Traversable:
 
 def own_dictionary(name_or_path: str | Path, node: int) -> canopen.ObjectDictionary | None:
     """What a drive's own EDS says; None for the files that come with the software, and for one that cannot be read."""
-    if not Path(name_or_path).is_file():
+    if not _is_own(Path(name_or_path)):
         return None
     try:
         return read_object_dictionary(name_or_path, node).dictionary
@@ -61,7 +67,7 @@ def passed_over(name_or_path: str | Path, node: int) -> tuple[str, ...]:
 
     Nothing of the files that come with the software. Raises ObjectDictionaryError when there is no such file.
     """
-    if not Path(name_or_path).is_file():
+    if not _is_own(Path(name_or_path)):
         _resource(name_or_path)
         return ()
     try:

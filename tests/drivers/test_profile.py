@@ -4,7 +4,11 @@ from pydantic import ValidationError
 from drivers.cia402 import Mode, State
 from drivers.drive import Drive
 from drivers.errors import DriverError
-from drivers.object_dictionary import ObjectDictionaryError, load_object_dictionary, own_dictionary
+from drivers.object_dictionary import (
+    ObjectDictionaryError,
+    load_object_dictionary,
+    own_dictionary,
+)
 from drivers.profile import GENERIC, DriveProfile, ProfileError, load_profile, profile_names
 
 
