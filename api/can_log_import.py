@@ -48,7 +48,7 @@ def import_can_logs(
     carried = rig.payload(payload)
     there = folder / EXPERIMENT_FILE
     if there.exists() and not append:
-        raise InputError(f"{there}: is there already; use --append to add a session to it")
+        raise InputError(f"{there}: already exists; use --append to add a session to it")
     known = read_experiment_file(there) if append else None
     if known is not None and known.robot != experiment_robot(rig):
         raise InputError(f"{there}: its robot is not that of the rig {rig.name}; import into another folder")
@@ -57,7 +57,7 @@ def import_can_logs(
     names = [f"session-{first + index:02d}.h5" for index in range(len(files))]
     for each in names:
         if (folder / each).exists():
-            raise InputError(f"{folder / each}: is there already; move it away")
+            raise InputError(f"{folder / each}: already exists; move it away")
     body = Payload(**carried.model_dump())
     with undone_on_error(folder, names):
         for file, each, session in zip(files, names, sessions, strict=True):

@@ -7,7 +7,7 @@ from daq.rig import Rig
 
 
 def draw(rig: Rig, errors: FollowingErrors) -> bytes:
-    """SVG: for each joint the following error without and with torque sent ahead, and the position as planned."""
+    """SVG: for each joint the following error without and with feedforward torque, and the position as planned."""
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
 
@@ -22,7 +22,7 @@ def draw(rig: Rig, errors: FollowingErrors) -> bytes:
         place.set_zorder(planned.get_zorder() + 1)
         place.patch.set_visible(False)
         for error, label, colour in (
-            (errors.before, "without torque sent ahead", "#9aa4ae"),
+            (errors.before, "without feedforward torque", "#9aa4ae"),
             (errors.after, "with it", "#0b6bcb"),
         ):
             place.plot(errors.time, factor * error[:, joint], label=label, color=colour, linewidth=0.8)

@@ -36,7 +36,7 @@ class CompensationRun:
         return run
 
     def without(self) -> PayloadSession:
-        """The session without torque sent ahead."""
+        """The session without feedforward torque."""
         self.proof.store()
         self._first = self._session(None)
         return self._first

@@ -14,8 +14,8 @@ def _lines(document: CompensationDocument) -> Iterator[str]:
     sent = "model" if document.part == "whole" else "friction alone"
     model = " + ".join([document.model, *document.add])
     yield (
-        f"{document.rig}, payload {document.payload}: torque of {model} ({sent}) from {document.experiment} sent"
-        f" ahead, at most {100 * document.share:g} % of the current limit"
+        f"{document.rig}, payload {document.payload}: torque of {model} ({sent}) from {document.experiment} as"
+        f" feedforward, at most {100 * document.share:g} % of the current limit"
     )
     if not document.completed:
         yield f"stopped: {document.reason}"

@@ -112,7 +112,7 @@ class FollowingErrors:
     """Both drives' following errors, which the picture is drawn from.
 
     time, position     : (M,) s, (M, n) rad or m of the plan
-    before, after      : (M, n) rad or m, without and with torque sent ahead; NaN where there is none
+    before, after      : (M, n) rad or m, without and with feedforward torque; NaN where there is none
     """
 
     time: Array
@@ -161,11 +161,11 @@ class Proof:
         return following_error(recording, plan_counts(self.rig, self.plan))
 
     def limits(self, without: FollowingError) -> Array:
-        """(n,) rad or m: following error at which the drive with torque sent ahead is stopped: twice the peak without it."""
+        """(n,) rad or m: following error at which the drive with feedforward torque is stopped: twice the peak without it."""
         return following_limits(self.rig, without)
 
     def first_run(self) -> Path:
-        """The recording of the run without torque sent ahead, which was driven to its end.
+        """The recording of the run without feedforward torque, which was driven to its end.
 
         Raises InputError: it was not, or both runs were.
         """
@@ -175,7 +175,7 @@ class Proof:
         first = first_recording(self.folder)
         if first is None:
             raise InputError(
-                f"proof {self.name}: the run without torque sent ahead did not come to its end; prepare another proof"
+                f"proof {self.name}: the run without feedforward torque did not come to its end; prepare another proof"
             )
         return first
 
@@ -187,8 +187,8 @@ class Proof:
         changed = [name for name in now if now[name] != before.get(name)]
         if changed:
             raise InputError(
-                f"rig {self.rig.name}: {', '.join(changed)} changed since the run without torque sent ahead; prepare another"
-                " proof"
+                f"rig {self.rig.name}: {', '.join(changed)} changed since the run without feedforward torque; prepare"
+                " another proof"
             )
 
     def sent(self, without: Path) -> SentAhead:
@@ -203,7 +203,7 @@ class Proof:
         """What the second drive sends, joint by joint, for the operator."""
         limits = self.limits(self.error(without))
         return [
-            f"{axis.joint} up to {largest:.3g} A ahead, stopped at a following error of {1e3 * limit:.3g}"
+            f"{axis.joint} up to {largest:.3g} A of feedforward, stopped at a following error of {1e3 * limit:.3g}"
             f" {'mm' if joint.type == 'prismatic' else 'mrad'}"
             for axis, joint, largest, limit in zip(
                 self.rig.axes, self.rig.robot.joints, self.ahead.offset.largest, limits, strict=True
@@ -261,12 +261,12 @@ class Proof:
 
 
 def following_limits(rig: Rig, without: FollowingError) -> Array:
-    """(n,) rad or m: following error at which a drive with torque sent ahead is stopped: twice the peak without it.
+    """(n,) rad or m: following error at which a drive with feedforward torque is stopped: twice the peak without it.
 
     Raises InputError: nothing of the plan was driven without it.
     """
     if not len(without.cycle):
-        raise InputError("the run without torque sent ahead recorded nothing of the plan; run it again")
+        raise InputError("the run without feedforward torque recorded nothing of the plan; run it again")
     stated = np.array([axis.limits.following_error for axis in rig.axes])
     resolution = np.abs(rig.position_matrix).sum(axis=1)
     return np.minimum(stated, 2.0 * without.peak() + 2.0 * resolution)
@@ -285,7 +285,7 @@ def proof_folders(experiment: Path) -> list[Path]:
 
 
 def first_recording(folder: Path) -> Path | None:
-    """The recording of a proof's run without torque sent ahead; None where it was not driven to its end."""
+    """The recording of a proof's run without feedforward torque; None where it was not driven to its end."""
     if not (folder / "experiment.yaml").is_file():
         return None
     return next((entry.path for entry in load_experiment(folder).sessions if _is_complete(entry.path)), None)

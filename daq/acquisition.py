@@ -274,7 +274,7 @@ class Acquisition:
             sentence = (
                 "the supervising process, which holds the stop button, is gone"
                 if np.isinf(silent)
-                else f"the supervising process, which holds the stop button, gave no sign of life for {silent:.1f} s"
+                else f"the supervising process, which holds the stop button, did not respond for {silent:.1f} s"
             )
             return StopReason(StopCause.DEAD_PARENT, sentence)
         return self._recorder_trouble()

@@ -289,7 +289,7 @@ class _Counted(logging.Handler):
     def emit(self, record: logging.LogRecord) -> None:
         """Count one record."""
         if self.count == self._most:
-            raise ValueError("hardly a line can be read")
+            raise ValueError("almost no line can be read")
         self.count += 1
 
 

@@ -141,7 +141,7 @@ def admit(folder: Path, recording: Path, payload: Payload, role: Role) -> Path:
         read_experiment_file(folder / EXPERIMENT_FILE)
         final = folder / recording.name
         if final.exists():
-            raise InputError(f"{final}: is there already; move {recording} by hand")
+            raise InputError(f"{final}: already exists; move {recording} by hand")
         log = raw_log_of(recording)
         if log.exists():
             os.replace(log, folder / log.name)

@@ -102,7 +102,7 @@ def export_session(recording: Path, target: Path) -> int:
     if writer is None:
         raise InputError(f"{target}: the name must end in .{', .'.join(FORMATS)}")
     if target.exists():
-        raise InputError(f"{target}: is there already; remove it or choose another name")
+        raise InputError(f"{target}: already exists; remove it or choose another name")
     if not target.parent.is_dir():
         raise InputError(f"{target}: there is no folder {target.parent}")
     session = scaled_session(recording)

@@ -119,7 +119,7 @@ def _others(rig: Rig, on_the_bus: set[int]) -> list[CheckItem]:
     heard.discard(OUR_HEARTBEAT)
     named = ", ".join("SYNC" if each == SYNC_ID else f"setpoints 0x{each:03X}" for each in sorted(heard))
     sentence = (
-        f"another master is at work on {rig.bus}: it sends {named}; nothing was sent. "
+        f"another master is active on {rig.bus}: it sends {named}; nothing was sent. "
         "End it, or take it off the bus"
     )
     return [CheckItem("bus", False, sentence)]

@@ -216,15 +216,15 @@ class RigDrives:
 
 
 def _require_no_table(drive: Drive) -> None:
-    """Raises DriveError where the drive adds friction by a table of its own: sent ahead too, it would act twice."""
+    """Raises DriveError where the drive adds friction by a table of its own, which would act twice."""
     held = friction_table(drive)
     if held is not None:
         raise DriveError(
             drive.node,
-            "sending a torque ahead",
+            "sending feedforward torque",
             index=held[0],
             subindex=held[1],
-            expected="0, for the friction of a torque sent ahead would act twice",
+            expected="0, for friction that is in the feedforward torque too would act twice",
             received="the drive has a friction table of its own; set its currents to 0 first",
         )
 

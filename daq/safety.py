@@ -182,7 +182,7 @@ class LimitMonitor:
         if at is None:
             return None
         excess = excess_in_words(error[at], self._follows_within[at[1]], self._units[at[1]])
-        return Excess(*at, f"with torque sent ahead the following error grows: {excess}")
+        return Excess(*at, f"with feedforward torque the following error grows: {excess}")
 
     def _beyond_current(self, rows: NDArray[Any], moving: NDArray[Any]) -> Excess | None:
         current = np.abs(rows["command"] * self._ampere)

@@ -72,7 +72,7 @@ class SessionProcesses:
     def order(self, word: str, argument: str = "") -> None:
         """Send a word that must arrive. Raises ProcessDied."""
         if not self.say(word, argument):
-            raise ProcessDied("the acquisition process takes no orders; begin a new session")
+            raise ProcessDied("the acquisition process does not respond; begin a new session")
 
     def hear(self) -> AcquisitionMessage:
         """Wait for what the acquisition says next. Raises EOFError or OSError where it died."""

@@ -100,7 +100,7 @@ class PayloadSession:
         self._counts = plan_counts(rig, plan)
         if ahead is not None and ahead.counts.shape != self._counts.shape:
             raise InputError(
-                f"torque sent ahead: {self._counts.shape} values are wanted, a row for each cycle of the plan; there are"
+                f"feedforward torque: {self._counts.shape} values are needed, a row for each cycle of the plan; there are"
                 f" {ahead.counts.shape}"
             )
         self._ahead = ahead

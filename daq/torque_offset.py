@@ -1,4 +1,4 @@
-"""Torques that are sent ahead of a motion, as the drives take them: object 0x60B2 beside the target, at every SYNC."""
+"""Feedforward torque of a motion, as the drives take it: object 0x60B2 beside the target, at every SYNC."""
 
 from dataclasses import dataclass
 
@@ -47,7 +47,7 @@ def torque_offset(rig: Rig, torque: NDArray[np.float64], share: float) -> Torque
     Raises InputError: the rig file does not say what a drive's rated torque is, or a torque is not a number.
     """
     if not 0.0 < share <= 1.0:
-        raise InputError(f"--share {share:g}: a part of the current limit, above 0 and at most 1, is wanted")
+        raise InputError(f"--share {share:g}: must be above 0 and at most 1, a part of the current limit")
     if not np.isfinite(torque).all():
         row, axis = (int(place[0]) for place in np.nonzero(~np.isfinite(torque)))
         raise InputError(
@@ -80,7 +80,7 @@ def _per_mille(rig: Rig) -> NDArray[np.float64]:
             of_one = 1.0 / axis.rated_current
         else:
             raise InputError(
-                f"rig {rig.name}: axis {axis.joint}: rated_torque or rated_current is wanted, for 0x60B2 is in per mille of it"
+                f"rig {rig.name}: axis {axis.joint}: rated_torque or rated_current is needed, for 0x60B2 is in per mille of it"
             )
         factors.append(1000.0 * of_one * profile.current_reference.sign)
     return np.array(factors)

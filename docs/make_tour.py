@@ -113,7 +113,7 @@ class Tour:
         expect(page).to_have_url(re.compile(r"/pages/live"), timeout=PATIENCE)
 
     def proof(self) -> None:
-        """The same plan without and with the model's torque sent ahead, and what that does to the following error."""
+        """The same plan without and with the model's feedforward torque, and what that does to the following error."""
         page = self.page
         page.get_by_role("link", name="Prove it on the drive").click()
         page.get_by_role("button", name="Prepare the proof").click()

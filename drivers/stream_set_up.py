@@ -24,8 +24,8 @@ from drivers.sdo import SdoAccess
 from drivers.standard_stream import TORQUE_OFFSET_ENTRY, TPDO_BASE
 
 _NO_TORQUE_AHEAD = (
-    "a torque is sent ahead as torque offset 0x60B2 beside the target, which this drive does not take there; cyclic torque mode"
-    " (0x6071) would close the position loop over the bus, and is not offered"
+    "feedforward torque is sent as torque offset 0x60B2 beside the target, which this drive does not take there; cyclic torque"
+    " mode (0x6071) would close the position loop over the bus, and is not offered"
 )
 
 

@@ -1,4 +1,4 @@
-"""Proofs on the drive: torque computed by a model, sent ahead of a plan, and what that did."""
+"""Proofs on the drive: torque computed by a model, sent as feedforward along a plan, and what that did."""
 
 from typing import Literal
 
@@ -21,7 +21,7 @@ class ProofCalls(Connection):
         part: Literal["whole", "friction"] = "whole",
         share: float = 0.6,
     ) -> Json:
-        """Compute the torque that is sent ahead of a plan (a job whose result is {"proof": number}); nothing moves."""
+        """Compute the feedforward torque of a plan (a job whose result is {"proof": number}); nothing moves."""
         wanted = {"rig": rig, "plan": plan, "payload": payload, "model": model, "part": part, "share": share}
         return self._post(f"/experiments/{experiment}/proofs", wanted)
 
@@ -36,12 +36,12 @@ class ProofCalls(Connection):
     def proof_result(self, experiment: str, proof: str) -> CompensationDocument:
         """What a proof did to the following error.
 
-        Raises ServiceError with status 404 until torque was sent ahead.
+        Raises ServiceError with status 404 until feedforward torque was sent.
         """
         address = f"/experiments/{experiment}/proofs/{proof}"
         result = self._get(address)["result"]
         if result is None:
-            raise ServiceError(404, {"detail": f"proof {proof}: no torque was sent ahead yet"})
+            raise ServiceError(404, {"detail": f"proof {proof}: no feedforward torque was sent yet"})
         return document_of(CompensationDocument, result, address)
 
     def prepare_drive(self, experiment: str, proof: str, drive: Literal["without", "with"]) -> Json:

@@ -1,4 +1,4 @@
-"""`coulomb compensate`: a plan without and with the model's torque sent ahead, and what that did to the following error."""
+"""`coulomb compensate`: a plan without and with the model's feedforward torque, and what that did to the following error."""
 
 import getpass
 import sys
@@ -53,7 +53,7 @@ def compensate(
     yes: Annotated[bool, typer.Option("--yes", help="start without asking; simulated rigs only")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Drive a plan twice, without and with the model's torque sent ahead (0x60B2), and compare the following errors.
+    """Drive a plan twice, without and with the model's feedforward torque (0x60B2), and compare the following errors.
 
     Each drive of the plan waits for a start of its own. The torque is bounded, faded in and out, and the second drive is
     stopped when the following error grows beyond that of the first. Where the second is not driven, the first is kept, and
@@ -75,7 +75,7 @@ def compensate(
     console = Console(stderr=True)
     if proof is None:
         if payload is None:
-            raise InputError("--payload: the name of a payload of the rig file is wanted")
+            raise InputError("--payload: give the name of a payload of the rig file")
         who = operator or getpass.getuser()
         made = _new_proof(source, settings, plan, seconds, payload, model, add or [], part, share, who)
         run = CompensationRun(made)
@@ -96,7 +96,7 @@ def compensate(
         )
 
     if proof is None:
-        console.print("First without torque sent ahead.", highlight=False)
+        console.print("First without feedforward torque.", highlight=False)
         try:
             driven = conduct(console, run.without(), weigh, yes)
         finally:

@@ -60,7 +60,7 @@ def drive_tables(
     if write:
         require_lasting_drives(settings)
     if sum((clear, back_to is not None, experiment is not None)) != 1:
-        raise InputError("drive-tables: one of --experiment, --clear and --back-to is wanted")
+        raise InputError("drive-tables: give one of --experiment, --clear and --back-to")
     if clear:
         document = cleared_tables(settings)
     elif back_to is not None:

@@ -29,7 +29,7 @@ def sign_in_page(
     ended : whether a page leads here because the sign-in that it was shown to has ended
     """
     context = {"then": then, "ended": ended, "accounts_exist": access.service_of(request).accounts.exist()}
-    return page(request, "sign_in.html", **context, csrf=access.csrf_token(request))
+    return page(request, "sign_in.html", **context, csrf=access.masked(access.csrf_token(request)))
 
 
 @router.post("/sign-in", dependencies=[access.Public])

@@ -21,7 +21,7 @@ def frame(request: Request, user: User, here: str, experiment: str | None = None
         "may_change": user.role.covers(Role.OPERATOR),
         "administrator": user.role.covers(Role.ADMIN),
         "disk_warning": access.service_of(request).disk.state.warning,
-        "csrf": access.csrf_token(request),
+        "csrf": access.masked(access.csrf_token(request)),
         "links": step_links(experiment),
     }
 

@@ -51,7 +51,7 @@ def _outcome(state: ProofState) -> tuple[str, str]:
     if state.result is None:
         return "idle", "to be run without it" if state.next == "without" else "to be run with it"
     if not state.result.completed:
-        return "warn", "stopped with torque sent ahead"
+        return "warn", "stopped with feedforward torque"
     worse = [each.joint for each in state.result.joints if not improved(each)]
     if worse:
         return "warn", f"no better: {', '.join(worse)}"
@@ -59,7 +59,7 @@ def _outcome(state: ProofState) -> tuple[str, str]:
 
 
 def improved(joint: JointFollowing) -> bool:
-    """Whether a joint follows better with torque sent ahead."""
+    """Whether a joint follows better with feedforward torque."""
     return joint.rms_with is not None and joint.rms_without is not None and joint.rms_with < joint.rms_without
 
 

@@ -29,7 +29,7 @@ from identify.recording.errors import InputError
 
 router = APIRouter(prefix=f"{PREFIX}/experiments/{{experiment}}/proofs", include_in_schema=False)
 
-DRIVES: tuple[tuple[Drive, str], ...] = (("without", "Without torque sent ahead"), ("with", "With it"))
+DRIVES: tuple[tuple[Drive, str], ...] = (("without", "Without feedforward torque"), ("with", "With it"))
 Word = Annotated[str, Form(max_length=64)]
 Share = Annotated[float, Form(gt=0, le=100, allow_inf_nan=False)]
 
@@ -135,7 +135,7 @@ def _progress(request: Request, experiment: str, identifier: str) -> HTMLRespons
 def proof_page(
     request: Request, user: access.Viewer, experiment: str, proof: str, joint: JointChoice = None
 ) -> HTMLResponse:
-    """One proof: its two drives, and what torque sent ahead did to the following error of a joint."""
+    """One proof: its two drives, and what feedforward torque did to the following error of a joint."""
     service = access.service_of(request)
     stored = StoredExperiment(service.experiments, experiment)
     name = stored.joint_or_first(joint)

@@ -111,7 +111,7 @@ def _of_drive(service: Service, row: SessionRow, active: ActiveSession | None) -
     )
     back = NextStep("Continue the proof", experiment_link(row.experiment, f"proofs/{number}"))
     if state is SessionState.DONE:
-        todo = "" if which == "with" else "Next: the same plan with the model's torque sent ahead."
+        todo = "" if which == "with" else "Next: the same plan with the model's feedforward torque."
         if which == "with":
             back = NextStep("See the comparison", back.link)
         return Outcome("good", "Complete.", reason, todo, back)

@@ -98,6 +98,29 @@ def csrf_token(connection: HTTPConnection) -> str:
     return session[CSRF_KEY]
 
 
+def masked(token: str) -> str:
+    """The token as a page holds it: other letters in every answer, so that the length of a compressed page, beside words of
+    somebody else's making, tells nothing of it. A random pad, and the token on it, in hexadecimal digits."""
+    plain = token.encode()
+    pad = secrets.token_bytes(len(plain))
+    return (pad + bytes(a ^ b for a, b in zip(plain, pad, strict=True))).hex()
+
+
+def is_token(sent: str | None, token: str) -> bool:
+    """Whether what came in `X-CSRF-Token` is the token, as it is or masked."""
+    if sent is None:
+        return False
+    plain = token.encode()
+    try:
+        both = bytes.fromhex(sent)
+    except ValueError:
+        both = b""
+    if len(both) == 2 * len(plain):
+        pad, on_it = both[: len(plain)], both[len(plain) :]
+        return secrets.compare_digest(bytes(a ^ b for a, b in zip(on_it, pad, strict=True)), plain)
+    return secrets.compare_digest(sent.encode(), plain)
+
+
 def verify_password(connection: HTTPConnection, name: str, password: str) -> CheckedPassword:
     """The user whose name and password these are; attempts are throttled.
 

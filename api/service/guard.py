@@ -26,6 +26,7 @@ from api.service.access import (
     STILL_WELCOME_KEY,
     check_role,
     client_address,
+    is_token,
 )
 from api.service.accounts import LOCAL_OPERATOR, Role, User
 from api.service.problems import Problem, problem_answer
@@ -107,7 +108,7 @@ class Guard:
     def _check_csrf(self, connection: HTTPConnection) -> None:
         expected = connection.session.get(CSRF_KEY)
         # Without our cookie there is nothing that a browser attached by itself; the origin was checked.
-        if expected is not None and connection.headers.get(CSRF_HEADER) != expected:
+        if expected is not None and not is_token(connection.headers.get(CSRF_HEADER), expected):
             raise Problem(403, f"The header {CSRF_HEADER} is missing or old; load the page again.")
 
     async def _who(self, connection: HTTPConnection, service) -> User | None:

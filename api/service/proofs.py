@@ -1,6 +1,6 @@
 """Proofs on the drive: prepared by a job, driven as two sessions with the steps of every other, compared, and kept.
 
-A model makes its machine better, or it does not: the same plan is driven without and with the model's torque sent ahead.
+A model makes its machine better, or it does not: the same plan is driven without and with the model's feedforward torque.
 """
 
 import threading
@@ -53,8 +53,8 @@ class ProofState:
     """One proof, and how far it is.
 
     without, with_ : its drives as they were prepared last; None where they were not
-    result         : what came of it; None until torque was sent ahead
-    elsewhere      : whether the run without torque sent ahead was driven from the command line, where the second waits
+    result         : what came of it; None until feedforward torque was sent
+    elsewhere      : whether the run without feedforward torque was driven from the command line, where the second waits
     """
 
     number: str
@@ -198,7 +198,7 @@ class Proofs:
         return self._state(experiment, self._folder(experiment, number))
 
     def errors(self, experiment: str, number: str) -> FollowingErrors | None:
-        """Its following errors cycle by cycle; None until torque was sent ahead. Raises the problem 404."""
+        """Its following errors cycle by cycle; None until feedforward torque was sent. Raises the problem 404."""
         return read_errors(self._folder(experiment, number))
 
     def progress(self, experiment: str, number: str) -> str:
@@ -220,7 +220,7 @@ class Proofs:
         remarks = self._proof(experiment, number).ahead.remarks
         if self.get(experiment, number).elsewhere:
             begun = (
-                "the run without torque sent ahead was driven from the command line; drive the second there with"
+                "the run without feedforward torque was driven from the command line; drive the second there with"
                 f" coulomb compensate … --continue {number}, or both here"
             )
             return (begun, *remarks)
@@ -242,9 +242,9 @@ class Proofs:
         if drive != state.next:
             raise Problem(
                 409,
-                "Run the plan without torque sent ahead first: its following error bounds that of the second run."
+                "Run the plan without feedforward torque first: its following error bounds that of the second run."
                 if drive == "with"
-                else "The plan was run without torque sent ahead already; continue with the second run.",
+                else "The plan was run without feedforward torque already; continue with the second run.",
             )
         settings = self._rigs.rig(state.settings.rig)
         self._require_same_joints(experiment, settings)
@@ -276,18 +276,18 @@ class Proofs:
     # --- for the sessions
 
     def driven(self, row: SessionRow) -> tuple[Path, ExcitationPlan, SentAhead | None]:
-        """Where a drive is recorded, its plan, and what is sent ahead of it."""
+        """Where a drive is recorded, its plan, and its feedforward torque."""
         number, drive = _drive(row)
         proof = self._proof(row.experiment, number)
         if drive == "without":
             return proof.folder, proof.plan, None
         without = self._experiments.drive(row.experiment, number, "without")
         if without is None or not _done(without):
-            raise Problem(409, "Run the plan without torque sent ahead first.")
+            raise Problem(409, "Run the plan without feedforward torque first.")
         return proof.folder, proof.plan, proof.sent(self._recording(without))
 
     def conclude(self, row: SessionRow) -> None:
-        """A drive has ended: once torque was sent ahead, compare."""
+        """A drive has ended: once feedforward torque was sent, compare."""
         number, drive = _drive(row)
         without = self._experiments.drive(row.experiment, number, "without")
         if drive == "without" or row.file is None or without is None or not _done(without):

@@ -4,7 +4,7 @@ import re
 from typing import Literal
 
 Drive = Literal["without", "with"]
-"""of a proof's plan: without torque sent ahead, then with it"""
+"""of a proof's plan: without feedforward torque, then with it"""
 
 DRIVE_ID = re.compile(r"proof-(\d{2,})-(without|with)")
 _LIKE_A_DRIVE = re.compile(rf"(?:file-)*{DRIVE_ID.pattern}")

@@ -12,7 +12,7 @@ from urllib.parse import unquote
 from starlette.requests import HTTPConnection
 from starlette.types import Scope
 
-from api.service.access import CSRF_HEADER, CSRF_KEY, SIGN_IN_KEY, client_address
+from api.service.access import CSRF_HEADER, CSRF_KEY, SIGN_IN_KEY, client_address, is_token
 from api.service.accounts import LOCAL_OPERATOR, User
 from api.service.problems import Problem
 from api.service.request_origin import came_through_a_proxy, check_host, check_origin, says_its_site
@@ -119,8 +119,9 @@ class StopRequests:
             return self._passes.owner(secret.strip())
         session = connection.session
         # A page that is older than its sign-in still stops: that its own site asks is enough.
+        sent, token = connection.headers.get(CSRF_HEADER), session.get(CSRF_KEY)
         by_its_own_page = says_its_site(connection) or (
-            connection.headers.get(CSRF_HEADER) == session.get(CSRF_KEY)
+            sent is None if token is None else is_token(sent, token)
         )
         if not by_its_own_page:
             return None

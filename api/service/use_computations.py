@@ -1,5 +1,5 @@
 """What jobs compute of a model that is to be used: how it predicts motion, the files that other programs take, and the torque
-that is sent ahead of a plan."""
+that is sent as feedforward along a plan."""
 
 from pathlib import Path
 
@@ -64,7 +64,7 @@ def torque_along(
     part: Part,
     share: float,
 ) -> TorqueAhead:
-    """A model's torque along a plan, ready to be sent ahead; InputError where that might do harm."""
+    """A model's torque along a plan, ready to be sent as feedforward; InputError where that might do harm."""
     from api.compensation import torque_ahead
 
     result = identify.identify(

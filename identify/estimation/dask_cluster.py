@@ -97,7 +97,7 @@ class Dask:
                     raise WorkerLost(f"the cluster has had no worker for {WITHOUT_WORKERS:g} s")
         except KilledWorker as error:
             raise WorkerLost(
-                f"the cluster's workers ended again and again at {item}; is their memory short? ({error})"
+                f"the cluster's workers ended repeatedly at {item}; are they short of memory? ({error})"
             ) from None
 
 

@@ -71,7 +71,9 @@ class Processes:
                     if attempts < MOST_ATTEMPTS:
                         continue
                     futures[index].set_exception(
-                        WorkerLost(f"{MOST_ATTEMPTS} processes ended at {items[index]}; is the memory short?")
+                        WorkerLost(
+                            f"{MOST_ATTEMPTS} processes ended at {items[index]}; is the memory too small?"
+                        )
                     )
                 except BaseException as error:
                     futures[index].set_exception(error)

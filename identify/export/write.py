@@ -114,7 +114,7 @@ def require_no_other_s_file(target: Path) -> None:
     there = [file for file in files if file.is_file() and file.stat().st_size > 0]
     if there and not _certificate_of(target).is_file():
         raise InputError(
-            f"{there[0]}: is there already and was not exported by coulomb (it has no certificate); remove it or choose another"
+            f"{there[0]}: already exists and was not exported by coulomb (it has no certificate); remove it or choose another"
             " name"
         )
 

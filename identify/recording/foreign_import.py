@@ -57,7 +57,7 @@ def import_sessions(
     Raises InputError: names the file and column, or the option.
     """
     if robot is not None and (folder / EXPERIMENT_FILE).exists():
-        raise InputError(f"{folder / EXPERIMENT_FILE}: is there already; use --append to add a session to it")
+        raise InputError(f"{folder / EXPERIMENT_FILE}: already exists; use --append to add a session to it")
     declared = []
     for session in sessions:
         body = {"file": session.file, "payload": session.payload.name, "role": session.role}
@@ -65,9 +65,7 @@ def import_sessions(
         if not session.file.endswith((".csv", ".csv.gz")) or Path(session.file).name != session.file:
             raise InputError(f"--session: '{session.file}' must be a plain name that ends in .csv or .csv.gz")
         if (folder / session.file).exists():
-            raise InputError(
-                f"{folder / session.file}: is there already; choose another name for the session"
-            )
+            raise InputError(f"{folder / session.file}: already exists; choose another name for the session")
     with undone_on_error(folder, [session.file for session in sessions]):
         for session in sessions:
             session.measured.write(folder / session.file)

@@ -1,4 +1,4 @@
-"""A plan driven without and with the model's torque sent ahead: the document of `coulomb compensate --json`."""
+"""A plan driven without and with the model's feedforward torque: the document of `coulomb compensate --json`."""
 
 from typing import Literal
 
@@ -12,7 +12,7 @@ class FollowingPart(Part):
 
     where: str = Field(description="in words", examples=["below 10 % of the top speed"])
     samples: int = Field(description="cycles in both drives of the plan", examples=[812])
-    rms_without: Figure = Field(description="rad or m, without torque sent ahead", examples=[7.6e-5])
+    rms_without: Figure = Field(description="rad or m, without feedforward torque", examples=[7.6e-5])
     rms_with: Figure = Field(description="rad or m, with it", examples=[1.9e-5])
 
 
@@ -21,7 +21,7 @@ class JointFollowing(Part):
 
     joint: str = Field(description="name of the joint", examples=["j3"])
     unit: Literal["rad", "m"] = Field(description="of the errors", examples=["rad"])
-    rms_without: Figure = Field(description="root mean square without torque sent ahead", examples=[7.6e-5])
+    rms_without: Figure = Field(description="root mean square without feedforward torque", examples=[7.6e-5])
     rms_with: Figure = Field(description="with it", examples=[1.9e-5])
     peak_without: Figure = Field(description="magnitude, without", examples=[2.9e-4])
     peak_with: Figure = Field(description="magnitude, with it", examples=[1.7e-4])
@@ -44,15 +44,15 @@ class CompensationDocument(Document):
     payload: str = Field(description="what was carried", examples=["disk-3.5"])
     model: str = Field(description="as it was asked for", examples=["load-velocity"])
     add: tuple[str, ...] = Field(default=(), description="effects added to it", examples=[["stribeck@j3"]])
-    part: Literal["whole", "friction"] = Field(description="what of the model was sent ahead")
+    part: Literal["whole", "friction"] = Field(description="what of the model was sent as feedforward")
     share: float = Field(description="of the current limit, the bound of what is sent", examples=[0.5])
     recording_without: str = Field(
-        description="recording without torque sent ahead", examples=["session-00.h5"]
+        description="recording without feedforward torque", examples=["session-00.h5"]
     )
     recording_with: str | None = Field(
         description="recording with it; null where nothing was recorded", examples=["session-01.h5"]
     )
-    completed: bool = Field(description="whether the plan was driven to its end with torque sent ahead")
+    completed: bool = Field(description="whether the plan was driven to its end with feedforward torque")
     reason: str = Field(description="why the second drive of the plan ended")
     following_limits: tuple[float, ...] = Field(
         description="rad or m by joint: following error at which the second drive of the plan was to be stopped",

@@ -153,7 +153,7 @@ def controllers_of(
     by_name = {gains.joint: gains for gains in declared.joints}
     if set(by_name) != set(joint_names) or len(by_name) != len(declared.joints):
         raise InputError(
-            f"{source}: joints: one controller for each joint of the robot is wanted: {', '.join(joint_names)};"
+            f"{source}: joints: give one controller for each joint of the robot: {', '.join(joint_names)};"
             f" there are {', '.join(gains.joint for gains in declared.joints)}"
         )
     listed = tuple(by_name[name] for name in joint_names)

@@ -1,5 +1,5 @@
-"""The proof on the drive: a model's torque sent ahead over the (virtual) bus makes the simulated RX130L follow better; what could
-do harm is refused before, or stopped."""
+"""The proof on the drive: a model's feedforward torque over the (virtual) bus makes the simulated RX130L follow better; what
+could do harm is refused before, or stopped."""
 
 from __future__ import annotations
 

@@ -68,9 +68,9 @@ def test_a_proof_is_prepared_driven_twice_and_listed_with_what_it_did(arm, servi
     refuses_what_may_do_harm_or_does_not_go_together(client, http, finished, experiment)
     job = client.prepare_proof(experiment, RIG, "short", "none")
     assert finished(http, job)["result"] == {"model": "m1", "proof": "00"}
-    with pytest.raises(ServiceError, match="no torque was sent ahead yet"):
+    with pytest.raises(ServiceError, match="no feedforward torque was sent yet"):
         client.proof_result(experiment, "00")
-    with pytest.raises(ServiceError, match="Run the plan without torque sent ahead first"):
+    with pytest.raises(ServiceError, match="Run the plan without feedforward torque first"):
         client.prepare_drive(experiment, "00", "with")
     assert client.proof(experiment, "00")["next"] == "without"
 
@@ -80,7 +80,7 @@ def test_a_proof_is_prepared_driven_twice_and_listed_with_what_it_did(arm, servi
     drive(service, client, first)
     second = client.prepare_drive(experiment, "00", "with")
     page = http.get(f"/pages/experiments/{experiment}/sessions/{second['id']}").text
-    assert re.search(r"j3 up to [0-9.]+ A ahead, stopped at a following error of", page)
+    assert re.search(r"j3 up to [0-9.]+ A of feedforward, stopped at a following error of", page)
     drive(service, client, second)
 
     (listed,) = client.proofs(experiment)

@@ -105,7 +105,7 @@ def test_an_export_is_refused_when_its_name_or_its_source_is_wrong(recorded, tmp
     wrong.write_text("no recording")
     for source, target, words in (
         (recording, tmp_path / "x.xls", "must end in"),
-        (recording, tmp_path / "there.csv", "is there already"),
+        (recording, tmp_path / "there.csv", "already exists"),
         (recording, tmp_path / "nowhere" / "x.csv", "there is no folder"),
         (wrong, tmp_path / "x.csv", "cannot be read as a recording"),
     ):

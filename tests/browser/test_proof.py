@@ -51,7 +51,7 @@ def test_a_model_is_proved_on_the_drive_from_the_result_to_the_errors(laboratory
     run_a_session(page, "0")
     page.get_by_role("link", name="Continue the proof").click(timeout=PATIENCE)
     page.get_by_role("button", name="Prepare the second run").click()
-    expect(page.locator("[data-proof]")).to_contain_text("A ahead, stopped at a following error of")
+    expect(page.locator("[data-proof]")).to_contain_text("A of feedforward, stopped at a following error of")
     ada.shot("proof-second-drive", narrow=False)
     run_a_session(page, "0")
     page.get_by_role("link", name="See the comparison").click(timeout=PATIENCE)

@@ -110,7 +110,7 @@ def test_the_error_falls_from_sign_in_to_report(laboratory_with, visitor) -> Non
 
     ada.step("Results")
     expect(page.get_by_text("Identified parameters")).to_be_visible()
-    page.get_by_role("button", name="Make a URDF").click()
+    page.get_by_role("button", name="Make URDF").click()
     expect(page.get_by_role("link", name="URDF")).to_be_visible(timeout=PATIENCE)
     ada.shot("results")
     with page.expect_popup() as popup:

@@ -34,7 +34,7 @@ def checked_beside(rig: Rig, can_id: int):
 @pytest.mark.parametrize(
     ("can_id", "words"),
     [
-        (0x080, "another master is at work on"),
+        (0x080, "another master is active on"),
         (0x203, "it sends setpoints 0x203; nothing was sent"),
         (0x77F, "a node with id 127 is on"),
     ],

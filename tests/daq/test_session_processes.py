@@ -53,7 +53,7 @@ def test_a_stop_that_it_may_hear_is_no_signal(processes):
 
 def test_an_order_that_does_not_arrive_says_so(processes):
     fill(processes)
-    with pytest.raises(ProcessDied, match="takes no orders"):
+    with pytest.raises(ProcessDied, match="does not respond"):
         processes.order("start")
 
 

@@ -1,5 +1,5 @@
 """Six axes on one bus whose last motor turns with two of them, friction of every gear by load and speed: what is identified from
-recorded payload sessions, against the robot's own parameters, and what its torque does sent ahead.
+recorded payload sessions, against the robot's own parameters, and what its torque does as feedforward.
 
 Motor 6 turns with joints 5 and 6: its friction and its rotor are in its own velocity, and motor 5 carries what joint 5 does
 less what motor 6 brings to it. On the axis of joint 6 a payload loads motor 6 by next to nothing, and even the sign of its

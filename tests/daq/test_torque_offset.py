@@ -1,4 +1,4 @@
-"""What goes to the drives in each cycle, torque sent ahead with it."""
+"""What goes to the drives in each cycle, feedforward torque with it."""
 
 import struct
 

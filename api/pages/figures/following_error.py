@@ -1,4 +1,4 @@
-"""The following error of a joint without and with torque sent ahead, over the planned position."""
+"""The following error of a joint without and with feedforward torque, over the planned position."""
 
 from dataclasses import dataclass
 
@@ -73,7 +73,7 @@ def draw_following_error(joint: str, drawn: Following, width: float = 860, heigh
     for scale, label in ((above, f"error, {drawn.small}"), (beneath, f"plan, {drawn.unit}")):
         middle = (scale.start + scale.end) / 2
         content.append(text(12, middle, label, "middle title", transform=f"rotate(-90 12 {middle:g})"))
-    title = f"Following error of {joint} without and with torque sent ahead, above the planned position"
+    title = f"Following error of {joint} without and with feedforward torque, above the planned position"
     return picture(width, height, title, *content)
 
 

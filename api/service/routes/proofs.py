@@ -1,4 +1,4 @@
-"""Proofs on the drive: a plan without and with the model's torque sent ahead, and what that did to the following error."""
+"""Proofs on the drive: a plan without and with the model's feedforward torque, and what that did to the following error."""
 
 from typing import Annotated, Literal
 
@@ -63,10 +63,10 @@ class ProofView(BaseModel):
     next: Drive | None = Field(
         description="the drive that comes next; null where both came to their end", examples=["without"]
     )
-    without: SessionSummary | None = Field(description="the drive without torque sent ahead")
+    without: SessionSummary | None = Field(description="the drive without feedforward torque")
     with_torque: SessionSummary | None = Field(description="the drive with it")
     result: CompensationDocument | None = Field(
-        description="the following errors; null until torque was sent ahead"
+        description="the following errors; null until feedforward torque was sent"
     )
 
 

@@ -56,7 +56,7 @@ class CsvOptions:
             )
         if self.separator is not None and len(SEPARATOR_NAMES.get(self.separator, self.separator)) != 1:
             raise InputError(
-                f"--separator: '{self.separator}' is not one sign; give the sign, or {', '.join(SEPARATOR_NAMES)}"
+                f"--separator: '{self.separator}' is not one character; give the character, or {', '.join(SEPARATOR_NAMES)}"
             )
         if self.decimal not in (None, ".", ",", "point", "comma"):
             raise InputError(f"--decimal: '{self.decimal}' is not known; give '.' or ','")

@@ -75,7 +75,7 @@ def test_an_item_that_kills_its_workers_is_an_error():
         dask_config.set({"distributed.scheduler.allowed-failures": 0}),
         local_cluster(1) as cluster,
         Dask(cluster.scheduler_address) as dask,
-        pytest.raises(WorkerLost, match="again and again at 7"),
+        pytest.raises(WorkerLost, match="repeatedly at 7"),
     ):
         list(dask(_always_killed, [7]))
 

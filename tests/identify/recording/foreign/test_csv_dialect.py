@@ -283,8 +283,8 @@ def test_a_stated_separator_goes_before_that_of_the_file(tmp_path):
     ("options", "words"),
     [
         ({"header_line": -1}, "--header-line: -1; give the line's number from 1, or 0 for none"),
-        ({"separator": "::"}, "--separator: '::' is not one sign"),
-        ({"separator": ""}, "--separator: '' is not one sign"),
+        ({"separator": "::"}, "--separator: '::' is not one character"),
+        ({"separator": ""}, "--separator: '' is not one character"),
         ({"decimal": ";"}, "--decimal: ';' is not known; give '.' or ','"),
     ],
 )
