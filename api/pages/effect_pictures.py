@@ -66,6 +66,7 @@ class CurvePicture:
 
     at     : values of x that are marked, each with its words
     torque : whether the curves are torques, not errors
+    resting : range of x in which the joint mostly rests, whose samples are not in the fit; None where it does not
     """
 
     words: str
@@ -75,6 +76,7 @@ class CurvePicture:
     at: list[tuple[float, str]]
     torque: bool = False
     low: bool = False
+    resting: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -97,10 +99,13 @@ def effect_pictures(
     variable: str | None,
     constants: Mapping[str, float],
 ) -> list[Picture]:
-    """Of the samples without the effect and, where they are at hand, with it; the most telling first.
+    """Of the samples without the effect and, where they are at hand, with it; the most telling first. Samples at rest, which
+    are not in the fit, are drawn around reversals only.
 
     variable : as the diagnosis names it, for a user's own effect, which the catalogue does not list
     """
+    whole = before, after
+    before, after = before.in_fit, None if after is None else after.in_fit
     if not len(before.time):
         return []
     waves = constants.get("wave_number")
@@ -113,7 +118,7 @@ def effect_pictures(
     elif over.shape == "loop":
         pictures = [_loop(before, after, units, constants.get("presliding_distance"))]
     elif over.shape == "reversals":
-        pictures = [_reversals(before, after, units)]
+        pictures = [_reversals(*whole, units)]
     else:
         pictures = [_over_variable(over, before, after, units)]
     return [*pictures, _worst(before, after, units)]
@@ -233,18 +238,19 @@ def _loop(
 
 def _reversals(before: JointSamples, after: JointSamples | None, units: JointUnits) -> Picture:
     """Measured and predicted around the mean reversal."""
-    turns = max(int(np.sum(np.diff(np.sign(before.velocity)) != 0)), 1)
+    turns = max(int(np.sum(np.diff(np.sign(before.in_fit.velocity)) != 0)), 1)
     period = float(np.median(np.diff(before.time))) if len(before.time) > 1 else 1.0
     half = float(np.clip(AROUND * len(before.time) * period / turns, 0.05, 2.0))
     # Intervals narrower than the time between samples would be empty in turn.
     count = int(np.clip(2 * half / period, 4, REVERSAL_INTERVALS))
-    at, measured = around_reversals(
+    at, measured, share = around_reversals(
         before.session,
         before.time,
         before.velocity,
         np.stack([before.measured, before.predicted]),
         half,
         count,
+        before.moving,
     )
     alone = after is None
     curves = [
@@ -252,10 +258,12 @@ def _reversals(before: JointSamples, after: JointSamples | None, units: JointUni
         PictureCurve(at, measured[1], "predicted" if alone else "before"),
     ]
     if after is not None:
-        _, predicted = around_reversals(
-            after.session, after.time, after.velocity, after.predicted[None], half, count
+        _, predicted, _ = around_reversals(
+            after.session, after.time, after.velocity, after.predicted[None], half, count, after.moving
         )
         curves.append(PictureCurve(at, predicted[0], "predicted"))
+    resting = at[share < 0.5]
+    apart = (at[1] - at[0]) / 2
     return CurvePicture(
         "Measured and predicted around reversals",
         curves,
@@ -263,6 +271,7 @@ def _reversals(before: JointSamples, after: JointSamples | None, units: JointUni
         f"{_quantity(units)} · direction after it, {units.load}",
         at=[(0.0, "reversal")],
         torque=True,
+        resting=(float(resting[0] - apart), float(resting[-1] + apart)) if resting.size else None,
     )
 
 

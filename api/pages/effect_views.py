@@ -57,7 +57,7 @@ def _drawn(picture: Picture, units: JointUnits, width: float) -> Markup:
             [Curve(each.x, each.y, each.kind) for each in picture.curves],
             picture.x_label,
             picture.y_label,
-            Marks(at=picture.at),
+            Marks(at=picture.at, resting=picture.resting),
             width=width,
             height=190 if picture.low else 232,
         )

@@ -244,8 +244,8 @@ def _fitted(
     return _Compared(
         [f"{before.parent.name}/{before.name}", files_before, f"{after.parent.name}/{after.name}", files],
         lambda: (
-            stored.figure_samples(parent, joint, files_before).in_fit,
-            stored.figure_samples(shown, joint, files).in_fit,
+            stored.figure_samples(parent, joint, files_before),
+            stored.figure_samples(shown, joint, files),
         ),
     )
 
@@ -263,10 +263,10 @@ def _predicted_beside(
     def samples() -> tuple[JointSamples, JointSamples | None]:
         here = stored.figure_samples(shown, joint, files)
         if parts is None:
-            return here.in_fit, None
+            return here, None
         rows = every_few([len(part) for part in parts])
         predicted = np.concatenate([part[of_part] for part, of_part in zip(parts, rows, strict=True)])
-        return here.in_fit, replace(here, predicted=predicted.astype(float)).in_fit
+        return here, replace(here, predicted=predicted.astype(float))
 
     if parts is None or candidate is None:
         return _Compared([files], samples)

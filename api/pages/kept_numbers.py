@@ -19,7 +19,7 @@ from pydantic import PlainSerializer, PlainValidator, TypeAdapter, ValidationErr
 
 from api.pages.lru_cache import LruCache
 
-FORM = 3
+FORM = 4
 """of these files; whoever computes other numbers, or the same ones otherwise, raises it, and all are made again"""
 FOLDER = "shown"
 """in the folder of a fit"""

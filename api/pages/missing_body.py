@@ -12,7 +12,7 @@ from api.pages.learned_view import learned_view
 from api.pages.model_steps import step_chart, step_link
 from api.pages.rendering import Context
 from api.pages.rival_effects import rival_effects_context
-from api.pages.scope_words import scope_of_fit
+from api.pages.scope_words import UNSEEN, scope_of_fit
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.pages.verdict_words import structure_words, verdict_of, where_words
 from identify.effects.model import IN_EVERY_MODEL
@@ -90,6 +90,7 @@ def body_context(
         "previous_error": before.joint(joint).relative_error if before and not before_differs else None,
         "previous_differs": before_differs,
         "scope": scope_of_fit(shown),
+        "unseen_scope": UNSEEN,
         "other_data": len(stored.story.stale(shown.version.fit.data)),
         "fit_earlier_link": step_link(stored, "fit-earlier", joint),
         "noise_floor": floor,

@@ -15,7 +15,7 @@ from api.pages.motion_table import certificate_words
 from api.pages.parameter_tables import constants_in_words, effects_in_model, parameter_groups
 from api.pages.rendering import PREFIX, Context, render_pieces
 from api.pages.report_section import JointSection
-from api.pages.scope_words import USES, scope_of_fit
+from api.pages.scope_words import UNSEEN, USES, scope_of_fit
 from api.pages.static_content import static_files
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.pages.streamed import streamed
@@ -77,6 +77,7 @@ def write_report(
         style=Markup(style),
         experiment=stored,
         shown=shown,
+        unseen_scope=UNSEEN,
         document=shown.document,
         author=author,
         written=datetime.now(UTC),

@@ -3,6 +3,11 @@
 from api.pages.number_format import listing
 from api.pages.stored_models import ShownModel
 
+UNSEEN = (
+    "Unseen motion is judged joint by joint, by folds that leave out stretches of the motion in turn. Samples around a reversal"
+    " count less there as its instant is less well known, so that it can be below the error of the fit, where all count alike."
+)
+"""what the error on motion that the fit did not see is of"""
 USES = {"identification": "fit", "validation": "validation"}
 """Role of a session -> what models do with it."""
 

@@ -151,21 +151,30 @@ def around_reversals(
     columns: Array,
     half_width: float,
     intervals: int = 48,
-) -> tuple[Array, Array]:
-    """What signals do around reversals of a joint, on the average: instants (B,) s after the reversal, and means (K, B).
+    moving: NDArray[np.bool_] | None = None,
+) -> tuple[Array, Array, Array]:
+    """What signals do around reversals of a joint, on the average: instants (B,) s after the reversal, means (K, B), and the
+    share of the samples (B,) in which the joint moves.
 
     columns    : (K, N) signals, each turned by the direction after the reversal, so that both kinds of reversal add up
     half_width : s before and after
+    moving     : (N,) samples in which the joint moves; all where None. A joint that rests between two directions turns in the
+                 middle of its rest; one that rests longer than `half_width` stopped, and is left out where others turn
     Samples belong to the nearest reversal of their session; an interval in which there are none is NaN.
     """
     apart = float(np.ptp(time) + 10.0 * half_width + 1.0) if len(time) else 1.0
     clock = time + session * apart
-    turns = np.flatnonzero((np.diff(np.sign(velocity)) != 0) & (np.diff(session) == 0)) + 1
+    rows = np.arange(len(time)) if moving is None else np.flatnonzero(moving)
+    turned_at = (np.diff(np.sign(velocity[rows])) != 0) & (np.diff(session[rows]) == 0)
+    before, turns = rows[:-1][turned_at], rows[1:][turned_at]
+    brief = clock[turns] - clock[before] <= half_width
+    if brief.any():
+        before, turns = before[brief], turns[brief]
     edges = np.linspace(-half_width, half_width, intervals + 1)
     middle = (edges[:-1] + edges[1:]) / 2
     if not len(turns):
-        return middle, np.full((len(columns), intervals), np.nan)
-    instants = (clock[turns] + clock[turns - 1]) / 2
+        return middle, np.full((len(columns), intervals), np.nan), np.full(intervals, np.nan)
+    instants = (clock[turns] + clock[before]) / 2
     after = (
         np.clip(np.searchsorted(instants, clock), 1, len(turns) - 1)
         if len(turns) > 1
@@ -177,8 +186,9 @@ def around_reversals(
     inside = (place >= 0) & (place < intervals)
     count = np.bincount(place[inside], minlength=intervals)
     turned = columns * np.sign(velocity[turns])[nearest]
+    signals = [*turned, np.ones(len(clock)) if moving is None else moving.astype(float)]
     with np.errstate(invalid="ignore", divide="ignore"):
         means = [
-            np.bincount(place[inside], weights=row[inside], minlength=intervals) / count for row in turned
+            np.bincount(place[inside], weights=row[inside], minlength=intervals) / count for row in signals
         ]
-    return middle, np.array(means)
+    return middle, np.array(means[:-1]), means[-1]

@@ -32,10 +32,11 @@ class Curve:
 
 @dataclass(frozen=True)
 class Marks:
-    """Lines across a figure: at values of x with words, and bounds at values of y."""
+    """Lines across a figure: at values of x with words, and bounds at values of y; and a range of x in which the joint rests."""
 
     at: Sequence[tuple[float, str]] = ()
     bounds: Sequence[float] = ()
+    resting: tuple[float, float] | None = None
 
 
 def draw_curves(
@@ -67,6 +68,12 @@ def draw_curves(
     ticks = round_ticks(x.low, x.high, 7)
     content += [text(x(tick), bottom + 15, tick_text(tick, ticks), "middle") for tick in ticks]
     content.append(line(left, bottom, right, bottom, "axis"))
+    if marks.resting is not None:
+        ends = [min(max(x(end), left), right) for end in marks.resting]
+        content.append(
+            element("rect", x=ends[0], y=top, width=ends[1] - ends[0], height=bottom - top, class_="at-rest")
+        )
+        content.append(text(ends[0] - 5, bottom - 6, "at rest, not in the fit", "end"))
     if bars is not None:
         content += _bars(bars, x, y)
     content += [line(left, y(bound), right, y(bound), "floor") for bound in marks.bounds]

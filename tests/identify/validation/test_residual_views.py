@@ -89,7 +89,7 @@ def test_a_torque_that_lags_behind_shows_its_lag_after_the_reversal():
     velocity = np.cos(2 * np.pi * time / 4.0 + 0.3)
     late = np.sign(np.cos(2 * np.pi * (time - 0.02) / 4.0 + 0.3))
     session = np.zeros(len(time), int)
-    at, means = around_reversals(session, time, velocity, np.stack([np.sign(velocity), late]), 0.2, 80)
+    at, means, _ = around_reversals(session, time, velocity, np.stack([np.sign(velocity), late]), 0.2, 80)
     crossing = [at[np.flatnonzero(np.diff(np.sign(mean)) != 0)[0]] for mean in means]
     assert crossing[1] - crossing[0] == pytest.approx(0.02, abs=0.006)
     assert means[0][0] == pytest.approx(-1.0)
@@ -100,6 +100,29 @@ def test_a_torque_that_lags_behind_shows_its_lag_after_the_reversal():
 def test_a_joint_that_hardly_turns_has_an_empty_picture_not_an_error(turns):
     time = np.arange(0.0, 1.0, 0.01)
     velocity = np.where(time < 0.5, 1.0, -1.0 if turns else 1.0)
-    at, means = around_reversals(np.zeros(100, int), time, velocity, velocity[None], 0.1)
+    at, means, _ = around_reversals(np.zeros(100, int), time, velocity, velocity[None], 0.1)
     assert at.shape == (48,)
     assert np.isfinite(means).any() == bool(turns)
+
+
+def test_a_joint_that_rests_between_two_directions_turns_in_the_middle_of_its_rest():
+    """It drives 1 s forwards, rests 0.1 s with noise of the encoder, and drives back; once it stops for a second."""
+    time = np.arange(0.0, 12.0, 0.005)
+    phase = (time % 2.2) / 1.1
+    resting = (phase % 1.0) > 1.0 / 1.1
+    velocity = np.where(phase < 1.0, 1.0, -1.0)
+    velocity[resting] = 1e-6 * np.random.default_rng(2).normal(size=int(resting.sum()))
+    stop = np.zeros(200)
+    time, velocity = (
+        np.arange(len(time) + 200) * 0.005,
+        np.concatenate([velocity[:1095], stop, velocity[1095:]]),
+    )
+    moving = np.abs(velocity) > 0.5
+    at, (direction,), share = around_reversals(
+        np.zeros(len(time), int), time, velocity, np.sign(velocity)[None] * moving, 0.2, 40, moving
+    )
+    assert np.isfinite(direction).all()
+    assert direction[at < -0.06] == pytest.approx(-1.0)
+    assert direction[at > 0.06] == pytest.approx(1.0)
+    assert share[np.abs(at) < 0.04] == pytest.approx(0.0)
+    assert share[np.abs(at) > 0.06] == pytest.approx(1.0)
