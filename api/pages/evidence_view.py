@@ -96,7 +96,8 @@ def selected_evidence(
     joint: str,
     effect: str | None,
 ) -> SelectedEvidence | None:
-    """The evidence of the chosen candidate, else of the first; after the last step that of the effect added last.
+    """The evidence of the chosen candidate, else of the first; after the last step that of the effect added last. An effect that
+    was added before has the evidence of that step; one of the first model has none.
 
     None where there is no effect to show.
     """
@@ -104,6 +105,11 @@ def selected_evidence(
     of_joint = stored.declared.robot.joints[stored.joint_names.index(joint)]
     units, motor_ratio = JointUnits.of(of_joint.type), abs(of_joint.motor_ratio)
     added = (shown.version.change or "").split("@")[0] if shown.version.cause == "effect added" else None
+    if effect not in (None, added, *candidates) and effect in _effects_of(shown, joint):
+        step = _added_by(stored, shown, effect, joint)
+        if step is not None:
+            return selected_evidence(stored, step, joint_diagnosis(stored, step, joint), joint, effect)
+        effect = None
     if effect is None:
         missing = diagnosis.missing if diagnosis else ()
         effect = missing[0] if missing else added or next(iter(candidates), None)
@@ -173,6 +179,22 @@ def selected_evidence(
         estimates=estimates,
         other_data=other_data if candidate is not None or learned is not None else None,
     )
+
+
+def _effects_of(shown: ShownModel, joint: str) -> set[str]:
+    """Names of the effects that the model has on a joint."""
+    return {each.effect for each in shown.document.effects if each.joint == joint}
+
+
+def _added_by(stored: StoredExperiment, shown: ShownModel, effect: str, joint: str) -> ShownModel | None:
+    """The version on the way to a model that added an effect to a joint; None where the first model had it."""
+    version: ModelVersion | None = shown.version
+    while version is not None:
+        name, _, on = (version.change or "").partition("@")
+        if version.cause == "effect added" and name == effect and on in ("", joint):
+            return stored.model(version.id)
+        version = stored.story.version(version.parent) if version.parent else None
+    return None
 
 
 def _other_data(then: Fit, now: Fit) -> str:

@@ -84,6 +84,12 @@ def test_the_torque_is_zoomed_by_the_wheel_and_panned_by_a_drag(stored, visitor)
     for theme in ("light", "dark"):
         page.emulate_media(color_scheme=theme)
         assert violations(page) == []
+    page.evaluate(
+        "dispatchEvent(new Event('beforeprint'))"
+    )  # on paper in light colours, whatever the screen has
+    expect(page.locator("html")).to_have_attribute("data-theme", "light")
+    page.evaluate("dispatchEvent(new Event('afterprint'))")
+    expect(page.locator("html")).not_to_have_attribute("data-theme", "light")
     ada.shot("model-plot")
 
 

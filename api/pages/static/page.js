@@ -33,6 +33,21 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () =>
   document.dispatchEvent(new CustomEvent("theme-changed")),
 );
 
+// Paper is light: what a canvas holds is drawn in light colours while the page is printed.
+let chosenTheme;
+addEventListener("beforeprint", () => {
+  chosenTheme = document.documentElement.dataset.theme;
+  document.documentElement.dataset.theme = "light";
+  document.dispatchEvent(new CustomEvent("theme-changed"));
+});
+addEventListener("afterprint", () => {
+  if (chosenTheme) document.documentElement.dataset.theme = chosenTheme;
+  else delete document.documentElement.dataset.theme;
+});
+matchMedia("print").addEventListener("change", ({ matches }) => {
+  if (!matches) document.dispatchEvent(new CustomEvent("theme-changed"));
+});
+
 // The guard asks for the token with everything that changes something.
 document.addEventListener("htmx:configRequest", (event) => {
   event.detail.headers.Accept = "text/html";

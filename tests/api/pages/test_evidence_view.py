@@ -23,13 +23,13 @@ def folder(stored_laboratory: Path, tmp_path: Path) -> Path:
     return shutil.copytree(stored_laboratory / "experiments" / "rx130l-joint3", tmp_path / "experiment")
 
 
-def evidence(folder: Path) -> SelectedEvidence:
-    """Of the effect that made the current version, as the page shows it."""
+def evidence(folder: Path, effect: str = EFFECT) -> SelectedEvidence:
+    """Of the effect that made the current version, or of another, as the page shows it."""
     store = SimpleNamespace(
         folder=lambda _: folder, declared=lambda _: read_experiment_file(folder / "experiment.yaml")
     )
     stored = StoredExperiment(cast(ExperimentStore, store), "experiment")
-    found = selected_evidence(stored, stored.require_current(), None, JOINT, EFFECT)
+    found = selected_evidence(stored, stored.require_current(), None, JOINT, effect)
     assert found is not None
     return found
 
@@ -62,3 +62,16 @@ def test_what_a_diagnosis_of_the_data_before_found_is_said_to_be_of_them(folder:
     assert again.errors.change == pytest.approx(same.errors.change)
     assert again.other_data == changed.other_data
     assert again.errors.heldout_change == same.errors.heldout_change
+
+
+def test_an_effect_of_the_first_model_is_never_said_to_be_left_out(folder: Path) -> None:
+    """There is no model without it to compare with: the effect that was added last is shown."""
+    assert evidence(folder, "coulomb").effect == EFFECT
+
+
+def test_an_effect_that_was_added_before_has_the_evidence_of_its_own_step(folder: Path) -> None:
+    then = evidence(folder)
+    ModelStory(folder).redo()
+    assert evidence(folder, "load-stribeck").effect == "load-stribeck"
+    now = evidence(folder)
+    assert (now.effect, now.errors, now.with_words) == (EFFECT, then.errors, "with it")
