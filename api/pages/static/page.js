@@ -190,22 +190,35 @@ const asked = new WeakSet();
 document.addEventListener("htmx:beforeRequest", ({ detail }) => {
   if (detail.elt.contains(document.activeElement)) asked.add(detail.elt);
 });
+document.addEventListener("htmx:beforeSwap", ({ detail }) => {
+  const here = document.activeElement;
+  if (here !== document.body && detail.target?.contains(here)) asked.add(detail.requestConfig.elt);
+});
 document.addEventListener("htmx:afterSettle", ({ detail }) => {
   const gone = asked.has(detail.requestConfig?.elt) && document.activeElement === document.body;
-  if (gone) document.querySelector("main [data-next-focus]")?.focus({ preventScroll: true });
+  if (!gone) return;
+  const next = document.querySelector("main [data-next-focus]") ?? detail.target;
+  if (next.matches("div")) next.tabIndex = -1;
+  next.focus({ preventScroll: true });
 });
 
-// A page that is loaded again, because of a choice in it or of news, has the focus where it was.
+// A page that is loaded again, because of a choice in it or of news, has the focus where it was: in a part that a computation
+// has filled, on what can be done there now.
+function focusAt(place) {
+  place?.focus({ preventScroll: true });
+  if (place && document.activeElement !== place) place.querySelector("a[href], button:not(:disabled)")?.focus({ preventScroll: true });
+}
 const FOCUS = "focus";
 addEventListener("pagehide", () => {
   const here = document.activeElement;
-  const place = here?.id ? `#${CSS.escape(here.id)}` : here?.name && `[name="${CSS.escape(here.name)}"]`;
+  const named = here?.name && `[name="${CSS.escape(here.name)}"]`;
+  const place = here?.id ? `#${CSS.escape(here.id)}` : here?.matches("[data-next-focus]") ? "[data-next-focus]" : named;
   if (place && here.matches("main :focus-visible")) sessionStorage.setItem(FOCUS, JSON.stringify({ page: location.pathname, place }));
   else sessionStorage.removeItem(FOCUS);
 });
 const before = JSON.parse(sessionStorage.getItem(FOCUS) ?? "null");
 if (before?.page === location.pathname && document.activeElement === document.body)
-  document.querySelector(`main ${before.place}`)?.focus({ preventScroll: true });
+  focusAt(document.querySelector(`main ${before.place}`));
 
 // A screen reader hears of progress at every quarter, and of what it is the progress of.
 const PROGRESS = "main progress[aria-label]:not([hidden]), [data-run-bar]:not([hidden]) progress";
