@@ -21,6 +21,9 @@ from api.service.problems import Problem
 from identify.recording.plain_text import text_cell
 from identify.results.identification import Parameter
 
+URDF_NAME = "URDF without friction"
+"""of the bodies alone; the export to a URDF has the friction that the format can say, and a certificate"""
+
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
 
 
@@ -38,7 +41,7 @@ def results_page(
     link = experiment_link(experiment, "download")
     formats = [("json", "JSON"), ("csv", "CSV"), ("yaml", "YAML")]
     if urdf_of(shown.folder) is not None:
-        formats.append(("urdf", "URDF"))
+        formats.append(("urdf", URDF_NAME))
     context |= {
         "shown": shown,
         "versions": [stored.model(each.id) for each in stored.story.versions],
@@ -49,6 +52,7 @@ def results_page(
         "downloads": [
             {"name": name, "link": f"{link}/{ending}?version={shown.version.id}"} for ending, name in formats
         ],
+        "urdf_name": URDF_NAME,
         "urdf_link": f"{experiment_link(experiment, 'urdf')}?version={shown.version.id}"
         if urdf_of(shown.folder) is None and can_be_made()
         else None,
