@@ -24,6 +24,8 @@ class EffectView:
     torque: bool
     narrow: Markup
     """the same for a phone, where the wide one could not be read"""
+    resting: bool = False
+    """whether a range is marked in which the joint rests"""
 
 
 def effect_views(pictures: Sequence[Picture], units: JointUnits) -> list[EffectView]:
@@ -34,6 +36,7 @@ def effect_views(pictures: Sequence[Picture], units: JointUnits) -> list[EffectV
             _drawn(each, units, WIDE),
             isinstance(each, TorquePicture) or (isinstance(each, CurvePicture) and each.torque),
             _drawn(each, units, NARROW),
+            isinstance(each, CurvePicture) and each.resting is not None,
         )
         for each in pictures
     ]

@@ -21,8 +21,8 @@ from api.service.problems import Problem
 from identify.recording.plain_text import text_cell
 from identify.results.identification import Parameter
 
-URDF_NAME = "URDF without friction"
-"""of the bodies alone; the export to a URDF has the friction that the format can say, and a certificate"""
+URDF_NAME = "URDF without certificate"
+"""with viscous and dry friction as identified; the export to a URDF fits them to what the format can say, and certifies it"""
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
 

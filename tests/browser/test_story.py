@@ -110,10 +110,10 @@ def test_the_error_falls_from_sign_in_to_report(laboratory_with, visitor) -> Non
 
     ada.step("Results")
     expect(page.get_by_text("Identified parameters")).to_be_visible()
-    page.get_by_role("button", name="Make URDF without friction").press(
+    page.get_by_role("button", name="Make URDF without certificate").press(
         "Enter"
     )  # from the keyboard, which goes on at what was made
-    expect(page.get_by_role("link", name="URDF without friction")).to_be_focused(timeout=PATIENCE)
+    expect(page.get_by_role("link", name="URDF without certificate")).to_be_focused(timeout=PATIENCE)
     ada.shot("results")
     with page.expect_popup() as popup:
         page.get_by_role("link", name="Report", exact=True).click()

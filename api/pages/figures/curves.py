@@ -73,7 +73,6 @@ def draw_curves(
         content.append(
             element("rect", x=ends[0], y=top, width=ends[1] - ends[0], height=bottom - top, class_="at-rest")
         )
-        content.append(text(ends[0] - 5, bottom - 6, "at rest, not in the fit", "end"))
     if bars is not None:
         content += _bars(bars, x, y)
     content += [line(left, y(bound), right, y(bound), "floor") for bound in marks.bounds]

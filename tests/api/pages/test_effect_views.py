@@ -81,3 +81,14 @@ def test_without_a_prediction_each_picture_stands_alone(before):
 def test_no_samples_have_no_pictures(before):
     nothing = before.where(np.zeros(len(before.time), bool))
     assert effect_pictures("delay", nothing, None, UNITS, None, {}) == []
+
+
+def test_around_reversals_the_samples_at_rest_are_drawn_and_marked(before, after):
+    """The joint rests for 0.1 s at each reversal; those samples are not in the fit, and no other picture has them."""
+    moving = np.abs(before.velocity) > 0.04
+    resting, with_it = replace(before, moving=moving), replace(after, moving=moving)
+    around, worst = effect_views(effect_pictures("delay", resting, with_it, UNITS, None, {}), UNITS)
+    assert around.resting
+    assert 'class="at-rest"' in around.drawing
+    assert not worst.resting
+    assert not effect_views(effect_pictures("delay", before, after, UNITS, None, {}), UNITS)[0].resting
