@@ -99,7 +99,8 @@ def _odd_recording_beside(place: Place) -> None:
 
 def _signal(process: str, *signals: signal.Signals, pause: float = 0.0) -> Callable[[Place], None]:
     def send(place: Place) -> None:
-        found = getattr(place.session, f"_{process}")
+        processes = place.session.processes
+        found = None if processes is None else getattr(processes, process)
         for number, each in enumerate(signals):
             if number:
                 threading.Event().wait(pause)
@@ -170,11 +171,15 @@ def session_cell(fault: SessionFault, phase: str, folder: Path) -> SessionCell:
     rig, experiment = bench_rig(), folder / "experiment"
     place: Place | None = None
     done = threading.Event()
+    failures: list[str] = []
 
     def act() -> None:
         if not done.is_set() and place is not None:
             done.set()
-            fault.mischief(place)
+            try:
+                fault.mischief(place)
+            except Exception as error:  # a session goes on when who listens to its events fails
+                failures.append(f"the mischief was not done: {error!r}")
 
     def hear(event: SessionEvent) -> None:
         if event.kind != "progress":
@@ -196,7 +201,6 @@ def session_cell(fault: SessionFault, phase: str, folder: Path) -> SessionCell:
         after_session=lambda _: act() if phase == "identifying" else None,
     )
     place = Place(session, experiment)
-    failures: list[str] = []
     with session:
         try:
             if phase == "before":
