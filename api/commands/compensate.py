@@ -75,7 +75,7 @@ def compensate(
     console = Console(stderr=True)
     if proof is None:
         if payload is None:
-            raise InputError("--payload: give the name of a payload of the rig file")
+            raise InputError("--payload: the name of a payload of the rig file is needed")
         who = operator or getpass.getuser()
         made = _new_proof(source, settings, plan, seconds, payload, model, add or [], part, share, who)
         run = CompensationRun(made)
