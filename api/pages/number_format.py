@@ -1,4 +1,4 @@
-"""Numbers as an instrument shows them: significant digits, a true minus sign, a unit after a thin space.
+"""Numbers and messages as an instrument shows them: significant digits, a true minus sign, a unit after a thin space.
 
 A figure that cannot be given is an en dash, never a zero.
 """
@@ -158,3 +158,8 @@ def _superscript(exponent: int) -> str:
 def utc_time(seconds: float | None) -> datetime | None:
     """Seconds since 1970 as a time that the templates print."""
     return None if seconds is None else datetime.fromtimestamp(seconds, UTC)
+
+
+def with_commands(text: str) -> Markup:
+    """A message in which `a command` between backticks stands in the typeface of commands."""
+    return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", str(escape(text))))

@@ -61,6 +61,7 @@ FILTERS = (
     "equation",
     "symbol",
     "unit",
+    "with_commands",
 )
 """Functions of `number_format` that templates use."""
 

@@ -11,6 +11,7 @@ from api.pages.number_format import (
     significant,
     symbol,
     unit,
+    with_commands,
     with_deviation,
 )
 
@@ -70,3 +71,8 @@ def test_durations_and_lists_read_as_said() -> None:
     assert duration(185) == "3\u202fmin 05\u202fs"
     assert listing(["a", "b", "c"]) == "a, b and c"
     assert listing(["a", "b, more than c", "d"]) == "a; b, more than c; and d"
+
+
+def test_a_command_in_a_message_has_its_typeface_and_nothing_else_is_markup():
+    said = with_commands("not <b>homed</b>; `coulomb home R&D` homes it, or ` alone")
+    assert said == "not &lt;b&gt;homed&lt;/b&gt;; <code>coulomb home R&amp;D</code> homes it, or ` alone"
