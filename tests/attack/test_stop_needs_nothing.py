@@ -68,7 +68,7 @@ def test_a_service_that_stays_frozen_ends_the_motion_by_itself(stand: Stand, tra
     with stand.client("ada") as ada:
         session = ada.get("/experiments/arm/sessions").json()[-1]
         assert session["state"] in ("aborted", "faulted")
-        assert "sign of life" in session["reason"]
+        assert "did not respond" in session["reason"]
 
 
 def test_the_audit_row_of_a_stop_follows_once_the_database_takes_it(stand: Stand):
