@@ -17,7 +17,7 @@ from drivers.cia402 import State
 from drivers.fixed_mapping import own_receive_pdo, own_transmit_pdos
 from drivers.frames import ERROR, REMOTE
 from drivers.object_dictionary import own_dictionary
-from drivers.process_data import DriveStream, MappedEntry, PdoParameters, ProcessData
+from drivers.process_data import DriveStream, MappedEntry, PdoParameters, ProcessData, pdo_objects
 from drivers.profile import DriveProfile
 from drivers.standard_stream import RPDO_1_BASE, TPDO_BASE, standard_stream, transmitted_entries
 from drivers.sync_producer import SYNC_ID
@@ -228,11 +228,12 @@ def _listed_values(profile: DriveProfile, node: int) -> _ListedValues:
 
 def _pdo_objects() -> Iterator[Address]:
     yield _SYNC_COB_ID
-    for number in range(_PDOS):
-        for communication, mapping in ((0x1800, 0x1A00), (0x1400, 0x1600)):
-            yield communication + number, 1
-            yield communication + number, 2
-            yield from ((mapping + number, subindex) for subindex in range(_MOST_ENTRIES + 1))
+    for number in range(1, _PDOS + 1):
+        for kind in ("TPDO", "RPDO"):
+            communication, mapping = pdo_objects(kind, number)
+            yield communication, 1
+            yield communication, 2
+            yield from ((mapping, subindex) for subindex in range(_MOST_ENTRIES + 1))
 
 
 def _candidates(
@@ -279,23 +280,20 @@ def _stated_pdos(axis: Axis) -> Iterator[PdoParameters]:
 def _pdos(node: int, values: dict[Address, int]) -> list[PdoParameters]:
     """The PDOs that objects make; a COB-ID that nothing tells is that of the predefined connection set."""
     pdos: list[PdoParameters] = []
-    for kind, communication, mapping, bases in (
-        ("TPDO", 0x1800, 0x1A00, TPDO_BASE),
-        ("RPDO", 0x1400, 0x1600, tuple(base + RPDO_1_BASE - TPDO_BASE[0] for base in TPDO_BASE)),
+    for kind, bases in (
+        ("TPDO", TPDO_BASE),
+        ("RPDO", tuple(base + RPDO_1_BASE - TPDO_BASE[0] for base in TPDO_BASE)),
     ):
-        for number in range(_PDOS):
+        for number in range(1, _PDOS + 1):
+            communication, mapping = pdo_objects(kind, number)
             cob_id = values.get(
-                (communication + number, 1), bases[number] + node if number < len(bases) else None
+                (communication, 1), bases[number - 1] + node if number <= len(bases) else None
             )
-            count = values.get((mapping + number, 0), 0)
-            entries = [
-                values.get((mapping + number, place)) for place in range(1, min(count, _MOST_ENTRIES) + 1)
-            ]
+            count = values.get((mapping, 0), 0)
+            entries = [values.get((mapping, place)) for place in range(1, min(count, _MOST_ENTRIES) + 1)]
             if cob_id is not None and entries and None not in entries:
                 whole = tuple(entry for entry in entries if entry is not None)
-                pdos.append(
-                    PdoParameters(kind, number + 1, cob_id, values.get((communication + number, 2), 1), whole)
-                )
+                pdos.append(PdoParameters(kind, number, cob_id, values.get((communication, 2), 1), whole))
     return pdos
 
 

@@ -14,7 +14,7 @@ from drivers.emergency import Emergency
 from drivers.errors import DriveError, DriverError
 from drivers.network_management import ManagedNode
 from drivers.object_dictionary import passed_over
-from drivers.process_data import SYNCHRONOUS, DriveStream, is_missing, was_refused
+from drivers.process_data import SYNCHRONOUS, DriveStream, is_missing, pdo_objects, was_refused
 from drivers.profile import GENERIC, DriveProfile
 from drivers.sdo import SdoAccess
 from drivers.set_up_forecast import (
@@ -178,10 +178,10 @@ class Drive(ManagedNode):
                 f"{_OWN_TIMEOUT}"
             )
         counts = {
-            kind: sum(self._has(first + number, 1) for number in range(len(TPDO_BASE)))
-            for kind, first in (("TPDOs", 0x1800), ("RPDOs", 0x1400))
+            kind: sum(self._has(pdo_objects(kind, number)[0], 1) for number in range(1, len(TPDO_BASE) + 1))
+            for kind in ("TPDO", "RPDO")
         }
-        few = [f"{count} {kind}" for kind, count in counts.items() if count < len(TPDO_BASE)]
+        few = [f"{count} {kind}s" for kind, count in counts.items() if count < len(TPDO_BASE)]
         if few:
             oddities.append(f"has {' and '.join(few)}; the others are left alone")
         if not self._has(cia402.MODE_OF_OPERATION_DISPLAY):

@@ -99,10 +99,9 @@ def _named(pdo: PdoParameters, wanted: Sequence[MappedEntry]) -> tuple[MappedEnt
 
 def _synchronous(sdo: SdoAccess, pdo: PdoParameters) -> int:
     """Have a PDO be on, as it was, and go with every SYNC; one that does so already is left alone."""
-    communication = (0x1800 if pdo.kind == "TPDO" else 0x1400) + pdo.number - 1
     what = f"letting {pdo.kind} {pdo.number} go with SYNC"
-    if sdo.read(communication, 1, "uint32", what) != pdo.cob_id:
-        sdo.write_verified(communication, 1, "uint32", pdo.cob_id, what)
+    if sdo.read(pdo.communication, 1, "uint32", what) != pdo.cob_id:
+        sdo.write_verified(pdo.communication, 1, "uint32", pdo.cob_id, what)
     if pdo.transmission_type == SYNCHRONOUS or (pdo.kind == "RPDO" and pdo.transmission_type <= 240):
         return pdo.transmission_type
     return set_transmission_type(sdo, pdo, SYNCHRONOUS, what)

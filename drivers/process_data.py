@@ -210,6 +210,11 @@ class PdoParameters:
         """The id of its frames."""
         return self.cob_id & 0x7FF
 
+    @property
+    def communication(self) -> int:
+        """Index of its communication parameters."""
+        return pdo_objects(self.kind, self.number)[0]
+
 
 @dataclass(frozen=True)
 class WantedPdo:
@@ -230,12 +235,12 @@ class WantedPdo:
     @property
     def communication(self) -> int:
         """Index of its communication parameters."""
-        return _objects(self.kind, self.number)[0]
+        return pdo_objects(self.kind, self.number)[0]
 
     @property
     def mapping(self) -> int:
         """Index of its mapping."""
-        return _objects(self.kind, self.number)[1]
+        return pdo_objects(self.kind, self.number)[1]
 
     def remapped(self, present: PdoParameters) -> bool:
         """Whether the drive has another mapping now."""
@@ -267,7 +272,7 @@ def read_pdo(sdo: SdoAccess, kind: str, number: int) -> PdoParameters | None:
 
     Raises DriveError when the drive does not answer.
     """
-    communication, mapping = _objects(kind, number)
+    communication, mapping = pdo_objects(kind, number)
     what = f"reading {kind} {number}"
     try:
         cob_id = sdo.read(communication, 1, "uint32", what)
@@ -291,7 +296,8 @@ def was_refused(refusal: DriveError) -> bool:
     return refusal.received.startswith("the drive refused")
 
 
-def _objects(kind: str, number: int) -> tuple[int, int]:
+def pdo_objects(kind: str, number: int) -> tuple[int, int]:
+    """Indices of the communication parameters and the mapping of a PDO (CiA 301), TPDO or RPDO, counted from 1."""
     communication, mapping = (0x1800, 0x1A00) if kind == "TPDO" else (0x1400, 0x1600)
     return communication + number - 1, mapping + number - 1
 
@@ -359,7 +365,7 @@ def set_transmission_type(sdo: SdoAccess, pdo: PdoParameters, wanted: int, what:
     At SYNC (0 to 240) or at once (254, 255), its setpoint is taken in time. Raises DriveError when a TPDO's is refused.
     """
     try:
-        sdo.write_verified(_objects(pdo.kind, pdo.number)[0], 2, "uint8", wanted, what)
+        sdo.write_verified(pdo.communication, 2, "uint8", wanted, what)
     except DriveError as refusal:
         usable = pdo.transmission_type <= 240 or pdo.transmission_type >= EVENT_DRIVEN
         if pdo.kind != "RPDO" or not was_refused(refusal) or not usable:
@@ -373,7 +379,7 @@ def switch_off_pdo(sdo: SdoAccess, kind: str, number: int) -> None:
 
     Raises DriveError when the drive refuses.
     """
-    communication, _mapping = _objects(kind, number)
+    communication, _mapping = pdo_objects(kind, number)
     what = f"switching {kind} {number} off"
     try:
         cob_id = sdo.read(communication, 1, "uint32", what)

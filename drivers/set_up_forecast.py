@@ -71,7 +71,7 @@ def _named_object(address: Address) -> str:
 
 def objects_written(wanted: Sequence[WantedPdo], present: Sequence[PdoParameters]) -> list[Address]:
     """The objects that set-up may write: of the PDOs that are wanted, the COB-IDs of the others, cycle and heartbeat."""
-    communications = {_communication(pdo) for pdo in present} | {pdo.communication for pdo in wanted}
+    communications = {pdo.communication for pdo in (*present, *wanted)}
     written = [(index, subindex) for index in sorted(communications) for subindex in (1, 2)]
     mappings = [(pdo.mapping, subindex) for pdo in wanted for subindex in (0, 1)]
     return [
@@ -154,7 +154,7 @@ def _outcomes(
     ):
         retimed = [(pdo.communication, 2) for pdo, now in changed if pdo.kind == kind and pdo.retimed(now)]
         said.append(stated.outcome(retimed, what) if stated.file or kind == "TPDO" else "")
-    stays = [_communication(pdo) for pdo in others]
+    stays = [pdo.communication for pdo in others]
     said.append(
         stated.outcome([(index, 1) for index in stays], "what cannot be switched off stays on beside them")
     )
@@ -238,10 +238,6 @@ def master_watch_in_words(by: str, stated: StatedAccess) -> list[str]:
     """Whether the drive can be told to notice when we are gone; `by` as in `ManagedNode.misses_master_by`."""
     refused = stated.outcome(_NOTICES_BY.get(by, ()), "it may not notice when we are gone")
     return [f"set-up is to tell it to notice when we are gone; {refused}"] if refused else []
-
-
-def _communication(pdo: PdoParameters) -> int:
-    return (0x1800 if pdo.kind == "TPDO" else 0x1400) + pdo.number - 1
 
 
 def _listed(items: Sequence[str]) -> str:
