@@ -15,6 +15,7 @@ from api.application import create_application
 from api.service.accounts import Role
 from api.service.service import Service
 from api.service.settings import ServiceSettings
+from daq.rig import Rig
 from tests.api.served import served
 
 with warnings.catch_warnings():
@@ -69,6 +70,12 @@ class RunningService:
         assert answer.status_code == 200, answer.text
         client.headers["X-CSRF-Token"] = answer.json()["csrf_token"]
         return client
+
+
+@pytest.fixture(scope="module")
+def rig() -> Rig:
+    """The simulated arm of the paper; modules about another rig have one of their own."""
+    return Rig.load("rx130l-joint3-simulated")
 
 
 @pytest.fixture

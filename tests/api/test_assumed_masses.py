@@ -7,12 +7,6 @@ from api.assumed_masses import GRAVITY_SHARE, torque_limits
 from api.plan_model import RegressorModel
 from daq.excitation import standard_plan
 from daq.excitation.plan_model import PlannedMotion
-from daq.rig import Rig
-
-
-@pytest.fixture(scope="module")
-def rig() -> Rig:
-    return Rig.load("rx130l-joint3-simulated")
 
 
 @pytest.fixture(scope="module")

@@ -15,11 +15,6 @@ from identify.recording.errors import InputError
 
 
 @pytest.fixture(scope="module")
-def rig() -> Rig:
-    return Rig.load("rx130l-joint3-simulated")
-
-
-@pytest.fixture(scope="module")
 def motion(rig) -> PlannedMotion:
     return PlannedMotion.of(standard_plan(rig, 40.0), rig.payload("disk-7"), 0.02)
 

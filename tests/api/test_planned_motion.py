@@ -5,12 +5,6 @@ import pytest
 
 from api.planned_motion import determination
 from daq.excitation.standard_plan import standard_plan
-from daq.rig import Rig
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return Rig.load("rx130l-joint3-simulated")
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,6 @@ import pytest
 from api.pages.plan_view import plan_view
 from api.predicting_model import predicting_model
 from daq.excitation.plan_model import PlannedMotion
-from daq.rig import Rig
 from identify import load_experiment
 from identify.identification import identify
 from tests.api.driven_arm import (
@@ -21,11 +20,6 @@ from tests.api.driven_arm import (
 )
 
 DRY, DRIVING, BACKDRIVING = 18.0, 0.15, 0.08
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return Rig.load("rx130l-joint3-simulated")
 
 
 @pytest.fixture(scope="module")
