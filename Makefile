@@ -25,11 +25,12 @@ test-random: setup-test
 	for run in $$(seq $(RUNS)); do \
 		$(BIN)/python -m pytest -x -q -m "hypothesis and not browser" --hypothesis-profile=random || exit 1; done
 
-# Do the tests notice small changes to the code? Hours for the whole sample; SAMPLE, SEED and MODULE choose less.
+# Do the tests notice small changes to the code? Hours for the whole sample; SAMPLE, SEED and MODULE choose less; RECORD=FILE
+# carries on what was stopped.
 SAMPLE ?= 200
 SEED ?= 2026
 mutants: setup-test
-	$(BIN)/python -m tests.mutants --sample $(SAMPLE) --seed $(SEED) $(foreach module,$(MODULE),--module $(module))
+	$(BIN)/python -m tests.mutants --sample $(SAMPLE) --seed $(SEED) $(foreach module,$(MODULE),--module $(module)) $(RECORD:%=--record %)
 
 lint: setup-test
 	$(BIN)/ruff check .
