@@ -197,7 +197,8 @@ class Proof:
         Raises InputError: the rig is not what it was.
         """
         self.require_same_rig(without)
-        return SentAhead(self.ahead.offset.counts, self.limits(self.error(without)))
+        error, counts = self.error(without), self.ahead.offset.counts
+        return SentAhead(counts, self.limits(error), error.over(len(counts)))
 
     def words(self, without: Path) -> list[str]:
         """What the second drive sends, joint by joint, for the operator."""
@@ -246,16 +247,13 @@ class Proof:
 
     def _errors(self, before: FollowingError, after: FollowingError) -> bytes:
         cycles = len(self.ahead.position)
-        drives = np.full((2, cycles, len(self.rig.axes)), np.nan)
-        for row, each in zip(drives, (before, after), strict=True):
-            row[each.cycle] = each.error
         written = io.BytesIO()
         np.savez_compressed(
             written,
             time=np.arange(cycles) * self.rig.cycle,
             position=self.ahead.position.astype(np.float32),
-            before=drives[0].astype(np.float32),
-            after=drives[1].astype(np.float32),
+            before=before.over(cycles).astype(np.float32),
+            after=after.over(cycles).astype(np.float32),
         )
         return written.getvalue()
 

@@ -178,8 +178,7 @@ class Acquisition:
             remarks += [f"joint {axis.joint} (node {axis.node}): {said}" for said in drive.set_up_remarks]
         receiver = open_receiver(self.rig, streams)
         closing.callback(receiver.close)
-        within = None if ahead is None else ahead.follows_within
-        loop = SamplingLoop(self.rig, streams, receiver, rows, frames, drives.network.sent, within)
+        loop = SamplingLoop(self.rig, streams, receiver, rows, frames, drives.network.sent, ahead)
         self.tell(
             AcquisitionMessage(
                 "checked",

@@ -30,6 +30,12 @@ class FollowingError:
         """(n,) rad or m, magnitude."""
         return np.nanmax(np.abs(self.error), axis=0)
 
+    def over(self, cycles: int) -> NDArray[np.float64]:
+        """(cycles, n) rad or m, a row for each cycle of the plan; NaN where there is no error."""
+        every = np.full((cycles, self.error.shape[1]), np.nan)
+        every[self.cycle] = self.error
+        return every
+
 
 def following_error(recording: Path, counts: NDArray[np.int32]) -> FollowingError:
     """Of a recording (HDF5), while its setpoints were the plan's: (L, n) `counts`, a row for each cycle.

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.derivative_limits import DerivativeLimits, Excess, excess_in_words
+from daq.following_watch import FollowingWatch
 from daq.rig import Rig
 from daq.samples import (
     CAME_AGAIN,
@@ -22,6 +23,7 @@ from daq.samples import (
     Phase,
     joint_positions,
 )
+from daq.torque_offset import SentAhead
 from drivers.cia402 import State, state_of
 
 _ROUNDING = 1.0 + 1e-9
@@ -78,11 +80,10 @@ class LimitMonitor:
     Velocity and acceleration, being differences, are judged with what they magnify in mind: `derivative_limits.py`.
     """
 
-    def __init__(self, rig: Rig, follows_within: NDArray[np.float64] | None = None) -> None:
-        """follows_within : (n,) rad or m between a position and the setpoint of the SYNC before, while a plan is driven"""
+    def __init__(self, rig: Rig, ahead: SentAhead | None = None) -> None:
+        """ahead : the torque that is sent beside the setpoints, and how the axes must follow meanwhile"""
         self.rig = rig
-        self._follows_within = follows_within
-        self._arrives_at: NDArray[Any] = np.full(len(rig.axes), np.nan)
+        self._following_watch = None if ahead is None else FollowingWatch(rig, ahead)
         supervision = rig.supervision
         limits = [axis.limits for axis in rig.axes]
         n = len(limits)
@@ -127,7 +128,7 @@ class LimitMonitor:
                 np.column_stack([counted, stamped]), position, ~came | late, again, moving, held
             ),
             self._beyond_following(rows, position, following),
-            self._falls_behind(rows, position),
+            *(() if self._following_watch is None else self._following_watch.check(rows, position)),
             self._beyond_current(rows, moving),
             self._beyond_temperature(rows, moving),
         ]
@@ -167,22 +168,6 @@ class LimitMonitor:
             return None
         unit = self._units[at[1]]
         return Excess(*at, f"following error {excess_in_words(error[at], self._following[at[1]], unit)}")
-
-    def _falls_behind(self, rows: NDArray[Any], position: NDArray[Any]) -> Excess | None:
-        """Following error against where each axis should have arrived by now; only where a session states how much."""
-        if self._follows_within is None:
-            return None
-        wanted = rows["setpoint"] @ self._matrix.T + self._offset
-        wanted[rows["phase"] != Phase.PLAN] = np.nan
-        arrived = np.vstack([self._arrives_at, wanted[:-1]])
-        self._arrives_at = wanted[-1]
-        error = np.abs(arrived - position)
-        with np.errstate(invalid="ignore"):
-            at = self._first((error > self._follows_within) & (rows["phase"] == Phase.PLAN)[:, None])
-        if at is None:
-            return None
-        excess = excess_in_words(error[at], self._follows_within[at[1]], self._units[at[1]])
-        return Excess(*at, f"with feedforward torque the following error grows: {excess}")
 
     def _beyond_current(self, rows: NDArray[Any], moving: NDArray[Any]) -> Excess | None:
         current = np.abs(rows["command"] * self._ampere)

@@ -21,6 +21,7 @@ from daq.ring_buffer import RingWriter
 from daq.safety import LimitMonitor, StopCause, StopReason
 from daq.samples import RowDecoder
 from daq.setpoint_stream import SetpointStream
+from daq.torque_offset import SentAhead
 from drivers.bus import pass_ids
 from drivers.frames import BUS_OFF, ERROR, FrameReceiver
 from drivers.process_data import DriveStream
@@ -74,7 +75,7 @@ class SamplingLoop:
 
     rows, frames : the rings
     sent : how many frames with an id went out beside the receiver (`CanopenNetwork.sent`)
-    follows_within : (n,) rad or m, how closely the axes must follow a plan; the rig's limit of the following error where None
+    ahead : torque that is sent beside the setpoints, with which the axes must follow no worse; none where None
     """
 
     def __init__(
@@ -85,7 +86,7 @@ class SamplingLoop:
         rows: RingWriter,
         frames: RingWriter,
         sent: Callable[[int], int],
-        follows_within: NDArray[np.float64] | None = None,
+        ahead: SentAhead | None = None,
     ) -> None:
         self.rig = rig
         self._receiver = receiver
@@ -98,7 +99,7 @@ class SamplingLoop:
         self._decoder = RowDecoder(streams, scales)
         self.alignment = SyncAlignment(self._decoder.columns, rig.cycle)
         self.setpoints = SetpointStream(streams, receiver.send)
-        self.monitor = LimitMonitor(rig, follows_within)
+        self.monitor = LimitMonitor(rig, ahead)
         self._foreign = ForeignFrames(streams, MASTER_NODE, sent)
         self._foreign_reason: StopReason | None = None
         self._expected = np.zeros(0x800, bool)

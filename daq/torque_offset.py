@@ -33,10 +33,13 @@ class SentAhead:
     counts         : (L, n) int16, per mille of the rated torque, a row for each cycle of the plan
     follows_within : (n,) rad or m: the motion is stopped where a position is further than this from the setpoint of the SYNC
                      before, at which the axis should have arrived
+    without        : (L, n) rad or m: following error of the same plan without torque, NaN where it is not known; the motion is
+                     stopped where the torque makes it clearly worse (`daq.following_watch`)
     """
 
     counts: NDArray[np.int16]
     follows_within: NDArray[np.float64]
+    without: NDArray[np.float64]
 
 
 def torque_offset(rig: Rig, torque: NDArray[np.float64], share: float) -> TorqueOffset:
@@ -56,9 +59,7 @@ def torque_offset(rig: Rig, torque: NDArray[np.float64], share: float) -> Torque
     current = np.linalg.solve(rig.drive_gain, torque.T).T
     limit = share * np.array([axis.limits.current for axis in rig.axes])
     within = np.clip(current, -limit, limit)
-    cycles = np.arange(len(torque))
-    fade = np.clip(np.minimum(cycles, cycles[::-1]) * rig.cycle / RAMP, 0.0, 1.0)
-    sent = within * fade[:, None]
+    sent = within * fading(len(torque), rig.cycle)[:, None]
     counts = np.rint(sent * _per_mille(rig))
     most = np.iinfo(np.int16).max
     if np.abs(counts).max(initial=0.0) > most:
@@ -68,6 +69,12 @@ def torque_offset(rig: Rig, torque: NDArray[np.float64], share: float) -> Torque
     return TorqueOffset(
         counts.astype(np.int16), np.abs(sent).max(axis=0), np.mean(np.abs(current) > limit, axis=0)
     )
+
+
+def fading(cycles: int, period: float) -> NDArray[np.float64]:
+    """(cycles,) share of the torque that is sent: it grows from 0 where a plan begins, and falls to 0 where it ends."""
+    count = np.arange(cycles)
+    return np.clip(np.minimum(count, count[::-1]) * period / RAMP, 0.0, 1.0)
 
 
 def _per_mille(rig: Rig) -> NDArray[np.float64]:

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from daq.rig import Rig
 from daq.safety import LimitMonitor, StopCause, StopReason
 from daq.samples import CAME_AGAIN, COMMAND_CAME, POSITION_CAME, SYNC_NOT_SEEN, Phase, sample_dtype
+from daq.torque_offset import SentAhead
 
 ENABLED = 0x1237
 
@@ -219,7 +220,8 @@ def test_an_axis_that_must_follow_closely_is_held_against_where_it_should_have_a
     rows = rows_of(rig, 0.1 + speed * time)
     arrives = rows_of(rig, 0.1 + speed * (time - rig.cycle) + behind)
     rows["position"] = arrives["position"]
-    monitor = LimitMonitor(rig, np.array([within]))
+    unknown = np.full((len(rows), 1), np.nan)
+    monitor = LimitMonitor(rig, SentAhead(np.zeros((len(rows), 1), np.int16), np.array([within]), unknown))
     edges = sorted({0, len(rows), *(cut % (len(rows) + 1) for cut in cuts)})
     reasons = [monitor.check(rows[start:end]) for start, end in itertools.pairwise(edges)]
     told = next((reason for reason in reasons if reason is not None), None)
