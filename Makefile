@@ -77,7 +77,7 @@ attack: setup-test
 		tests/api/test_access.py tests/api/test_credentials.py tests/api/test_turned_away.py \
 		tests/api/test_any_request.py tests/api/test_any_body.py tests/api/test_audit.py tests/api/test_bounded_log.py
 
-# 600 cases; hours. Broken off, it goes on where it was; PART=1/3 and so on on several machines, docs/bench.md says how to merge.
+# 680 cases; hours. Broken off, it goes on where it was; PART=1/3 and so on on several machines, docs/bench.md says how to merge.
 PART ?= 1/1
 blind: setup-test
 	$(BIN)/python -m tests.blind --record build/blind-$(subst /,-of-,$(PART)).jsonl --part $(PART) --write docs/blind.md

@@ -63,8 +63,9 @@ def noise_floors(record: Record, residuals: Mapping[str, Array]) -> list[NoiseFl
     differs by noise only: whatever the model cannot say comes again. Of the torque itself that holds only where the motion
     comes again exactly. In closed loop it answers every disturbance, and the torques of two repeats differ by what the
     controller made of it as well; the model takes the difference of the motions into account. With K periods the mean over
-    periods takes away 1/K of the noise; the estimate is corrected for it. It is no higher than the model's own error on
-    the same sessions, which holds the noise too.
+    periods takes away 1/K of the noise; the estimate is corrected for it. Sessions whose motion does not repeat are taken to have
+    the noise of those that do, so that the floor is a part of the torque of all of them, as the model's own error is. It is no
+    higher than that error, which holds the noise too.
 
     The interval is that of the scatter between stretches of the phase, each of them independent of the others. In a soft
     loop its upper end is higher: where the acceleration answers the noise n, least squares takes a part ρ² of the power of n
@@ -75,14 +76,17 @@ def noise_floors(record: Record, residuals: Mapping[str, Array]) -> list[NoiseFl
     count = record.joints
     noise, measured, left = np.zeros(count), np.zeros(count), np.zeros(count)
     variance, answer, acceleration = np.zeros(count), np.zeros(count), np.zeros(count)
-    repeats = np.zeros(count, bool)
+    behind, moved = np.zeros(count), np.zeros(count)
     for entry in record.entries():
         samples = record.samples[entry.file]
+        residual = residuals[entry.file]
+        measured += np.sum(np.where(samples.moving, samples.measured, 0.0) ** 2, axis=0)
+        left += np.sum(np.where(samples.moving, residual, 0.0) ** 2, axis=0)
+        moved += samples.moving.sum(0)
         stretch = repeated_stretch(samples)
         if stretch is None:
             continue
         repeat, period = stretch
-        residual = residuals[entry.file]
         first = int(np.searchsorted(samples.time, repeat.time[0]))
         part = residual[first : first + len(repeat.time)]
         both = replace(repeat, measured=np.hstack([part, repeat.ddq]))
@@ -91,18 +95,19 @@ def noise_floors(record: Record, residuals: Mapping[str, Array]) -> list[NoiseFl
         squares, freedom = squares[:, :count], freedom[:, :count]
         whole = freedom.sum(0)
         for joint in np.flatnonzero(whole > FEWEST_PHASES):
-            moving = samples.moving[:, joint]
+            weight = int(samples.moving[:, joint].sum())
             scatter = squares[:, joint].sum() / whole[joint]
             stretches = len(squares)
             apart = squares[:, joint] - scatter * freedom[:, joint]
             deviation = np.sqrt(stretches / (stretches - 1) * float(apart @ apart)) / whole[joint]
-            noise[joint] += scatter * moving.sum()
-            variance[joint] += (deviation * moving.sum()) ** 2
-            measured[joint] += np.sum(samples.measured[moving, joint] ** 2)
-            left[joint] += np.sum(residual[moving, joint] ** 2)
+            noise[joint] += scatter * weight
+            variance[joint] += (deviation * weight) ** 2
+            behind[joint] += weight
             answer[joint] += unsteady[joint] * len(repeat.time)
             acceleration[joint] += np.sum(repeat.ddq[:, joint] ** 2)
-            repeats[joint] = True
+    repeats = behind > 0
+    of_all = moved / np.maximum(behind, 1)
+    noise, variance = noise * of_all, variance * of_all**2
     known = repeats & (measured > 0) & (answer <= MOST_ANSWERED * acceleration)
     answered = answer / np.where(acceleration > 0, acceleration, 1.0)
     return [

@@ -1,4 +1,4 @@
-"""The blind bench: `python -m tests.blind [--cases N] [--loops N] [--rigs N] [--plasmodes N] [--seed S]
+"""The blind bench: `python -m tests.blind [--cases N] [--loops N] [--rigs N] [--arms N] [--plasmodes N] [--seed S]
 [--workers N | --cluster ADDRESS] [--record FILE] [--part K/N] [--write docs/blind.md]`.
 
 A case is drawn, recorded and diagnosed by one worker. Those of a cluster need this checkout on their path. With `--record` every
@@ -20,7 +20,7 @@ from tests.blind.plasmodes import data, present
 from tests.blind.report import page
 from tests.blind.score import Score, of_a_case
 
-PLANTS = {"joint": "cases", "loop": "loops", "rig": "rigs", "plasmode": "plasmodes"}
+PLANTS = {"joint": "cases", "loop": "loops", "rig": "rigs", "arm": "arms", "plasmode": "plasmodes"}
 """The plants and the options that say how many cases of each."""
 
 
@@ -55,6 +55,9 @@ def main() -> None:
     parser.add_argument("--cases", type=int, default=320, help="of the test joint, moved as planned")
     parser.add_argument("--loops", type=int, default=240, help="of arms in closed loop")
     parser.add_argument("--rigs", type=int, default=40, help="simulated rigs")
+    parser.add_argument(
+        "--arms", type=int, default=80, help="of two or three joints, one of which hides something"
+    )
     parser.add_argument("--plasmodes", type=int, default=0, help="effects put into the measured records")
     parser.add_argument("--seed", type=int, default=2026)
     parser.add_argument("--workers", type=int, default=2, help="processes of this machine")

@@ -98,14 +98,14 @@ def scaled(case: Case, random: np.random.Generator) -> Case | None:
     target = floor * wanted / len(case.effects) / (1 - wanted)
     strengths = {}
     for name, trial in case.effects.items():
-        strength = _reaching(target, lambda s, name=name: residual_power(case, {name: s}) - floor, trial)
+        strength = reaching(target, lambda s, name=name: residual_power(case, {name: s}) - floor, trial)
         if strength is None:
             return None
         strengths[name] = strength
     return replace(case, effects=strengths)
 
 
-def _reaching(target: float, power: Callable[[float], float], strength: float) -> float | None:
+def reaching(target: float, power: Callable[[float], float], strength: float) -> float | None:
     """The strength with this power, within a quarter; power grows about as the square of the strength."""
     for _ in range(6):
         found = power(strength)

@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from tests.blind.noise import holds, within
 from tests.blind.score import Score
 
 AIM = {
@@ -25,6 +26,9 @@ AIM = {
     "rig catalogued": 98,
     "rig pair": 92,
     "rig uncatalogued": 90,
+    "arm null": 98,
+    "arm strong": 98,
+    "arm weak": 92,
     "plasmode strong": 90,
     "plasmode weak": 70,
 }
@@ -36,17 +40,19 @@ HEAD = """# The diagnosis on hidden effects
 {count} experiments, seed {seeds}; `make blind` prints this, [bench.md](bench.md) says how it is scored and how to submit.
 The test joint (`tests/plants/single_joint.py`) has parameters, noise, payloads and motion of its own in every case. The loops
 (`tests/plants/closed_loop.py`) are arms under a position controller with the disturbance inside the loop, each with its own
-controller, bandwidth, noise and drift. The rigs are `drivers/simulated` over the virtual bus. Effects are scaled: strong ones
-cause at least half of the residual's power, weak ones a fifth to under a half. Plasmodes are real records with an effect put into
-one joint's torque that adds 1.5 (strong) or 0.6 times (weak) what the usual model leaves.
+controller, bandwidth, noise and drift. The rigs are `drivers/simulated` over the virtual bus, the arms have two or three
+coupled joints (`tests/plants/planar_arm.py`), one of which hides something. Effects are scaled: strong ones cause at
+least half of the residual's power, weak ones a fifth to under a half. Plasmodes are real records with an effect put into one
+joint's torque that adds 1.5 (strong) or 0.6 times (weak) what the usual model leaves.
 
 Right means: the hidden effect first and verdict `missing`; both of a pair named; `adequate` where nothing is hidden;
 `unexplained` where the effect is in no catalogue. Two names for what these payloads cannot tell apart count as one if the
 diagnosis says so. The interval (95 %, Wilson) is that of the part; `beside`: cases in which something was named beside what is
-hidden; `described`: cases in which a description was offered.
+hidden; `described`: cases in which a description was offered; `wrong joint`: of the cases with more than one joint those in which
+something was named at a joint where nothing is hidden (in a plasmode beside what the diagnosis of the record itself names).
 
-| class | cases | right | part | interval | aim | median time | beside | described |
-|---|---|---|---|---|---|---|---|---|
+| class | cases | right | part | interval | aim | median time | beside | described | wrong joint |
+|---|---|---|---|---|---|---|---|---|---|
 """
 
 
@@ -57,7 +63,10 @@ def page(scores: Sequence[Score]) -> str:
         [
             HEAD.format(count=len(scores), seeds=seeds) + "\n".join(_by_class(scores)),
             "",
+            *_wrong_joint(scores),
             *_reliability(scores),
+            "",
+            *_floors(scores),
             "",
             *_wrong(scores),
             "",
@@ -80,9 +89,62 @@ def _by_class(scores: Sequence[Score]) -> list[str]:
             described = sum(score.learned is not None for score in listed)
             lines.append(
                 f"| {kind} | {len(listed)} | {right} | {100 * right / len(listed):.0f} % | {100 * low:.0f} to {100 * high:.0f} %"
-                f" | {aim} % | {middle:.1f} s | {beside} | {described} |"
+                f" | {aim} % | {middle:.1f} s | {beside} | {described} | {_elsewhere(listed)} |"
             )
     return lines
+
+
+def _elsewhere(scores: Sequence[Score]) -> str:
+    """How many of the cases with more than one joint, and of how many."""
+    several = [score.elsewhere for score in scores if score.elsewhere is not None]
+    return f"{sum(map(bool, several))} of {len(several)}" if several else "–"
+
+
+def _wrong_joint(scores: Sequence[Score]) -> list[str]:
+    several = [score for score in scores if score.elsewhere is not None]
+    wrong = [score for score in several if score.elsewhere]
+    if not several:
+        return []
+    part = 100 * len(wrong) / len(several)
+    low, high = (100 * each for each in wilson(len(wrong), len(several)))
+    lines = [
+        f"A wrong joint is blamed in {len(wrong)} of {len(several)} cases with more than one"
+        f" ({part:.1f} %, {low:.0f} to {high:.0f} %; aim: 1 %).",
+    ]
+    lines += [
+        f"- {score.hidden}: {', '.join(score.elsewhere or ())} ({score.seed}, {score.index})"
+        for score in wrong
+    ]
+    return [*lines, ""]
+
+
+def _floors(scores: Sequence[Score]) -> list[str]:
+    """The noise floors by plant, where noise is known."""
+    known = [(score.plant, score.floor) for score in scores if score.floor is not None]
+    if not known:
+        return []
+    lines = [
+        "## Noise floors",
+        "",
+        "Where the plant tells what noise leaves: the floor beside it. `null`: none was given; aim: within 15 % in nine of ten,",
+        "and none above the error of the model with what was found missing.",
+        "",
+        "| plant | motion | cases | null | given | within 15 % | interval holds the truth | above the error |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for plant in dict.fromkeys(plant for plant, _ in known):
+        for repeats in (True, False):
+            of_these = [floor for name, floor in known if name == plant and floor.repeats is repeats]
+            given = [floor for floor in of_these if floor.said is not None]
+            if of_these:
+                near, inside = sum(map(within, given)), sum(map(holds, given))
+                above = sum((floor.said or 0.0) > floor.error * (1 + 1e-6) for floor in given)
+                motion = "repeats" if repeats else "does not repeat"
+                lines.append(
+                    f"| {plant} | {motion} | {len(of_these)} | {len(of_these) - len(given)} | {len(given)} | {near}"
+                    f" | {inside} | {above} |"
+                )
+    return [*lines, ""]
 
 
 def wilson(right: int, count: int, z: float = 1.96) -> tuple[float, float]:

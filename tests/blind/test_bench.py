@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from identify.recording import load_experiment
 from identify.recording.errors import InputError
+from identify.results.diagnosis import DiagnosisDocument, JointDiagnosis
 from tests.blind.__main__ import part_of, recorded, run
+from tests.blind.arms import ArmCase
 from tests.blind.loops import LoopCase, draw_loop, with_effects
+from tests.blind.noise import FloorScore, floor_score
 from tests.blind.plasmodes import present, with_effect
 from tests.blind.report import page, reliability, wilson
-from tests.blind.score import Score
+from tests.blind.score import Score, scored
 from tests.plants.closed_loop import LoopArm, simulate
+from tests.plants.planar_arm import draw_planar_arm
 from tests.plants.single_joint import record, write_experiment
 
 
@@ -38,7 +43,8 @@ def score(index, right=True, **changed):
 
 
 def test_a_record_holds_scores_as_they_are_and_leaves_out_a_line_that_was_cut_off(tmp_path):
-    scores = [score(0), score(1, right=False, learned="q: table")]
+    floor = FloorScore(0.02, 0.019, 0.022, 0.021, 0.03, repeats=True)
+    scores = [score(0, elsewhere=("j1:delay",), floor=floor), score(1, right=False, learned="q: table")]
     file, other = tmp_path / "one.jsonl", tmp_path / "other.jsonl"
     file.write_text("".join(f"{each.line()}\n" for each in scores) + scores[0].line()[:40], encoding="utf-8")
     assert recorded([file]) == scores
@@ -53,7 +59,16 @@ def test_what_a_record_has_is_not_run_again(tmp_path):
     file = tmp_path / "record.jsonl"
     file.write_text(f"{score(0).line()}\n{score(1).line()}\n", encoding="utf-8")
     options = argparse.Namespace(
-        record=file, cases=2, loops=0, rigs=0, plasmodes=0, seed=5, part=(1, 1), cluster=None, workers=1
+        record=file,
+        cases=2,
+        loops=0,
+        rigs=0,
+        arms=0,
+        plasmodes=0,
+        seed=5,
+        part=(1, 1),
+        cluster=None,
+        workers=1,
     )
     assert run(options) == [score(0), score(1)]
 
@@ -116,3 +131,69 @@ def test_a_plasmode_changes_the_command_by_the_effect_and_nothing_else(tmp_path,
     for old, new in pairs:
         np.testing.assert_array_equal(old.position, new.position)
         np.testing.assert_array_equal(old.time, new.time)
+
+
+def arm_case(effects):
+    arm = draw_planar_arm(np.random.default_rng(1), 2)
+    return ArmCase(
+        "arm strong" if effects else "arm null", 1, arm, 1, effects, (0.0, 2.0), 250.0, 1, 1.0, 1.0
+    )
+
+
+def said_of(*missing):
+    """A diagnosis that names these effects, joint by joint."""
+    joints = tuple(
+        JointDiagnosis(
+            joint=f"j{place + 1}",
+            verdict="missing" if names else "adequate",
+            missing=names,
+            candidates=(),
+            evidence=(),
+            where=(),
+            noise_floor=None,
+            structure=(),
+            superfluous=(),
+        )
+        for place, names in enumerate(missing)
+    )
+    return DiagnosisDocument.model_construct(joints=joints)
+
+
+def test_what_is_named_at_a_joint_that_hides_nothing_is_counted():
+    hiding = arm_case({"stribeck": 1.0})
+    right = scored(hiding, said_of((), ("stribeck",)), 0.0, "arm", 5, 0)
+    assert (right.right, right.elsewhere) == (True, ())
+    both = scored(hiding, said_of(("delay",), ("stribeck",)), 0.0, "arm", 5, 1)
+    assert (both.right, both.elsewhere) == (True, ("j1:delay",))
+    other = scored(hiding, said_of(("stribeck",), ()), 0.0, "arm", 5, 2)
+    assert (other.right, other.elsewhere) == (False, ("j1:stribeck",))
+    null = scored(arm_case({}), said_of((), ("delay",)), 0.0, "arm", 5, 3)
+    assert (null.right, null.elsewhere) == (False, ("j2:delay",))
+    text = page([right, both, other, null])
+    assert "| arm strong | 3 | 2 | 67 % |" in text
+    assert "A wrong joint is blamed in 3 of 4 cases" in text
+    assert "- stribeck × 1 at joint 2 of 2 (planar arm, 250 Hz, 1 repeats): j1:delay (5, 1)" in text
+
+
+def test_floors_are_counted_by_whether_they_are_near_and_hold_and_lie_below_the_error():
+    near = FloorScore(0.022, 0.020, 0.024, 0.021, 0.03, repeats=True)
+    far = FloorScore(0.040, 0.035, 0.045, 0.021, 0.03, repeats=True)
+    none = FloorScore(None, None, None, 0.021, 0.03, repeats=False)
+    text = page([score(0, floor=near), score(1, floor=far), score(2, floor=none), score(3)])
+    assert "| joint | repeats | 2 | 0 | 2 | 1 | 1 | 1 |" in text
+    assert "| joint | does not repeat | 1 | 1 | 0 | 0 | 0 | 0 |" in text
+
+
+def test_the_truth_of_a_floor_is_the_noise_that_was_simulated(tmp_path):
+    """Twice the disturbance is twice the truth, and a drive's own noise counts."""
+    quiet = LoopArm(duration=3.0, payloads=(3.0,), amplitude=0.02, period=1.0, seed=8)
+    truths = []
+    for place, arm in enumerate((quiet, replace(quiet, amplitude=0.04))):
+        case = LoopCase("loop null", 1, {}, arm)
+        folder = case.experiment(tmp_path / str(place))
+        (joint,) = said_of(()).joints
+        found = floor_score(case, joint, folder)
+        assert found is not None
+        assert found.repeats
+        truths.append(found.truth)
+    assert truths[1] == pytest.approx(2 * truths[0], rel=0.02)

@@ -11,18 +11,25 @@ Array = NDArray[np.float64]
 
 
 def planned_motion(
-    random: np.random.Generator, duration: float, rate: float, repeats: int = 1, pace: float = 1.0
+    random: np.random.Generator,
+    duration: float,
+    rate: float,
+    repeats: int = 1,
+    pace: float = 1.0,
+    whole: bool = False,
 ) -> tuple[Array, Array, Array, Array]:
     """A smooth excitation: time, q, q', q'' (each (N,)), up to 1.2 rad/s (times `pace`) and 1.2 rad, much of it slow.
 
     A velocity profile, made of three fixed pieces (a wide sine, a fast and a slow trapezoid there and back)
     and of random ones down to 0.03 rad/s, is rounded (Gaussian, 60 ms), integrated, and carried by a spline
     of degree 7, of which q' and q'' are the exact derivatives.
+
+    whole : whether a repeat lasts just `duration / repeats`, so that several joints repeat together; up to a second less if not
     """
     step = 0.01
     period = duration * pace / repeats  # s of the motion before it is run faster or slower
     pieces = [_sine(1.0, 0.16, 1, step), _there_and_back(1.2, 1.0, step), _there_and_back(-0.08, 3.0, step)]
-    while step * sum(map(len, pieces)) < period - 1.0:
+    while step * sum(map(len, pieces)) < period - (0.0 if whole else 1.0):
         if random.random() < 0.6:
             speed = float(np.exp(random.uniform(np.log(0.03), np.log(1.2))))
             way = min(random.uniform(0.8, 2.5), 1.2 / speed)

@@ -38,6 +38,19 @@ def test_slow_ways_there_and_back_are_no_repeats(tmp_path, seed):
     assert floor is None or floor == pytest.approx(found.relative_error, rel=0.2)
 
 
+def test_a_floor_is_a_part_of_the_torque_of_all_sessions_as_the_error_is(tmp_path):
+    """Where only the session repeats that takes less torque, its noise is less of the torque of both."""
+    folder = write_experiment(
+        tmp_path / "joint", record({}, payload_masses=(0.0, 8.0), duration=20.0, seed=8, repeats=2)
+    )
+    once = record({}, payload_masses=(0.0, 8.0), duration=20.0, seed=9, repeats=1)
+    other = write_experiment(tmp_path / "once", once)
+    (other / "session-01.csv").replace(folder / "session-01.csv")
+    joint = identify(load_experiment(folder), "usual").document().joints[0]
+    assert joint.noise_floor <= joint.relative_error * (1 + 1e-9)
+    assert joint.noise_floor == pytest.approx(joint.relative_error, rel=0.12)
+
+
 def _low_passed(values, cutoff):
     """The band that identification looks at, by another filter; ends left out."""
     away = round(1.0 / STEP)
