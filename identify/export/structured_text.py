@@ -42,8 +42,9 @@ TAKEN = frozenset(
     MIN MOD MOVE MUL MUX NE NOT NULL OF ON OR PROGRAM REAL REF REPEAT REPLACE RESOURCE RETURN RIGHT ROL ROR SEL SHL SHR SIN SINT
     SQRT STEP STRING STRUCT SUB TAN TASK THEN TIME TO TOD TRANSITION TRUE TRUNC TYPE UDINT UINT ULINT UNTIL USINT VAR WHILE WITH
     WORD WSTRING XOR SIGN_OF TANH_OF X E
-    Q DQ DDQ T TEMP TORQUE LAST GRAVITY ALPHA D THETA R PRISMATIC LINK LOAD DIRECTION WHOLE MOTOR_DQ MOTOR_DDQ TURN PLACE FORCE
-    MOMENT RATE CHANGE ACCELERATION WA WB ANGLE ALONG CA SA CT ST AX AY AZ BX BY_ BZ J K STATE BEFORE BEGUN TRAVEL
+    Q DQ DDQ T TEMP PAYLOAD TORQUE LAST GRAVITY DH_ALPHA DH_D DH_THETA DH_R PRISMATIC BODY LINK LOAD DIRECTION WHOLE MOTOR_DQ
+    MOTOR_DDQ TURN PLACE FORCE MOMENT RATE CHANGE ACCELERATION WA WB ANGLE ALONG COS_A SIN_A COS_T SIN_T AX AY AZ UX UY UZ J K
+    STATE BEFORE BEGUN TRAVEL
     """,
     )
 )
@@ -56,33 +57,33 @@ FOR K := 0 TO 2 DO
     ACCELERATION[K] := -GRAVITY[K];
 END_FOR;
 FOR J := 0 TO LAST DO
-    ANGLE := THETA[J] + (1.0 - PRISMATIC[J]) * Q[J];
-    ALONG := R[J] + PRISMATIC[J] * Q[J];
-    CA := COS(ALPHA[J]);
-    SA := SIN(ALPHA[J]);
-    CT := COS(ANGLE);
-    ST := SIN(ANGLE);
-    TURN[J, 0] := CT;
-    TURN[J, 1] := -ST;
+    ANGLE := DH_THETA[J] + (1.0 - PRISMATIC[J]) * Q[J];
+    ALONG := DH_R[J] + PRISMATIC[J] * Q[J];
+    COS_A := COS(DH_ALPHA[J]);
+    SIN_A := SIN(DH_ALPHA[J]);
+    COS_T := COS(ANGLE);
+    SIN_T := SIN(ANGLE);
+    TURN[J, 0] := COS_T;
+    TURN[J, 1] := -SIN_T;
     TURN[J, 2] := 0.0;
-    TURN[J, 3] := CA * ST;
-    TURN[J, 4] := CA * CT;
-    TURN[J, 5] := -SA;
-    TURN[J, 6] := SA * ST;
-    TURN[J, 7] := SA * CT;
-    TURN[J, 8] := CA;
-    PLACE[J, 0] := D[J];
-    PLACE[J, 1] := -SA * ALONG;
-    PLACE[J, 2] := CA * ALONG;
+    TURN[J, 3] := COS_A * SIN_T;
+    TURN[J, 4] := COS_A * COS_T;
+    TURN[J, 5] := -SIN_A;
+    TURN[J, 6] := SIN_A * SIN_T;
+    TURN[J, 7] := SIN_A * COS_T;
+    TURN[J, 8] := COS_A;
+    PLACE[J, 0] := DH_D[J];
+    PLACE[J, 1] := -SIN_A * ALONG;
+    PLACE[J, 2] := COS_A * ALONG;
     (* acceleration of the frame's origin: + change x place + rate x (rate x place) *)
     AX := RATE[1] * PLACE[J, 2] - RATE[2] * PLACE[J, 1];
     AY := RATE[2] * PLACE[J, 0] - RATE[0] * PLACE[J, 2];
     AZ := RATE[0] * PLACE[J, 1] - RATE[1] * PLACE[J, 0];
-    BX := ACCELERATION[0] + CHANGE[1] * PLACE[J, 2] - CHANGE[2] * PLACE[J, 1] + RATE[1] * AZ - RATE[2] * AY;
-    BY_ := ACCELERATION[1] + CHANGE[2] * PLACE[J, 0] - CHANGE[0] * PLACE[J, 2] + RATE[2] * AX - RATE[0] * AZ;
-    BZ := ACCELERATION[2] + CHANGE[0] * PLACE[J, 1] - CHANGE[1] * PLACE[J, 0] + RATE[0] * AY - RATE[1] * AX;
+    UX := ACCELERATION[0] + CHANGE[1] * PLACE[J, 2] - CHANGE[2] * PLACE[J, 1] + RATE[1] * AZ - RATE[2] * AY;
+    UY := ACCELERATION[1] + CHANGE[2] * PLACE[J, 0] - CHANGE[0] * PLACE[J, 2] + RATE[2] * AX - RATE[0] * AZ;
+    UZ := ACCELERATION[2] + CHANGE[0] * PLACE[J, 1] - CHANGE[1] * PLACE[J, 0] + RATE[0] * AY - RATE[1] * AX;
     FOR K := 0 TO 2 DO
-        ACCELERATION[K] := TURN[J, K] * BX + TURN[J, 3 + K] * BY_ + TURN[J, 6 + K] * BZ;
+        ACCELERATION[K] := TURN[J, K] * UX + TURN[J, 3 + K] * UY + TURN[J, 6 + K] * UZ;
         WA[K] := TURN[J, K] * RATE[0] + TURN[J, 3 + K] * RATE[1] + TURN[J, 6 + K] * RATE[2];
         WB[K] := TURN[J, K] * CHANGE[0] + TURN[J, 3 + K] * CHANGE[1] + TURN[J, 6 + K] * CHANGE[2];
     END_FOR;
@@ -100,25 +101,31 @@ FOR J := 0 TO LAST DO
         CHANGE[2] := CHANGE[2] + DDQ[J];
         RATE[2] := RATE[2] + DQ[J];
     END_IF;
-    (* force and moment of the link at its frame's origin *)
-    AX := RATE[1] * LINK[J, 8] - RATE[2] * LINK[J, 7];
-    AY := RATE[2] * LINK[J, 6] - RATE[0] * LINK[J, 8];
-    AZ := RATE[0] * LINK[J, 7] - RATE[1] * LINK[J, 6];
-    FORCE[J, 0] := LINK[J, 9] * ACCELERATION[0] + CHANGE[1] * LINK[J, 8] - CHANGE[2] * LINK[J, 7]
+    FOR K := 0 TO 9 DO
+        BODY[K] := LINK[J, K];
+        IF J = LAST THEN
+            BODY[K] := BODY[K] + PAYLOAD[K];
+        END_IF;
+    END_FOR;
+    (* force and moment of the link, the last one's with the payload, at its frame's origin *)
+    AX := RATE[1] * BODY[8] - RATE[2] * BODY[7];
+    AY := RATE[2] * BODY[6] - RATE[0] * BODY[8];
+    AZ := RATE[0] * BODY[7] - RATE[1] * BODY[6];
+    FORCE[J, 0] := BODY[9] * ACCELERATION[0] + CHANGE[1] * BODY[8] - CHANGE[2] * BODY[7]
         + RATE[1] * AZ - RATE[2] * AY;
-    FORCE[J, 1] := LINK[J, 9] * ACCELERATION[1] + CHANGE[2] * LINK[J, 6] - CHANGE[0] * LINK[J, 8]
+    FORCE[J, 1] := BODY[9] * ACCELERATION[1] + CHANGE[2] * BODY[6] - CHANGE[0] * BODY[8]
         + RATE[2] * AX - RATE[0] * AZ;
-    FORCE[J, 2] := LINK[J, 9] * ACCELERATION[2] + CHANGE[0] * LINK[J, 7] - CHANGE[1] * LINK[J, 6]
+    FORCE[J, 2] := BODY[9] * ACCELERATION[2] + CHANGE[0] * BODY[7] - CHANGE[1] * BODY[6]
         + RATE[0] * AY - RATE[1] * AX;
-    AX := LINK[J, 0] * RATE[0] + LINK[J, 1] * RATE[1] + LINK[J, 2] * RATE[2];
-    AY := LINK[J, 1] * RATE[0] + LINK[J, 3] * RATE[1] + LINK[J, 4] * RATE[2];
-    AZ := LINK[J, 2] * RATE[0] + LINK[J, 4] * RATE[1] + LINK[J, 5] * RATE[2];
-    MOMENT[J, 0] := LINK[J, 0] * CHANGE[0] + LINK[J, 1] * CHANGE[1] + LINK[J, 2] * CHANGE[2] + RATE[1] * AZ - RATE[2] * AY
-        + LINK[J, 7] * ACCELERATION[2] - LINK[J, 8] * ACCELERATION[1];
-    MOMENT[J, 1] := LINK[J, 1] * CHANGE[0] + LINK[J, 3] * CHANGE[1] + LINK[J, 4] * CHANGE[2] + RATE[2] * AX - RATE[0] * AZ
-        + LINK[J, 8] * ACCELERATION[0] - LINK[J, 6] * ACCELERATION[2];
-    MOMENT[J, 2] := LINK[J, 2] * CHANGE[0] + LINK[J, 4] * CHANGE[1] + LINK[J, 5] * CHANGE[2] + RATE[0] * AY - RATE[1] * AX
-        + LINK[J, 6] * ACCELERATION[1] - LINK[J, 7] * ACCELERATION[0];
+    AX := BODY[0] * RATE[0] + BODY[1] * RATE[1] + BODY[2] * RATE[2];
+    AY := BODY[1] * RATE[0] + BODY[3] * RATE[1] + BODY[4] * RATE[2];
+    AZ := BODY[2] * RATE[0] + BODY[4] * RATE[1] + BODY[5] * RATE[2];
+    MOMENT[J, 0] := BODY[0] * CHANGE[0] + BODY[1] * CHANGE[1] + BODY[2] * CHANGE[2] + RATE[1] * AZ - RATE[2] * AY
+        + BODY[7] * ACCELERATION[2] - BODY[8] * ACCELERATION[1];
+    MOMENT[J, 1] := BODY[1] * CHANGE[0] + BODY[3] * CHANGE[1] + BODY[4] * CHANGE[2] + RATE[2] * AX - RATE[0] * AZ
+        + BODY[8] * ACCELERATION[0] - BODY[6] * ACCELERATION[2];
+    MOMENT[J, 2] := BODY[2] * CHANGE[0] + BODY[4] * CHANGE[1] + BODY[5] * CHANGE[2] + RATE[0] * AY - RATE[1] * AX
+        + BODY[6] * ACCELERATION[1] - BODY[7] * ACCELERATION[0];
 END_FOR;
 FOR J := LAST TO 0 BY -1 DO
     LOAD[J] := (1.0 - PRISMATIC[J]) * MOMENT[J, 2] + PRISMATIC[J] * FORCE[J, 2] + LINK[J, 10] * DDQ[J];
@@ -150,7 +157,8 @@ def structured_text(model: ExportedModel, stem: str) -> str:
     three = f"ARRAY[0..{last}, 0..2] OF LREAL"
 
     def constants(values) -> str:
-        return ", ".join(literal(float(value)) for value in values)
+        # the second edition of the standard has no brackets in initial values
+        return ", ".join(literal(float(value)).strip("()") for value in values)
 
     names = _comment(", ".join(geometry.names))
     memory = ""
@@ -170,6 +178,7 @@ VAR_INPUT
     DDQ : {one};
     T : LREAL := 0.0; (* s since the machine began to move *)
     TEMP : {one} := [{constants([20.0] * n)}]; (* deg C *)
+    PAYLOAD : ARRAY[0..9] OF LREAL; (* XX XY XZ YY YZ ZZ MX MY MZ M of a body on the last link, in its frame *)
 END_VAR
 VAR_OUTPUT
     TORQUE : {one};
@@ -177,10 +186,11 @@ END_VAR
 VAR
     LAST : INT := {last};
     GRAVITY : ARRAY[0..2] OF LREAL := [{constants(geometry.gravity)}];
-    ALPHA : {one} := [{constants(geometry.alpha)}];
-    D : {one} := [{constants(geometry.d)}];
-    THETA : {one} := [{constants(geometry.theta)}];
-    R : {one} := [{constants(geometry.r)}];
+    (* modified Denavit-Hartenberg frames (Khalil-Kleinfinger) *)
+    DH_ALPHA : {one} := [{constants(geometry.alpha)}];
+    DH_D : {one} := [{constants(geometry.d)}];
+    DH_THETA : {one} := [{constants(geometry.theta)}];
+    DH_R : {one} := [{constants(geometry.r)}];
     PRISMATIC : {one} := [{constants(geometry.prismatic)}];
     (* XX XY XZ YY YZ ZZ MX MY MZ M Ia of each link about its own frame's origin *)
     LINK : ARRAY[0..{last}, 0..10] OF LREAL := [{constants(links.ravel())}];
@@ -198,7 +208,8 @@ VAR
     ACCELERATION : ARRAY[0..2] OF LREAL;
     WA : ARRAY[0..2] OF LREAL;
     WB : ARRAY[0..2] OF LREAL;
-    ANGLE, ALONG, CA, SA, CT, ST, AX, AY, AZ, BX, BY_, BZ : LREAL;
+    BODY : ARRAY[0..9] OF LREAL;
+    ANGLE, ALONG, COS_A, SIN_A, COS_T, SIN_T, AX, AY, AZ, UX, UY, UZ : LREAL;
     J, K : INT;
 {memory}END_VAR
 """

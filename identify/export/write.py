@@ -29,6 +29,7 @@ from identify.export.link_files import WRITERS, LinkFile, bodies_of, read_back
 from identify.export.python_code import python_code
 from identify.export.record_error import Motion, TorqueOf, errors_of_model, errors_on_record
 from identify.export.structured_text import structured_text
+from identify.export.structured_text_torque import structured_text_torque
 from identify.identification import Identification, identify
 from identify.recording import Experiment, InputError
 from identify.results.certificate import Certificate, JointCertificate
@@ -203,9 +204,13 @@ def _code(model: ExportedModel, target: Path, ending: str) -> _Export:
     if ending == ".fmu":
         return _unit(model, target, compiler, in_python, parts)
     if ending == ".st":
-        text = structured_text(model, target.stem)
-    else:
-        text = _document(model).json_text(indent=1) + "\n"
+        return _Export(
+            {target.name: structured_text(model, target.stem)},
+            lambda folder: structured_text_torque(folder / target.name),
+            "the text, read and run by coulomb's own reader of IEC 61131-3",
+            parts,
+        )
+    text = _document(model).json_text(indent=1) + "\n"
     return _Export({target.name: text}, in_python, "the same formulas in Python", parts)
 
 

@@ -11,13 +11,13 @@ import pytest
 from identify.export.c_code import c_code
 from identify.export.compiled import compiled_torque
 from identify.export.exported_model import exported_model
+from identify.export.iec61131.function_block import FunctionBlock
 from identify.export.planned_torque import planned_torque
 from identify.export.record_error import Motion
 from identify.export.structured_text import structured_text
 from identify.identification import identify
 from identify.simulation.torque_model import TorqueModel, Windows
 from tests.identify.estimation.shared_motor_arm import GAINS, SharedMotorArm, experiment
-from tests.identify.export.structured_text_interpreter import Block
 
 ARM = SharedMotorArm()
 COMPILER = shutil.which("cc") or shutil.which("gcc")
@@ -103,11 +103,9 @@ def test_exports_are_the_model_and_both_are_the_plant(result, by_effects, motion
         assert planned == pytest.approx(fitted, rel=1e-9, abs=1e-9)
         assert np.sqrt(np.mean((planned - true) ** 2)) < part * np.sqrt(np.mean(true**2))
         model = exported_model(found)
-        block = Block(structured_text(model, "arm"), "ARM")
-        rows = [dict(block(Q=a, DQ=b, DDQ=c)["TORQUE"]) for a, b, c in zip(q, dq, ddq, strict=True)]
-        assert np.array([[row[(j,)] for j in range(2)] for row in rows]) == pytest.approx(
-            planned, rel=1e-9, abs=1e-9
-        )
+        block = FunctionBlock(structured_text(model, "arm"), "arm.st")
+        torque = block.call({"Q": q, "DQ": dq, "DDQ": ddq}, "TORQUE")
+        assert torque == pytest.approx(planned, rel=1e-9, abs=1e-9)
         if COMPILER is not None:
             source, header = c_code(model, name)
             (tmp_path / f"{name}.c").write_text(source)

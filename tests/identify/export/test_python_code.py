@@ -11,12 +11,12 @@ import pytest
 
 from identify.export.c_code import c_code
 from identify.export.exported_model import exported_model
+from identify.export.iec61131.function_block import FunctionBlock
 from identify.export.python_code import python_code
 from identify.export.structured_text import structured_text
 from identify.export.write import module_torque
 from identify.identification import identify
 from tests.identify.export.identified_torque import of_the_model, without_payload_ratio
-from tests.identify.export.structured_text_interpreter import Block
 
 COMPILER = shutil.which("cc") or shutil.which("gcc")
 
@@ -52,8 +52,7 @@ def test_a_name_of_an_experiment_or_joint_stays_a_comment(plant, name, tmp_path)
     tree = ast.parse(text)
     assert ast.unparse(tree.body[1]) == "import numpy as np"
     assert ast.get_docstring(tree).startswith("Inverse dynamics of " + name[:1])
-    shown = Block(structured_text(model, "arm"), "ARM")
-    assert shown is not None
+    assert FunctionBlock(structured_text(model, "arm"), "arm.st").inputs()[0] == "Q"
     comments = structured_text(model, "arm").split("\nFUNCTION", 1)[0]
     assert comments.count("(*") == comments.count("*)") == 1
     if COMPILER is not None:

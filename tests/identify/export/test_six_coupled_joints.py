@@ -19,6 +19,7 @@ from identify.export.exported_model import RIGID, exported_model
 from identify.export.link_files import read_back
 from identify.export.record_error import Motion
 from identify.export.structured_text import structured_text
+from identify.export.structured_text_torque import structured_text_torque
 from identify.export.write import module_of, module_torque, write_export
 from identify.identification import identify
 from identify.recording.experiment_file import ExperimentFile
@@ -27,7 +28,6 @@ from identify.recording.session import SessionEntry
 from tests.identify.dynamics.random_robots import pinocchio_model
 from tests.identify.estimation.simulated_arm import MemoryExperiment
 from tests.identify.export.identified_torque import of_the_model
-from tests.identify.export.structured_text_interpreter import Block
 
 RATE = 200.0
 SECONDS = 20.0
@@ -234,16 +234,8 @@ def _targets(model, folder: Path):
     source, header = c_code(model, "arm")
     (folder / "arm.c").write_text(source)
     (folder / "arm.h").write_text(header)
-    block = Block(structured_text(model, "arm"), "ARM")
-
-    def interpreted(motion):
-        found = []
-        for q, dq, ddq, t in zip(motion.q, motion.dq, motion.ddq, motion.t, strict=True):
-            torque = block(Q=q, DQ=dq, DDQ=ddq, T=float(t))["TORQUE"]
-            found.append([torque[joint,] for joint in range(6)])
-        return np.array(found)
-
-    targets = {"py": module_torque(module_of(model), model), "st": interpreted}
+    (folder / "arm.st").write_text(structured_text(model, "arm"))
+    targets = {"py": module_torque(module_of(model), model), "st": structured_text_torque(folder / "arm.st")}
     if (compiler := compiler_here()) is not None:
         targets["c"] = compiled_torque(compiler, folder / "arm.c", "arm", model)
     return targets

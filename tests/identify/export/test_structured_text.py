@@ -4,24 +4,29 @@ from __future__ import annotations
 
 import re
 
-import numpy as np
 import pytest
 
 from identify.export.exported_model import exported_model
 from identify.export.structured_text import TAKEN, block_name, structured_text
+from identify.export.structured_text_torque import structured_text_torque
+from identify.export.write import module_of, module_torque
 from identify.identification import identify
 from tests.identify.export.identified_torque import of_the_model, without_payload_ratio
-from tests.identify.export.structured_text_interpreter import Block
 
 
-def test_the_structured_text_is_the_model(result, motion):
+def test_the_structured_text_is_the_model(result, motion, tmp_path):
     motion = without_payload_ratio(result, motion)
-    block = Block(structured_text(exported_model(result), "arm-1"), "ARM_1")
-    found = [
-        block(Q=motion.q[row], DQ=motion.dq[row], DDQ=motion.ddq[row], T=float(motion.t[row]))["TORQUE"][(0,)]
-        for row in range(len(motion.q))
-    ]
-    assert np.array(found)[:, None] == pytest.approx(of_the_model(result, motion), rel=1e-9, abs=1e-9)
+    (tmp_path / "arm-1.st").write_text(structured_text(exported_model(result), "arm-1"))
+    found = structured_text_torque(tmp_path / "arm-1.st")(motion)
+    assert found == pytest.approx(of_the_model(result, motion), rel=1e-9, abs=1e-9)
+
+
+def test_the_payload_s_torque_is_that_of_the_python_module(result, motion, tmp_path):
+    model = exported_model(result)
+    (tmp_path / "arm.st").write_text(structured_text(model, "arm"))
+    found = structured_text_torque(tmp_path / "arm.st")(motion)
+    assert motion.payload.mass > 0
+    assert found == pytest.approx(module_torque(module_of(model), model)(motion), rel=1e-9, abs=1e-9)
 
 
 def test_the_structured_text_is_opened_by_a_parser_of_the_standard_that_is_not_ours(plant):
@@ -52,5 +57,5 @@ def test_the_block_s_name_is_one_that_the_standard_allows(stem, name):
 
 def test_no_name_inside_the_block_can_be_its_own(plant):
     text = structured_text(exported_model(identify(plant, "usual", ["presliding"])), "arm")
-    declared = re.findall(r"^ +([A-Z_]+(?:, [A-Z_]+)*) :", text, flags=re.MULTILINE)
+    declared = re.findall(r"^ +([A-Z_]+(?:, [A-Z_]+)*) : ", text, flags=re.MULTILINE)
     assert {name for line in declared for name in line.split(", ")} <= TAKEN
