@@ -79,7 +79,7 @@ class SimulatedAxis(BaseModel):
 
     @model_validator(mode="after")
     def _objects_can_hold_it(self) -> "SimulatedAxis":
-        if self.current_limit * 1000 > 32767:
+        if round(self.current_limit * 1000) > 32767:
             raise ValueError("current_limit is beyond 32.767 times the rated current")
         return self
 

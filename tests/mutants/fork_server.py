@@ -28,6 +28,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import pytest
+from hypothesis import Phase, settings
 
 ROOMS = ("api", "daq", "drivers", "identify")
 FOR_TESTS = ("hypothesis", "hypothesis.strategies", "hypothesis.extra.numpy", "fastapi.testclient", "httpx")
@@ -66,6 +67,12 @@ class Reporter:
 
     def _say(self, word: str, node: str) -> None:
         os.write(self._pipe, f"{word}\t{node}\n".encode())
+
+    def pytest_sessionstart(self) -> None:
+        """An example that fails is not made smaller, which may take minutes: that it fails is all that is asked."""
+        phases = (Phase.explicit, Phase.generate)
+        settings.register_profile("mutants", settings(), phases=phases)
+        settings.load_profile("mutants")
 
     def pytest_runtest_logstart(self, nodeid: str) -> None:
         """A test begins."""

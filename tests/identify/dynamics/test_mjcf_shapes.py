@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from identify.dynamics.geometry import Geometry
-from identify.dynamics.mjcf_shapes import SIZES
+from identify.dynamics.mjcf_shapes import SIZES, Solid, body_of
 from identify.dynamics.regressor import standard_regressor
 from identify.dynamics.urdf import read_urdf
 from identify.recording.errors import InputError
@@ -48,7 +48,13 @@ def arm(path, seed, compiler="", upper=""):
 @pytest.mark.parametrize("seed", range(8))
 @pytest.mark.parametrize(
     ("compiler", "upper"),
-    [("", ""), ("", INERTIAL), ('inertiafromgeom="true"', INERTIAL), ('inertiagrouprange="0 2"', "")],
+    [
+        ("", ""),
+        ("", INERTIAL),
+        ('inertiafromgeom="true"', INERTIAL),
+        ('inertiagrouprange="0 2"', ""),
+        ('inertiagrouprange="0 3"', ""),
+    ],
 )
 def test_torques_with_inertias_of_shapes_are_mujocos(tmp_path, seed, compiler, upper):
     path = arm(tmp_path / "arm.xml", seed, compiler, upper)
@@ -63,6 +69,25 @@ def test_torques_with_inertias_of_shapes_are_mujocos(tmp_path, seed, compiler, u
         Geometry.from_robot(read.robot), data.qpos[None], data.qvel[None], data.qacc[None]
     )
     np.testing.assert_allclose((columns @ read.standard)[0], data.qfrc_inverse, rtol=1e-9, atol=1e-9)
+
+
+def test_two_light_spheres_on_a_rod_have_the_inertia_of_a_dumb_bell():
+    def ball(x, mass):
+        place = np.eye(4)
+        place[0, 3] = x
+        return Solid("sphere", np.array([0.05]), place, mass, 0.0)
+
+    mass, centre, inertia = body_of([ball(0.1, 0.02), ball(0.4, 0.01)])
+    assert mass == pytest.approx(0.03)
+    assert centre == pytest.approx([0.2, 0.0, 0.0])
+    own = 2 / 5 * 0.03 * 0.05**2
+    apart = 0.02 * 0.01 / 0.03 * 0.3**2  # reduced mass times distance squared
+    assert inertia == pytest.approx(np.diag([own, own + apart, own + apart]), rel=1e-12, abs=1e-18)
+
+
+def test_solids_without_mass_make_a_body_without_any():
+    mass, centre, inertia = body_of([Solid("box", np.ones(3), np.eye(4), 0.0, 0.0)])
+    assert (mass, centre.tolist(), inertia.any()) == (0.0, [0.0, 0.0, 0.0], False)
 
 
 def test_a_shape_whose_inertia_is_not_known_is_said(tmp_path):

@@ -163,3 +163,14 @@ def test_a_joint_to_the_world_and_limits_of_1e16_are_none(tmp_path):
     (joint,) = read_urdf(path).robot.joints
     assert joint.name == "j"
     assert joint.limits is None or (joint.limits.position is None and joint.limits.velocity is None)
+
+
+def test_a_slow_joint_keeps_its_limit_of_speed(tmp_path):
+    path = tmp_path / "robot.sdf"
+    path.write_text(
+        '<sdf version="1.7"><model name="m"><link name="a"/><link name="b"><inertial><mass>2</mass></inertial></link>'
+        '<joint name="j" type="revolute"><parent>a</parent><child>b</child><axis><xyz>0 1 0</xyz>'
+        "<limit><lower>-2</lower><upper>2</upper><velocity>0.3</velocity></limit></axis></joint></model></sdf>"
+    )
+    (joint,) = read_urdf(path).robot.joints
+    assert joint.limits.velocity == 0.3

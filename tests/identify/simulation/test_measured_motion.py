@@ -1,0 +1,92 @@
+"""The motion that a simulation starts from: cut by rows, and thinned so that no impulse of the torque is lost."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+
+import numpy as np
+import pytest
+
+from identify.simulation.measured_motion import LARGEST_STEP, MeasuredMotion
+
+COUNT = 41
+
+
+def motion(period, **changes):
+    """Two joints; every column differs from every other."""
+    time = period * np.arange(COUNT)
+    two = np.column_stack([time, time**2])
+    columns = {
+        "time": time,
+        "q": two,
+        "dq": two + 1,
+        "direction": np.sign(two - 0.01),
+        "torque": np.sin(40 * two),
+        "command": np.cos(30 * two),
+        "external": two + 4,
+        "temperature": two + 5,
+        "along_record": two + 6,
+        "resting": two < 0.01,
+        "extra": {"qref1": time + 7},
+    }
+    return MeasuredMotion(period=period, **{**columns, **changes})
+
+
+ARRAYS = [each.name for each in fields(MeasuredMotion) if each.name not in ("period", "extra")]
+
+
+def test_rows_of_a_motion_are_rows_of_each_of_its_columns():
+    whole, part = motion(0.002), slice(5, 17)
+    some = whole.rows(part)
+    assert len(some) == 12
+    assert some.period == 0.002
+    for name in ARRAYS:
+        np.testing.assert_array_equal(getattr(some, name), getattr(whole, name)[part])
+    np.testing.assert_array_equal(some.extra["qref1"], whole.extra["qref1"][part])
+    bare = motion(0.002, external=None, temperature=None).rows(part)
+    assert bare.external is None
+    assert bare.temperature is None
+
+
+def test_the_span_of_a_joint_that_does_not_move_is_above_zero():
+    still = np.column_stack([np.linspace(-0.4, 0.2, COUNT), np.full(COUNT, 3.0)])
+    assert motion(0.002, q=still).span == pytest.approx([0.6, 1e-9])
+
+
+@pytest.mark.parametrize(
+    ("period", "stride"), [(LARGEST_STEP, 1), (0.003, 1), (LARGEST_STEP / 2, 2), (0.001, 4), (0.0005, 8)]
+)
+def test_rows_are_as_far_apart_as_a_simulation_needs_and_no_further(period, stride):
+    thin = motion(period).thinned()
+    assert thin.period == pytest.approx(stride * period)
+    assert thin.period <= LARGEST_STEP * (1 + 1e-9)
+    np.testing.assert_array_equal(thin.time, motion(period).time[::stride])
+    for name in ("q", "dq", "direction", "temperature", "resting"):
+        np.testing.assert_array_equal(getattr(thin, name), getattr(motion(period), name)[::stride])
+    np.testing.assert_array_equal(thin.extra["qref1"], motion(period).extra["qref1"][::stride])
+
+
+def test_the_impulse_of_a_torque_that_is_felt_in_one_row_is_kept():
+    for row in range(8, 30):
+        torque = np.zeros((COUNT, 2))
+        torque[row] = 1.0, -3.0
+        thin = motion(
+            0.001, torque=torque, command=2 * torque, external=3 * torque, along_record=torque
+        ).thinned()
+        for values, factor in (
+            (thin.torque, 1),
+            (thin.command, 2),
+            (thin.external, 3),
+            (thin.along_record, 1),
+        ):
+            impulse = thin.period * values.sum(axis=0)
+            assert impulse == pytest.approx(factor * 0.001 * np.array([1.0, -3.0]), rel=1e-12)
+
+
+def test_a_torque_that_changes_evenly_is_at_each_row_what_it_was_there_and_stays_so_at_the_ends_where_it_is_constant():
+    time = 0.001 * np.arange(COUNT)
+    ramp = np.column_stack([3 + 100 * time, np.full(COUNT, 5.0)])
+    thin = motion(0.001, torque=ramp, external=None).thinned()
+    assert thin.torque[1:-1] == pytest.approx(ramp[::4][1:-1], rel=1e-12)
+    assert thin.torque[:, 1] == pytest.approx(np.full(len(thin), 5.0), rel=1e-12)
+    assert thin.external is None
