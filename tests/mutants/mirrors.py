@@ -1,4 +1,4 @@
-"""Which tests mirror a module: those named after it, those that import it, those named after modules that import it."""
+"""Which tests mirror a module: those of its name, of what imports it, of the names of modules that import it, of its package."""
 
 from __future__ import annotations
 
@@ -17,8 +17,7 @@ def mirrors(module: Path, tests: Path) -> list[Path]:
 
     First the file of its name (`test_fitting.py`, with or without an `s`, or with its package's name before it:
     `test_node.py`), then the files in the room's tests that import it, then the files named after the modules
-    that import it. Where there are none, all files of the package's tests; where that has none, the files that mention
-    its name.
+    that import it, then all others of the package's tests. Where there are none, the files that mention its name.
     """
     room = tests / module.parts[0]
     package = tests.joinpath(*module.parent.parts)
@@ -32,13 +31,9 @@ def mirrors(module: Path, tests: Path) -> list[Path]:
         if dotted in _imports(user)
         for test in named_after(user.relative_to(tests.parent), tests)
     ]
-    found = list(dict.fromkeys([*named_after(module, tests), *near, *importing, *of_users]))
-    of_package = {*package.rglob("test_*.py"), *room.glob(f"test_{module.parent.name}_*.py")}
-    return (
-        found
-        or sorted(of_package)
-        or [file for file in files if module.stem in file.read_text(encoding="utf-8")]
-    )
+    of_package = sorted({*package.rglob("test_*.py"), *room.glob(f"test_{module.parent.name}_*.py")})
+    nearest = list(dict.fromkeys([*named_after(module, tests), *near, *importing, *of_users, *of_package]))
+    return nearest or [file for file in files if module.stem in file.read_text(encoding="utf-8")]
 
 
 @lru_cache(maxsize=1024)

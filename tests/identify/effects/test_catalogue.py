@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from identify.effects import catalogue as catalogue_module
-from identify.effects.catalogue import KnownEffects, catalogue, effects
+from identify.effects.catalogue import KnownEffects, built_in, catalogue, effects
 from identify.effects.document import effects_document
+from identify.effects.motion import BlockMemory
+from tests.identify.effects.motions import motion_of
+from tests.identify.effects.summaries import summary_of
 
 CONTRACT = {
     "viscous",
@@ -84,3 +88,29 @@ def test_what_is_known_by_name_is_the_whole_catalogue():
     assert dict(known) == effects()
     assert list(known) == [effect.effect for effect in catalogue()]
     assert "no-such-effect" not in known
+
+
+@pytest.mark.parametrize("effect", built_in(), ids=lambda effect: effect.name)
+def test_an_effect_declares_the_load_and_the_torque_that_its_columns_are_made_of(effect):
+    """What is fitted again when the load changes, and what no unknown payload may stand beside, hangs on the declaration."""
+    plain = motion_of()
+    other = 1.7 * plain.load + np.sin(9.0 * plain.time)
+
+    def changes(**changed):
+        moved = [
+            effect.columns(motion_of(memory=BlockMemory(), temperature=25 + plain.time, **facts), constants)
+            for constants in effect.grid(summary_of())
+            for facts in ({}, changed)
+        ]
+        return any(not np.allclose(one, two) for one, two in zip(moved[::2], moved[1::2], strict=True))
+
+    of_load = {
+        "load": other,
+        "known_load": other,
+        "load_slope_of": lambda: other,
+        "gravity_gradient_of": lambda: np.column_stack([other, other]),
+        "payload_gradient_of": lambda: np.column_stack([other, other, other]),
+    }
+    of_torque = changes(model_torque=2.0 * plain.model_torque + np.sin(8.0 * plain.time))
+    assert effect.uses_torque == of_torque
+    assert effect.uses_load == (of_torque or changes(**of_load))

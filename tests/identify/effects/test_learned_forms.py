@@ -86,6 +86,25 @@ def test_every_form_is_searched_inside_the_range_and_finer_around_the_choice():
         assert len(finer.effect.grid(SUMMARY)) <= 64
 
 
+@pytest.mark.parametrize("place", [0, 1, -2, -1])
+def test_the_finer_search_for_an_edge_goes_from_neighbour_to_neighbour_of_the_choice(place):
+    forms = [
+        each
+        for each in closed_forms(variable("q"), "plain", SUMMARY)
+        if set(each.effect.grid(SUMMARY)[0]) == {"edge"}
+    ]
+    assert forms
+    for form in forms:
+        coarse = {"edge": sorted(each["edge"] for each in form.effect.grid(SUMMARY))}
+        chosen = {name: values[place] for name, values in coarse.items()}
+        finer = searched_finer(form, chosen).effect.grid(SUMMARY)
+        for name, values in coarse.items():
+            at = place % len(values)
+            ends = values[max(at - 1, 0)], values[min(at + 1, len(values) - 1)]
+            tried = sorted(each[name] for each in finer)
+            assert (tried[0], tried[-1]) == pytest.approx(ends, rel=1e-4, abs=1e-9)
+
+
 def test_names_that_are_taken_are_not_given_again():
     plain = variable("q").effect
     again = next(each for each in variables_of(SUMMARY, [SUMMARY], {plain}) if each.name == "q").effect

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -28,6 +30,16 @@ def test_every_estimator_finds_the_arm_that_made_clean_data(estimator):
     for name, value in truth.items():
         assert found[name].std_robust is not None
         # the noise through the filters, and the instants of reversal, known to a sample
+        assert found[name].value == pytest.approx(value, abs=4 * found[name].std_robust + 2e-3 * 39.9)
+
+
+def test_instruments_of_a_session_with_a_hole_find_the_arm_from_both_sides_of_it():
+    raw = simulated_arm.record(MOTION, ARM, np.random.default_rng(1), torque_noise=0.5)
+    there = np.r_[0:4000, 5000 : len(raw.time)]
+    holed = replace(raw, time=raw.time[there], position=raw.position[there], command=raw.command[there])
+    found, result = identified({"a": (holed, "none")}, "instrumental")
+    assert len(result.experiment.read(result.experiment.sessions[0]).segments) == 2
+    for name, value in (("ZZ1R", 30.9), ("MX1", 21.1), ("FV1", 29.4), ("FC1", 39.9)):
         assert found[name].value == pytest.approx(value, abs=4 * found[name].std_robust + 2e-3 * 39.9)
 
 

@@ -74,6 +74,18 @@ def test_an_infeasible_estimate_becomes_feasible_and_no_farther_than_the_truth(s
     assert found.base[0] > 0
 
 
+def test_bodies_without_rotors_are_found_where_a_format_has_none():
+    random = np.random.default_rng(20)
+    bodies = robot(random)
+    bodies[PARAMETERS_PER_JOINT - 1 :: PARAMETERS_PER_JOINT] = 0.0
+    truth = BASE.from_standard(bodies)
+    found = nearest_feasible(BASE, truth, information(random), rotors=False)
+    assert_real(found.standard)
+    rotors = found.standard[PARAMETERS_PER_JOINT - 1 :: PARAMETERS_PER_JOINT]
+    np.testing.assert_allclose(rotors, 0.0, atol=1e-9)
+    np.testing.assert_allclose(found.base, truth, atol=2e-4)
+
+
 def test_the_pseudo_inertia_of_a_cloud_of_points_is_its_second_moment():
     random = np.random.default_rng(4)
     masses, points = random.uniform(0.1, 1.0, 7), random.standard_normal((7, 3))

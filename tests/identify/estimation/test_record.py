@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -75,3 +77,12 @@ def test_a_motor_that_joints_share_may_be_at_rest_below_a_part_of_its_own_top_sp
         3 * np.hypot(arm.r * record.speed_resolution[0], record.speed_resolution[1]),
     )
     assert record._rest_speed_of_motors == pytest.approx([expected])
+
+
+def test_the_resolution_of_a_position_is_its_smallest_step_in_any_session_and_none_where_it_never_changed():
+    steps = {"a": [1e-3, np.inf, np.inf], "b": [5e-4, np.inf, 2e-3]}
+    stands_in = SimpleNamespace(
+        experiment=SimpleNamespace(sessions=tuple(steps)),
+        facts=lambda entry: SimpleNamespace(position_step=np.array(steps[entry])),
+    )
+    assert Record.position_resolution.func(stands_in).tolist() == [5e-4, 0.0, 2e-3]

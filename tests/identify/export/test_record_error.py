@@ -1,0 +1,72 @@
+"""The error of an exported thing on the record: of the arm that made it nothing but its noise, of nothing all of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import identify
+from identify.export.record_error import errors_of_model, errors_on_record
+from tests.identify.estimation.simulated_arm import Arm, Motion, experiment, record
+
+ARM = Arm()
+NOISE = 2.0
+"""N m"""
+
+
+@pytest.fixture(scope="module")
+def result():
+    """Two sessions, the second with a payload of 3 kg, each with a hole in it."""
+    made = {}
+    for name, mass in (("a", 0.0), ("b", 3.0)):
+        raw = record(Motion(), ARM, np.random.default_rng(5), duration=12.0, torque_noise=NOISE, payload=mass)
+        there = np.r_[0:2000, 2600 : len(raw.time)]
+        holed = replace(raw, time=raw.time[there], position=raw.position[there], command=raw.command[there])
+        made[name] = (holed, "disc" if mass else "none")
+    return identify.identify(experiment(made, payloads=[("disc", 3.0)]), "usual")
+
+
+def torque_of_the_arm(motion):
+    torque = ARM.torque(motion.q[:, 0], motion.dq[:, 0], motion.ddq[:, 0], motion.payload.mass)
+    return torque[:, None]
+
+
+def test_the_arm_itself_errs_by_the_noise_that_passes_the_filters(result):
+    (error,) = errors_on_record(result, torque_of_the_arm)
+    (of_model,) = errors_of_model(result)
+    assert 0 < error < 0.02
+    assert error == pytest.approx(
+        of_model, rel=0.1
+    )  # the model was fitted to the same noise, with few parameters
+
+
+def test_what_predicts_nothing_errs_by_all_and_what_predicts_twice_as_much_too(result):
+    (nothing,) = errors_on_record(result, lambda motion: np.zeros_like(motion.q))
+    (twice,) = errors_on_record(result, lambda motion: 2.0 * torque_of_the_arm(motion))
+    assert nothing == pytest.approx(1.0, abs=1e-12)
+    assert twice == pytest.approx(1.0, abs=0.02)
+
+
+def test_the_models_error_is_that_of_the_fit_which_took_out_whatever_it_could(result):
+    (error,) = errors_of_model(result)
+    assert error == pytest.approx(result.relative_error, rel=1e-6)
+
+
+def test_time_counts_from_the_beginning_of_each_session_and_rows_follow_each_other(result):
+    seen = []
+
+    def torque_of(motion):
+        seen.append(motion)
+        return np.zeros_like(motion.q)
+
+    errors_on_record(result, torque_of)
+    assert [motion.payload.mass for motion in seen] == [0.0, 0.0, 3.0, 3.0]
+    for first, second in (seen[:2], seen[2:]):
+        assert 0 <= first.t[0] < 0.5
+        assert second.t[-1] == pytest.approx(12.0, abs=0.5)
+        assert first.t[-1] <= 4.0 <= 5.2 - 1e-9 <= second.t[0]
+        for motion in (first, second):
+            assert np.diff(motion.t) == pytest.approx(np.full(len(motion.t) - 1, 0.002), rel=1e-6)
+            assert motion.q.shape == motion.dq.shape == motion.ddq.shape == (len(motion.t), 1)
