@@ -98,13 +98,22 @@ class ModelCalls(Connection):
 
     def simulate(self, experiment: str, model: str, driven_by: str = "torque") -> Json:
         """Run a model version forward along its record (a job): by the recorded torque, or in closed loop with the gains of the
-        `drives`, or those that the record tells (`estimate`)."""
+        `drives`, or those that the record tells (`estimate`); `known`: those of the drives where the record holds them."""
         return self._post(f"/experiments/{experiment}/models/{model}/simulation?driven_by={driven_by}")
 
     def simulation(self, experiment: str, model: str) -> SimulationDocument:
         """How well a model version predicts motion."""
         address = f"/experiments/{experiment}/models/{model}/simulation"
         return document_of(SimulationDocument, self._get(address), address)
+
+    def free_run(self, experiment: str, model: str, session: str, joint: str) -> Json:
+        """`time`, and `position` and `speed` as measured, of the model, of the usual one, and the errors, from a session's start.
+
+        Raises ServiceError with status 404 until the model was simulated.
+        """
+        return self._get(
+            f"/experiments/{experiment}/models/{model}/simulation/free-run", session=session, joint=joint
+        )
 
     def export(self, experiment: str, model: str, ending: str) -> Json:
         """Write a model version for another program: urdf, sdf, xml, py, c, st, fmu or json (a job)."""

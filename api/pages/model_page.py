@@ -16,6 +16,7 @@ from api.pages.choices import (
 )
 from api.pages.error_figures import JointUnits
 from api.pages.experiment_frame import experiment_context, no_model_page
+from api.pages.free_run_view import free_run_context
 from api.pages.layout import experiment_link, frame
 from api.pages.model_figures import CountedErrors, counted_errors, figures_of
 from api.pages.motion_table import motion_panel
@@ -78,7 +79,9 @@ def model_page(
     )
     for name in ("samples", "chosen", "pairs", "columns"):
         context[f"{name}_link"] = f"{experiment_link(experiment, name)}?{query}"
-    context |= motion_panel(access.service_of(request).model_use, stored.id, shown.version.id, joint)
+    use = access.service_of(request).model_use
+    context |= motion_panel(use, stored.id, shown.version.id, joint)
+    context |= free_run_context(use, stored, shown, joint, session)
     context |= proof_panel(access.service_of(request), stored.id, str(shown.number))
     return page(request, "model.html", **context)
 

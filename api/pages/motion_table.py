@@ -4,7 +4,7 @@ from collections.abc import Collection
 from urllib.parse import urlencode
 
 from api.pages.layout import experiment_link
-from api.pages.number_format import THIN
+from api.pages.number_format import THIN, percent
 from api.pages.rendering import Context
 from api.service.model_use import ENDINGS, Driven, Ending, ModelUse
 from api.simulation_text import GAINS
@@ -23,6 +23,7 @@ NAMES: dict[Ending, str] = {
 }
 
 CHOICES: tuple[tuple[Driven, str], ...] = (
+    ("known", "in closed loop where the gains were read, else by the torque"),
     ("torque", "by the recorded torque"),
     ("drives", "in closed loop, gains read from the drives"),
     ("estimate", "in closed loop, gains told from the record"),
@@ -30,16 +31,20 @@ CHOICES: tuple[tuple[Driven, str], ...] = (
 
 
 def motion_table(document: SimulationDocument, joint: str) -> list[Context]:
-    """Rows of one joint: what is predicted how far ahead, the model's error and the usual one's, in mrad or mm."""
+    """Rows of one joint: what is predicted how far ahead, the model's error and the usual one's, of position and of speed, in
+    mrad or mm and a second."""
     rows: list[Context] = []
     for errors in document.horizons:
         of_joint = next(each for each in errors.joints if each.joint == joint)
         sessions = "validation sessions" if errors.role == "validation" else "sessions of the fit"
+        ahead = "free run from the start" if errors.horizon is None else f"{errors.horizon:g} s ahead"
         rows.append(
             {
-                "words": f"{errors.horizon:g} s ahead, {sessions}",
+                "words": f"{ahead}, {sessions}",
                 "error": figure(of_joint.position_rms, of_joint.unit),
                 "usual": figure(of_joint.position_rms_usual, of_joint.unit),
+                "speed": figure(of_joint.velocity_rms, f"{of_joint.unit}/s"),
+                "usual_speed": figure(of_joint.velocity_rms_usual, f"{of_joint.unit}/s"),
                 "worse": False,
             }
         )
@@ -50,6 +55,8 @@ def motion_table(document: SimulationDocument, joint: str) -> list[Context]:
                 "words": f"{document.unseen.horizon:g} s ahead, motion that the fit did not see",
                 "error": figure(unseen.position_rms, unseen.unit),
                 "usual": figure(unseen.position_rms_before, unseen.unit),
+                "speed": None,
+                "usual_speed": None,
                 "worse": unseen.worse,
             }
         )
@@ -57,8 +64,10 @@ def motion_table(document: SimulationDocument, joint: str) -> list[Context]:
 
 
 def figure(value: float | None, unit: str) -> str:
-    """An error of position with its unit."""
-    return "–" if value is None else f"{1e3 * value:.3g} m{unit}"
+    """An error of position, or of speed, with its unit, in thousandths, or where that is little in millionths."""
+    if value is None:
+        return "–"
+    return f"{1e6 * value:.3g} µ{unit}" if 0.0 < value < 1e-5 else f"{1e3 * value:.3g} m{unit}"
 
 
 def motion_panel(use: ModelUse, experiment: str, version: str, joint: str) -> Context:
@@ -78,7 +87,13 @@ def driven_words(document: SimulationDocument) -> list[str]:
     driven = "Driven by the recorded torque."
     if document.controller is not None:
         driven = f"In closed loop, {GAINS[document.controller.source]}."
-    return [driven, *(f"{remark[0].upper()}{remark[1:]}." for remark in document.remarks)]
+    drifts = [errors.energy_drift for errors in document.horizons if errors.energy_drift is not None]
+    drift = (
+        [f"Energy drift of the integration: at most {percent(max(drifts), 2)} of the work done."]
+        if drifts
+        else []
+    )
+    return [driven, *drift, *(sentence(remark) for remark in document.remarks)]
 
 
 def export_rows(use: ModelUse, experiment: str, version: str) -> list[Context]:

@@ -6,9 +6,10 @@ Both are computed by jobs when somebody asks, and kept beside the fit that they 
 import io
 import zipfile
 from pathlib import Path
-from typing import Literal, get_args
+from typing import TYPE_CHECKING, Literal, get_args
 
 from api.service.experiment_store import ExperimentStore
+from api.service.free_run_curves import FreeRunCurves, read_runs, write_runs
 from api.service.jobs import Job, JobRunner
 from api.service.model_story import ModelStory
 from api.service.problems import Problem
@@ -18,15 +19,19 @@ from identify.results.document import Json
 from identify.results.reading import read_document
 from identify.results.simulation import SimulationDocument
 
+if TYPE_CHECKING:
+    from api.service.use_computations import PredictedMotion
+
 Ending = Literal["urdf", "sdf", "xml", "py", "c", "st", "fmu", "json"]
 """of the files that a model is exported to; what each is for stands in `identify.export.write.KINDS`"""
 
-Driven = Literal["torque", "drives", "estimate"]
+Driven = Literal["known", "torque", "drives", "estimate"]
 """what drives a simulated model: the recorded torque; or its controllers, with the gains that the drives held or that the record
-tells"""
+tells; `known` is the drives' where the record holds them, else the torque"""
 
 ENDINGS: tuple[Ending, ...] = get_args(Ending)
 SIMULATION_FILE = "simulation.json"
+FREE_RUNS_FILE = "free-runs.npz"
 EXPORTS = "exports"
 """folder beside a fit"""
 COMPUTATIONS = "api.service.use_computations"
@@ -45,8 +50,11 @@ class ModelUse:
         version = story.read().version(model)
         folder = story.fit_folder(model)
 
-        def store(document: SimulationDocument) -> Json:
-            write_atomically(folder / SIMULATION_FILE, document.json_text(indent=1).encode())
+        def store(predicted: "PredictedMotion") -> Json:
+            # Never the curves of one run beside the figures of another, wherever the service may be killed.
+            (folder / FREE_RUNS_FILE).unlink(missing_ok=True)
+            write_atomically(folder / SIMULATION_FILE, predicted.document.json_text(indent=1).encode())
+            write_runs(folder / FREE_RUNS_FILE, predicted.runs)
             return {"model": model}
 
         return self._jobs.submit(
@@ -56,7 +64,7 @@ class ModelUse:
                 "experiment": str(story.folder.parent),
                 "model": version.model,
                 "add": version.add,
-                "driven_by": driven_by,
+                "driven_by": None if driven_by == "known" else driven_by,
             },
             store,
             user=user,
@@ -71,6 +79,10 @@ class ModelUse:
             )
         except FileNotFoundError:
             return None
+
+    def free_run(self, experiment: str, model: str, session: str, joint: int) -> FreeRunCurves | None:
+        """The free run of one joint (from 0) in one session; None where there is none. Raises the problem 404."""
+        return read_runs(self._story(experiment).fit_folder(model) / FREE_RUNS_FILE, session, joint)
 
     def export(self, experiment: str, user: str, model: str, ending: Ending) -> Job:
         """Write a version for another program (a job). Raises the problem 404."""

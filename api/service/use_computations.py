@@ -1,10 +1,12 @@
 """What jobs compute of a model that is to be used: how it predicts motion, the files that other programs take, and the torque
 that is sent as feedforward along a plan."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import identify
 from api.proof import Part, TorqueAhead
+from api.service.free_run_curves import stored_runs
 from api.service.job_process import Progress
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.rig import Rig
@@ -13,28 +15,42 @@ from identify.results.certificate import Certificate
 from identify.results.simulation import SimulationDocument
 
 
+@dataclass(frozen=True)
+class PredictedMotion:
+    """How a model predicts motion.
+
+    runs : the free runs, as `free_run_curves` keeps them
+    """
+
+    document: SimulationDocument
+    runs: bytes
+
+
 def simulate(
-    progress: Progress, experiment: str, model: str, add: list[str], driven_by: str
-) -> SimulationDocument:
-    """A model run forward in windows along its record, beside the usual one.
+    progress: Progress, experiment: str, model: str, add: list[str], driven_by: str | None
+) -> PredictedMotion:
+    """A model run forward in windows along its record and freely from its start, beside the usual one.
 
     driven_by : what `identify.simulation.closing` takes for a controller
     """
+    from identify.simulation.free_motion import FreeMotion
     from identify.simulation.simulate import HORIZONS, simulated
 
+    kept: list[FreeMotion] = []
     loaded = load_experiment(Path(experiment))
     result = identify.identify(
         loaded, model=model, add=add, progress=lambda done, step: progress(0.2 * done, step)
     )
     usual = None if model == "usual" and not add else identify.identify(loaded, model="usual")
-    return simulated(
+    document = simulated(
         result,
         usual,
         HORIZONS,
         driven_by,
-        free_run=False,
         progress=lambda done, step: progress(0.3 + 0.6 * done, step),
+        keep=kept.append,
     )
+    return PredictedMotion(document, stored_runs(kept))
 
 
 def export(progress: Progress, experiment: str, model: str, add: list[str], target: str) -> Certificate:

@@ -3,6 +3,11 @@
 Drives keep their own compensation so: friction over speed, cogging over a turn of the motor. A line with given support points
 is linear in its values, so that these follow by least squares; the speeds of the points are searched for on a grid, one after
 the other, until no point's place can be bettered. The record is summed up once, in the products of the grid's own lines.
+
+Values follow the record where it came, and have no freedom where it did not: there a line is as level as it can be.
+Samples slower than the slowest support point that there can be say nothing of any: the drive's line goes through zero there,
+and a friction that does not is met at one speed only. Left in, they raise the first point to twice the friction, for
+which a second one beside it makes up.
 """
 
 from dataclasses import dataclass, replace
@@ -17,6 +22,8 @@ GRID = 60
 """speeds among which the support points are chosen: steps of 10 % from the record's slowest hundredth to its top speed"""
 SLOWEST = 0.004
 """of the top speed, the slowest support point: below, noise of the speed decides on the sign"""
+STIFFNESS = 1e-7
+"""of the samples that a point has on average, what the line's slope counts: nothing beside samples, all where there are none"""
 
 
 @dataclass(frozen=True)
@@ -44,7 +51,7 @@ class SpeedLine:
 
 
 def speed_line(speed: Array, value: Array, points: int, mirrored: bool, constant: bool) -> SpeedLine:
-    """The line with the least squared error.
+    """The line with the least squared error on the samples that are no slower than the slowest support point can be.
 
     speed, value : (N,) of the record
     points       : support points in each direction
@@ -62,9 +69,16 @@ def speed_line(speed: Array, value: Array, points: int, mirrored: bool, constant
             speed_line(speed, value - beside, points, mirrored=False, constant=False), constant=beside
         )
     grid = np.geomspace(SLOWEST * top, top, max(GRID, points))
-    products, moments = _summed(speed, value, grid, mirrored)
+    seen = np.abs(speed) >= grid[0]
+    products, moments = _summed(speed[seen], value[seen], grid, mirrored)
+    stiffness = STIFFNESS * max(np.count_nonzero(seen) / points, 1.0)
+
+    def normal(chosen: NDArray[np.intp]) -> tuple[Array, Array]:
+        basis, slopes = _basis(grid, chosen, mirrored), _slopes(grid[chosen], mirrored)
+        return basis.T @ products @ basis + stiffness * slopes.T @ slopes, basis.T @ moments
+
     chosen = np.unique(np.rint(np.linspace(0, len(grid) - 1, points + 1)[1:]).astype(int))
-    best = _error(products, moments, _basis(grid, chosen, mirrored))
+    best = _error(*normal(chosen))
     improved = True
     while improved:
         improved = False
@@ -74,10 +88,10 @@ def speed_line(speed: Array, value: Array, points: int, mirrored: bool, constant
             for candidate in range(lowest, highest):
                 tried = chosen.copy()
                 tried[place] = candidate
-                error = _error(products, moments, _basis(grid, tried, mirrored))
+                error = _error(*normal(tried))
                 if error < best - 1e-9 * abs(best):
                     best, chosen, improved = error, tried, True
-    values = _bounded(products, moments, _basis(grid, chosen, mirrored), points, mirrored)
+    values = _bounded(*normal(chosen), points, mirrored)
     forward = values[:points]
     backward = -forward if mirrored else values[points : 2 * points]
     return SpeedLine(grid[chosen], forward, backward, float(values[-1]) if constant else 0.0)
@@ -114,16 +128,23 @@ def _basis(grid: Array, chosen: NDArray[np.intp], mirrored: bool) -> Array:
     return basis
 
 
-def _error(products: Array, moments: Array, basis: Array) -> float:
-    """Squared error less that of no line at all."""
-    inner, right = basis.T @ products @ basis, basis.T @ moments
+def _slopes(speeds: Array, mirrored: bool) -> Array:
+    """Rows whose squares add up to those of the line's slope over the speeds, beyond the first point: least for a line that goes
+    straight where there are samples on both sides, and keeps its value where there are none further on."""
+    points, sides = len(speeds), 1 if mirrored else 2
+    half = np.diff(np.eye(points), axis=0) * np.sqrt(speeds[-1] / np.diff(speeds))[:, None]
+    return np.column_stack([np.kron(np.eye(sides), half), np.zeros(sides * (points - 1))])
+
+
+def _error(inner: Array, right: Array) -> float:
+    """Squared error less that of no line at all, from the normal equations."""
+    inner = inner.copy()
     inner[np.diag_indices_from(inner)] += 1e-12 * max(float(np.trace(inner)), 1e-300)
     return -float(right @ np.linalg.solve(inner, right))
 
 
-def _bounded(products: Array, moments: Array, basis: Array, points: int, mirrored: bool) -> Array:
+def _bounded(inner: Array, right: Array, points: int, mirrored: bool) -> Array:
     """Values by least squares; none that drives."""
-    inner, right = basis.T @ products @ basis, basis.T @ moments
     values, vectors = np.linalg.eigh(inner)
     root = np.sqrt(np.maximum(values, 1e-12 * values.max()))
     lower, upper = np.full(len(right), -np.inf), np.full(len(right), np.inf)

@@ -27,6 +27,9 @@ class JointMotionError(Part):
         description="rad or m, of the usual model (eq. 8) on the same windows; null where the model is the usual one",
     )
     velocity_rms_usual: Figure = Field(default=None, description="rad/s or m/s, likewise")
+    left_record_at_usual: Figure = Field(
+        default=None, description="s into the session at which the usual model left the record, likewise"
+    )
 
 
 class SessionMotionError(Part):

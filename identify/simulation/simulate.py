@@ -26,6 +26,7 @@ from identify.results.simulation import (
 from identify.results.unseen_motion import UnseenMotionErrors
 from identify.simulation.closing import loop_asked_for, why_not_closed
 from identify.simulation.controller import Controllers, estimated_controllers
+from identify.simulation.free_motion import Keep, Run, free_motions
 from identify.simulation.free_run import free_run
 from identify.simulation.measured_motion import MeasuredMotion, measured_motions
 from identify.simulation.rollout import energy_drift, roll_out
@@ -109,8 +110,12 @@ def simulated(
     controller: Path | str | None = None,
     free_run: bool = True,
     progress: Progress | None = None,
+    keep: Keep | None = None,
 ) -> SimulationDocument:
-    """`simulate` for a model that is already identified; `usual` is the model that its errors stand beside."""
+    """`simulate` for a model that is already identified; `usual` is the model that its errors stand beside.
+
+    keep : called with every free run, sample by sample
+    """
     record, experiment = result.fitted.record, result.experiment
     names = record.joint_names
     closing = loop_asked_for(result, controller)
@@ -145,13 +150,20 @@ def simulated(
         by_role: dict[Role, list[tuple[SessionEntry, _Sums, _Sums | None]]] = {}
         for entry in experiment.sessions:
             report(horizon, entry.file)
-            sums = _session_errors(result.fitted, entry, motions[entry.file], horizon, controllers)
+            runs: list[Run] = []
+            sums = _session_errors(result.fitted, entry, motions[entry.file], horizon, controllers, runs)
             done += 1
-            beside = None
+            beside, usual_runs = None, None
             if usual is not None:
                 report(horizon, entry.file)
-                beside = _session_errors(usual.fitted, entry, usual_motions[entry.file], horizon, controllers)
+                usual_runs = []
+                beside = _session_errors(
+                    usual.fitted, entry, usual_motions[entry.file], horizon, controllers, usual_runs
+                )
                 done += 1
+            if keep is not None:
+                for each in free_motions(entry.file, float(record.facts(entry).start), runs, usual_runs):
+                    keep(each)
             if sums is None:
                 remarks.append(f"{entry.file}: shorter than the horizon of {horizon:g} s, left out there")
                 continue
@@ -196,8 +208,12 @@ def _session_errors(
     motions: Sequence[MeasuredMotion],
     horizon: float | None,
     controllers: Controllers | None,
+    runs: list[Run],
 ) -> _Sums | None:
-    """Errors in one session at one horizon; None where no window fits."""
+    """Errors in one session at one horizon; None where no window fits.
+
+    runs : the free runs of its stretches are added here
+    """
     model = TorqueModel(fitted, entry)
     sums: _Sums | None = None
     for motion in motions:
@@ -207,6 +223,7 @@ def _session_errors(
         starts = window_starts(len(motion), samples, MOST_WINDOWS)
         if horizon is None:
             course = free_run(model, motion, controllers)
+            runs.append((motion, course))
         else:
             course = roll_out(model, motion, starts, samples, controllers)
         rows = course.starts[None, :] + np.arange(len(course.q))[:, None]
@@ -273,6 +290,7 @@ def _joint_errors(result: Identification, sums: _Sums, beside: _Sums | None) -> 
             left_record_at=sums.left_at[joint],
             position_rms_usual=None if beside is None else mean(beside.position, joint, beside.samples),
             velocity_rms_usual=None if beside is None else mean(beside.velocity, joint, beside.samples),
+            left_record_at_usual=None if beside is None else beside.left_at[joint],
         )
         for joint, name in enumerate(record.joint_names)
     )

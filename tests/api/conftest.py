@@ -126,15 +126,17 @@ def listening(data_folder: Path, clock: Clock) -> Iterator[ListeningService]:
         yield ListeningService(application, application.state.service, clock, address=address)
 
 
-def _write_measured_experiment(folder: Path, name: str = "pendulum", sessions: int = 2) -> Path:
+def _write_measured_experiment(
+    folder: Path, name: str = "pendulum", sessions: int = 2, seconds: float = 20.0
+) -> Path:
     """An experiment of one joint with known truth: torque of a pendulum with friction that grows with the
     load.
 
     J = 2 kg m², MX = 3 kg m, F_v = 4 N m s/rad, F_c = 5 N m, offset 0.5 N m; drive gain 10 N m/A. Sessions
-    carry nothing, then a disk of 3 kg at 0.5 m; 20 s at 500 Hz each.
+    carry nothing, then a disk of 3 kg at 0.5 m; `seconds` at 500 Hz each.
     """
     random = np.random.default_rng(1)
-    time = np.arange(0.0, 20.0, 0.002)
+    time = np.arange(0.0, seconds, 0.002)
     folder.mkdir(parents=True)
     entries = []
     for number in range(sessions):
@@ -208,8 +210,18 @@ def zipped_fixture() -> Callable[[Path], bytes]:
 @pytest.fixture
 def imported(service: RunningService, tmp_path: Path) -> tuple[TestClient, str]:
     """An operator's client, and the id of an experiment of two sessions that is identified."""
+    return _imported(service, _write_measured_experiment(tmp_path / "measured"))
+
+
+@pytest.fixture
+def imported_short(service: RunningService, tmp_path: Path) -> tuple[TestClient, str]:
+    """The same with sessions of 6 s, for what takes long to compute."""
+    return _imported(service, _write_measured_experiment(tmp_path / "measured", seconds=6.0))
+
+
+def _imported(service: RunningService, measured: Path) -> tuple[TestClient, str]:
     client = service.client(Role.OPERATOR)
-    archive = _zipped(_write_measured_experiment(tmp_path / "measured"))
+    archive = _zipped(measured)
     answer = client.post("/experiments/import", files={"file": ("pendulum.zip", archive)})
     assert answer.status_code == 201, answer.text
     assert _finished(client, answer.json()["job"])["state"] == "done"

@@ -52,6 +52,7 @@ TABLE: dict[tuple[str, str], Role | None] = {
     ("GET", "/experiments/{experiment}/models/{model}/diagnosis"): VIEWER,
     ("POST", "/experiments/{experiment}/models/{model}/simulation"): OPERATOR,
     ("GET", "/experiments/{experiment}/models/{model}/simulation"): VIEWER,
+    ("GET", "/experiments/{experiment}/models/{model}/simulation/free-run"): VIEWER,
     ("POST", "/experiments/{experiment}/models/{model}/exports/{ending}"): OPERATOR,
     ("GET", "/experiments/{experiment}/models/{model}/exports/{ending}"): VIEWER,
     ("GET", "/experiments/{experiment}/models/{model}/exports/{ending}/file"): VIEWER,

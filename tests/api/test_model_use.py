@@ -5,7 +5,7 @@ import zipfile
 
 import pytest
 
-from api.client import Client
+from api.client import Client, ServiceError
 from api.service.accounts import Role
 from api.service.model_use import ENDINGS
 from identify.export.write import KINDS
@@ -20,17 +20,32 @@ def computed(client, address, finished):
     return job
 
 
-def test_a_model_is_simulated_and_its_errors_are_kept_with_its_fit(imported, finished):
-    client, experiment = imported
+def test_a_model_is_simulated_and_its_errors_are_kept_with_its_fit(imported_short, finished):
+    client, experiment = imported_short
     address = f"/experiments/{experiment}/models/m1/simulation"
     before = client.get(address)
     assert before.status_code == 404
     assert "not simulated yet" in before.json()["detail"]
     assert computed(client, address, finished)["kind"] == "simulate"
     found = Client("", http=client).simulation(experiment, "m1")
-    assert {row.horizon for row in found.horizons} == {0.1, 1.0}
+    assert {row.horizon for row in found.horizons} == {0.1, 1.0, None}
     assert found.unseen is not None
     assert found.model == "usual"
+    free = next(row for row in found.horizons if row.horizon is None)
+    session, by_rest = free.sessions[0], Client("", http=client)
+    run = by_rest.free_run(experiment, "m1", session.file, session.joints[0].joint)
+    assert run["time"] == sorted(run["time"])
+    error = [value for value in run["position"]["error"] if value is not None]
+    # left out of the reduced curves: nothing of the error's extremes, so that its mean square cannot be beyond them
+    assert max(map(abs, error)) >= session.joints[0].position_rms
+    assert set(run["position"]["usual"]) == {None}
+    name = session.joints[0].joint
+    for file, joint, said in (
+        ("none.csv", name, "not simulated on"),
+        (session.file, "none", "no joint none"),
+    ):
+        with pytest.raises(ServiceError, match=said):
+            by_rest.free_run(experiment, "m1", file, joint)
 
 
 @pytest.mark.parametrize("ending", ["c", "st", "json"])

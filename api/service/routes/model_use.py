@@ -2,7 +2,10 @@
 
 from typing import Annotated
 
+import numpy as np
 from fastapi import APIRouter, Query, Request, Response
+from numpy.typing import NDArray
+from pydantic import BaseModel, Field
 
 from api.service import access
 from api.service.access import service_of
@@ -29,11 +32,11 @@ def simulate(
         Driven,
         Query(
             description="the recorded torque, or its controllers: with the gains that the drives held when the sessions were "
-            "recorded, or told from the record"
+            "recorded, or told from the record; `known` takes the former where the record holds them, else the torque"
         ),
     ] = "torque",
 ) -> JobView:
-    """Run the model forward along its record, in windows of a tenth of a second and of a second."""
+    """Run the model forward along its record: in windows of a tenth of a second and of a second, and freely from the start."""
     job = service_of(request).model_use.simulate(experiment, user.name, model, driven_by)
     return JobView.accepted(job, response)
 
@@ -47,6 +50,66 @@ def get_simulation(
     if document is None:
         raise Problem(404, f"The model {model} was not simulated yet: POST to this address.")
     return document
+
+
+class Curves(BaseModel):
+    """Position or speed over the times of a free run; null where there is none, as beyond the end of a run."""
+
+    measured: list[float | None] = Field(examples=[[0.0, 0.1]])
+    model: list[float | None] = Field(examples=[[0.0, 0.1]])
+    usual: list[float | None] = Field(
+        description="the usual model (eq. 8); all null where the model is that", examples=[[0.0, 0.1]]
+    )
+    error: list[float | None] = Field(description="model less measured", examples=[[0.0, 0.0]])
+    error_usual: list[float | None] = Field(description="usual model less measured", examples=[[0.0, 0.0]])
+
+
+class FreeRunView(BaseModel):
+    """One joint's free run in one session, as pictures show it: of a long session least and greatest value of a short time in
+    turn."""
+
+    session: str = Field(description="the session's file", examples=["session-00.csv"])
+    joint: str = Field(examples=["j3"])
+    time: list[float | None] = Field(
+        description="s into the session; null between stretches of a record with holes",
+        examples=[[0.0, 0.004]],
+    )
+    position: Curves = Field(description="rad or m")
+    speed: Curves = Field(description="rad/s or m/s")
+
+
+@router.get("/experiments/{experiment}/models/{model}/simulation/free-run")
+def get_free_run(
+    request: Request,
+    _user: access.Viewer,
+    experiment: ExperimentId,
+    model: ModelId,
+    session: Annotated[
+        str, Query(max_length=255, description="the session's file", examples=["session-00.csv"])
+    ],
+    joint: Annotated[str, Query(max_length=64, description="the joint's name", examples=["j3"])],
+) -> FreeRunView:
+    """Measured and simulated motion over time, from the start of a session: of the model and of the usual one."""
+    service = service_of(request)
+    joints = [each.name for each in service.experiments.declared(experiment).robot.joints]
+    if joint not in joints:
+        raise Problem(404, f"The robot has no joint {joint}; it has {', '.join(joints)}.")
+    curves = service.model_use.free_run(experiment, model, session, joints.index(joint))
+    if curves is None:
+        raise Problem(
+            404, f"The model {model} was not simulated on a session {session}: POST to …/simulation."
+        )
+    position, speed = (
+        Curves(**{name: _numbers(values) for name, values in signals.items()})
+        for signals in (curves.position, curves.speed)
+    )
+    return FreeRunView(
+        session=session, joint=joint, time=_numbers(curves.time), position=position, speed=speed
+    )
+
+
+def _numbers(values: NDArray[np.float64]) -> list[float | None]:
+    return [float(value) if np.isfinite(value) else None for value in values]
 
 
 @router.post(

@@ -18,8 +18,8 @@ def computed(client, finished, address):
     return answer.text
 
 
-def test_motion_is_predicted_when_asked_for_and_stands_beside_the_torque(imported, finished):
-    client, experiment = imported
+def test_motion_is_predicted_when_asked_for_and_stands_beside_the_torque(imported_short, finished):
+    client, experiment = imported_short
     address = f"/pages/experiments/{experiment}/model"
     assert "Predict motion" in client.get(address).text
     asked = computed(client, finished, f"/pages/experiments/{experiment}/use/simulation?version=m1")
@@ -28,6 +28,9 @@ def test_motion_is_predicted_when_asked_for_and_stands_beside_the_torque(importe
     assert "1 s ahead, motion that the fit did not see" in text
     assert " mrad</td>" in text
     assert "Driven by the recorded torque." in text
+    assert "free run from the start, sessions of the fit" in text
+    assert "Motion over time" in text
+    assert "leaves the record" in text
     # in closed loop, if it can be: this record has no reference, and its drive was not asked
     answer = client.post(
         f"/pages/experiments/{experiment}/use/simulation?version=m1", data={"driven_by": "drives"}

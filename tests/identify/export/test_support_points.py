@@ -46,6 +46,35 @@ def test_two_points_are_as_good_as_the_best_of_all_pairs(speed):
     assert float(((line.at(speed) - value) ** 2).sum()) < 1.01 * least
 
 
+def test_a_record_that_rests_and_turns_often_does_not_raise_the_first_point(speed):
+    slow = np.random.default_rng(3).normal(
+        0.0, 0.1, 1500
+    )  # at rest the noise of the speed decides on the sign
+    every = np.concatenate([speed, slow])
+
+    def friction(of):
+        return np.sign(of) * (1.0 + 0.01 * np.abs(of))
+
+    line = speed_line(every, friction(every), 8, mirrored=False, constant=True)
+    assert line.forward == pytest.approx(friction(line.speeds), rel=1e-3)
+    assert line.backward == pytest.approx(friction(-line.speeds), rel=1e-3)
+
+
+def test_a_line_has_no_freedom_at_speeds_that_the_record_has_not():
+    size = np.concatenate([np.linspace(30.0, 40.0, 500), np.linspace(70.0, 100.0, 500)])
+    speed = np.concatenate([size, -size[:500]])
+    value = np.sign(speed) * (1.0 + 0.02 * np.abs(speed))
+    line = speed_line(speed, value, 6, mirrored=False, constant=False)
+    # between its stretches it goes straight on, and beyond them, in either direction, it keeps the last value
+    seen = (size >= line.speeds[0]) if line.speeds[0] > 30.0 else np.ones(len(size), bool)
+    assert line.at(size[seen]) == pytest.approx(value[:1000][seen], rel=1e-2)
+    between = line.at(np.linspace(42.0, 68.0, 9))
+    assert between == pytest.approx(1.0 + 0.02 * np.linspace(42.0, 68.0, 9), rel=2e-2)
+    assert line.at(np.array([-100.0, -90.0])) == pytest.approx(
+        -1.8, rel=0.05
+    )  # the next place of the grid is a little beyond
+
+
 def test_friction_that_would_drive_is_left_out(speed):
     line = speed_line(speed, -np.sign(speed) * 1.0, 4, mirrored=False, constant=False)
     assert line.forward == pytest.approx(0.0, abs=1e-9)

@@ -1,0 +1,53 @@
+"""The figure of a free run: position and speed with the errors beneath, and where the runs left the record."""
+
+import re
+
+import numpy as np
+import pytest
+
+from api.pages.figures.free_run import FreeRun, draw_free_run
+from tests.api.pages.path_points import points_of
+
+TIME = np.linspace(0.0, 10.0, 500)
+
+
+def curves(usual: bool) -> dict[str, np.ndarray]:
+    measured, model = np.sin(TIME), 1.1 * np.sin(TIME)
+    beside = 1.2 * np.sin(TIME) if usual else np.full(len(TIME), np.nan)
+    return {
+        "measured": measured,
+        "model": model,
+        "usual": beside,
+        "error": model - measured,
+        "error_usual": beside - measured,
+    }
+
+
+def drawn(usual: bool = True, left: float | None = None, left_usual: float | None = None) -> str:
+    run = FreeRun(TIME, curves(usual), curves(usual), "rad", "mrad", left, left_usual)
+    return draw_free_run("j2", run)
+
+
+def test_errors_are_drawn_to_one_scale_in_the_small_unit() -> None:
+    drawing = drawn()
+    assert [
+        label
+        for label in ("position, rad", "error, mrad", "speed, rad/s", "error, mrad/s")
+        if label in drawing
+    ]
+    heights = {
+        kind: np.ptp(points_of(data)[:, 1])
+        for data, kind in re.findall(r'<path d="([^"]+)" class="curve thin ?(before|)"', drawing)
+    }
+    assert heights["before"] / heights[""] == pytest.approx(2.0, rel=0.01)
+    assert ">200</text>" in drawing  # mrad
+    assert 'class="curve thin before"' not in drawn(usual=False)
+
+
+def test_a_mark_stands_where_a_run_leaves_the_record() -> None:
+    assert "leaves" not in drawn()
+    drawing = drawn(left=2.0, left_usual=8.0)
+    assert "leaves the record" in drawing
+    assert "the usual model leaves it" in drawing
+    at = [float(x) for x in re.findall(r'<line x1="([0-9.]+)"[^>]+class="limit"', drawing)]
+    assert at == pytest.approx([58.0 + 0.2 * 792.0, 58.0 + 0.8 * 792.0], abs=0.2)
