@@ -16,6 +16,11 @@ density knows nothing of some of the questions that a name must pass. The eviden
 p-value bounds the odds for an effect (T. Sellke, M. Bayarri, J. Berger, "Calibration of p values for testing precise null
 hypotheses", The American Statistician 55(1), 2001), even at the probability at which a name is given; an effect that a
 session refutes has none; and all that fail any question share at most one half.
+
+No catalogue is complete. Beforehand a cause of none is as probable as one candidate for each question by which it is looked
+for; where none of them finds structure, what is left of it is what they miss (`STRUCTURE_RIGHT`), and no word of the catalogue is
+surer than that leaves. Where one does, a name of the catalogue is one of two explanations of the same, between which nothing
+decides.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -41,8 +46,6 @@ LONGEST_MEMORY = 0.25
 """Part of a session over which the residual's autocorrelation is summed."""
 EVEN = 0.5
 """What is said is at least so probable, what is not at most."""
-SURE = 0.98
-"""No word of a catalogue is surer than this: the cause may be one that it does not hold."""
 
 
 def independent_samples(predictions: Sequence[Prediction]) -> float:
@@ -170,7 +173,8 @@ def joint_probabilities(
     harmful   : what raised the error on a validation session
     """
     effects: dict[str, float] = {}
-    unexplained = _unexplained(structure, outcome)
+    missed = _missed(len(last), len(structure))
+    unexplained, sure = _unexplained(structure, outcome, missed), 1.0 - missed
     nothing = 1.0
     if last:
         bounds = [max(least, each.least_gain) for each in last]
@@ -181,17 +185,18 @@ def joint_probabilities(
         weights *= min(1.0, EVEN / max(float(weights.sum()), EVEN))
         if outcome == "adequate":
             others = unexplained + (1.0 - unexplained) * float(weights.sum())
-            even = min(1.0, EVEN / others)
+            even = EVEN / max(others, EVEN)
             weights *= even * (1.0 - unexplained) / (1.0 - even * unexplained)
             unexplained *= even
         nothing = 1.0 - float(weights.sum())
         for finding, weight in zip(last, weights, strict=True):
-            effects[finding.candidate.name] = SURE * (1.0 - unexplained) * float(weight)
+            effects[finding.candidate.name] = sure * (1.0 - unexplained) * float(weight)
     adequate = nothing * (1.0 - unexplained)
     for name, finding in named.items():
         bound = max(least, finding.least_gain)
         need = needed(finding.before, finding.after, samples, bound)
-        need = SURE * max(EVEN, min(need, _evidence_bound(finding.p_value)))
+        most = EVEN if outcome == "unexplained" else _evidence_bound(finding.p_value)
+        need = sure * max(EVEN, min(need, most))
         adequate *= 1.0 - need
         others = [other for other in rivals.get(name, ()) if other not in named]
         known = {each.candidate.name: each.after for each in (contested or {}).get(name, ())}
@@ -224,11 +229,19 @@ def _evident(finding: Finding) -> HeldOut:
     return replace(finding.after, fold=finding.before.fold - part * gained)
 
 
-def _unexplained(structure: Sequence[Structure], outcome: Verdict) -> float:
+def _missed(candidates: int, questions: int) -> float:
+    """Probability of a cause of no catalogue where none of the questions that look for one finds it; everything that can be
+    missing is equally probable beforehand."""
+    before = (1.0 - ALONE) * questions / max(candidates + questions, 1)
+    left = before * (1.0 - STRUCTURE_RIGHT)
+    return left / (1.0 - before + left)
+
+
+def _unexplained(structure: Sequence[Structure], outcome: Verdict, missed: float) -> float:
     """From how near what a predictor without any model finds comes to what is called structure."""
     if outcome == "unexplained":
         return STRUCTURE_RIGHT
     nearest = max(
         (each.share / each.least for each in structure if each.share > DECIDED * each.deviation), default=0.0
     )
-    return float((1 - STRUCTURE_RIGHT) / 2 + 0.4 * np.clip(nearest - 0.5, 0.0, 1.0))
+    return min(EVEN, float(missed + (EVEN - missed) * np.clip(nearest - 0.5, 0.0, 1.0)))

@@ -2,7 +2,8 @@
 [--only MODULE.CONSTANT…] [--write docs/diagnosis.md]`.
 
 Every constant is halved and doubled while all others keep their values, and the cases of a reduced blind bench are
-diagnosed again. A part that is nearer to 1 than to 0 is varied by its distance from 1. Each case is recorded once.
+diagnosed again. A part that is nearer to 1 than to 0 is varied by its distance from 1. Each case is recorded once, and what
+acts on the search's outcome only (`AFTER_THE_SEARCH`) is varied there, without another search.
 """
 
 from __future__ import annotations
@@ -12,14 +13,20 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from inspect import signature
 from itertools import count
 from pathlib import Path
+from typing import Any
 
 import identify
-from identify.diagnosis.diagnosis import diagnose_record, with_descriptions
+from identify.diagnosis import diagnosis as concluding
+from identify.diagnosis.diagnosis import Diagnosis, diagnose_record, with_descriptions
+from identify.diagnosis.joint_diagnosis import JointDiagnosis
+from identify.diagnosis.structure import leftover_structure
 from identify.estimation.record import Record
 from identify.estimation.requested_model import open_record, requested_model
+from tests.blind.cases import KINDS as CLASSES
 from tests.blind.cases import Case, draw
 from tests.blind.score import is_right
 
@@ -42,19 +49,49 @@ CONSTANTS = {
     "disturbance": ("NOISE_MEMORY", "LOUD", "STANDS_OUT"),
 }  # fmt: skip
 """Constants that decide names and verdicts, by module of `identify.diagnosis`. Those of `probability` decide neither."""
+AFTER_THE_SEARCH = ("verdict", "structure", "disturbance")
+"""Modules whose constants act on what the search ended with: the verdict, and what is left in the residual."""
 KINDS = ("null", "noisy null", "strong", "weak", "weak", "pair", "uncatalogued")
 """Classes of the reduced bench, in turn; weak cases twice, for they are the ones at the edge."""
 HEADING = "## Sensitivity"
 
 
+Said = tuple[str, tuple[str, ...]]
+"""Verdict and names."""
+
+
 @dataclass(frozen=True)
 class Tried:
-    """A case with its record, and what is said of it with the constants as they are."""
+    """A case with its record, and what is said of it with the constants as they are.
+
+    diagnosis  : of its one joint, without descriptions
+    conclusion : what the verdict was made from: the arguments of the search's last step, by name
+    """
 
     case: Case
     record: Record
-    said: tuple[str, tuple[str, ...]]
+    diagnosis: Diagnosis
+    conclusion: dict[str, Any]
+    said: Said
     right: bool
+
+    def searched_again(self) -> tuple[Said, bool]:
+        """What is said with other constants, and whether it is right."""
+        return _described(self.case, _diagnosis(self.record))
+
+    def concluded_again(self) -> tuple[Said, bool]:
+        """The same where the search is the same."""
+        structure = tuple(leftover_structure(self.conclusion["final"].predictions[0]))
+        joint = concluding._conclude(**{**self.conclusion, "structure": structure})
+        if _outcome(joint) == _outcome(self.diagnosis.joints[0]):
+            return self.said, self.right
+        named = {term.key for term in joint.missing}
+        added = tuple(term for term in self.diagnosis.added if term.key in named)
+        return _described(self.case, replace(self.diagnosis, joints=(joint,), added=added))
+
+
+def _outcome(joint: JointDiagnosis) -> tuple[str, tuple[str, ...], str | None]:
+    return joint.verdict, tuple(term.effect.name for term in joint.missing), joint.doubted
 
 
 def reduced_bench(cases: int, seed: int, folder: Path) -> list[Tried]:
@@ -63,16 +100,40 @@ def reduced_bench(cases: int, seed: int, folder: Path) -> list[Tried]:
     found = []
     for index in range(cases):
         kind = KINDS[index % len(KINDS)]
-        case = next(each for each in (draw(seed, number) for number in drawn[kind]) if each.kind == kind)
+        number = next(number for number in drawn[kind] if CLASSES[number % len(CLASSES)] == kind)
+        case = draw(seed, number)
         path = case.experiment(folder / str(index))
         record = open_record(identify.load_experiment(path))
-        found.append(Tried(case, record, *diagnosed(case, record)))
+        with _concluding() as conclusions:
+            diagnosis = _diagnosis(record)
+        found.append(Tried(case, record, diagnosis, conclusions[-1], *_described(case, diagnosis)))
     return found
 
 
-def diagnosed(case: Case, record: Record) -> tuple[tuple[str, tuple[str, ...]], bool]:
+@contextmanager
+def _concluding() -> Iterator[list[dict[str, Any]]]:
+    """What the last step of a search is given."""
+    given: list[dict[str, Any]] = []
+    conclude = concluding._conclude
+    names = tuple(signature(conclude).parameters)
+
+    def noted(*values: Any) -> JointDiagnosis:
+        given.append(dict(zip(names, values, strict=True)))
+        return conclude(*values)
+
+    concluding._conclude = noted
+    try:
+        yield given
+    finally:
+        concluding._conclude = conclude
+
+
+def _diagnosis(record: Record) -> Diagnosis:
+    return diagnose_record(record, "usual", requested_model(record, "usual"))
+
+
+def _described(case: Case, diagnosis: Diagnosis) -> tuple[Said, bool]:
     """Verdict and names, and whether they are right."""
-    diagnosis = diagnose_record(record, "usual", requested_model(record, "usual"))
     said = with_descriptions(diagnosis, of_doubted_only=True).document().joints[0]
     return (said.verdict, said.missing), is_right(case, said)
 
@@ -149,7 +210,8 @@ def main() -> None:
             row = f"| `{module}.{name}` | {value:g} "
             for other in other_values(value):
                 with varied(module, name, other):
-                    again = [diagnosed(tried.case, tried.record) for tried in bench]
+                    late = module in AFTER_THE_SEARCH
+                    again = [tried.concluded_again() if late else tried.searched_again() for tried in bench]
                 right = sum(found for _, found in again)
                 changed = sum(said != tried.said for (said, _), tried in zip(again, bench, strict=True))
                 row += f"| {other:.3g} | {right} | {changed} "

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 from identify.diagnosis.probability import (
-    SURE,
     independent_samples,
     joint_probabilities,
     needed,
@@ -93,20 +92,28 @@ def test_folds_of_different_weight_are_drawn_from_the_first_model_s_shares():
     assert needed(before, after, 16.0) == pytest.approx(expected, rel=1e-10)
 
 
+def sure(candidates: int, questions: int) -> float:
+    """Of a word of the catalogue at most: half of all priors are of nothing, candidates and questions have the other half
+    alike, and a tenth of the causes of no catalogue is not found."""
+    missed = 0.1 * 0.5 * questions / (candidates + questions)
+    return 1 - missed / (missed + 0.5 + 0.5 * candidates / (candidates + questions))
+
+
 @pytest.mark.parametrize(
-    ("share", "deviation", "unexplained"),
+    ("share", "deviation", "way"),
     [
-        (0.0, 0.001, 0.05),
-        (0.05, 0.01, 0.05),  # half of what is called structure and less: nothing
-        (0.075, 0.01, 0.15),  # three quarters of it
-        (0.1, 0.01, 0.25),
-        (0.2, 0.01, 0.45),
-        (0.2, 0.07, 0.05),  # not three standard errors
+        (0.0, 0.001, 0.0),
+        (0.05, 0.01, 0.0),  # half of what is called structure and less: nothing
+        (0.075, 0.01, 0.25),  # three quarters of it
+        (0.1, 0.01, 0.5),
+        (0.2, 0.01, 1.0),
+        (0.2, 0.07, 0.0),  # not three standard errors
     ],
 )
-def test_what_comes_near_structure_is_a_little_unexplained(share, deviation, unexplained):
+def test_what_comes_near_structure_is_a_little_unexplained(share, deviation, way):
     left = [Structure(("q",), share, deviation, least=0.1), Structure(("dq",), 0.01, 0.001, least=0.1)]
     found = joint_probabilities([], 10.0, {}, {}, left, "adequate")
+    unexplained = (1 - way) * (1 - sure(0, 2)) + way * 0.5
     assert found.unexplained == pytest.approx(unexplained)
     assert found.adequate == pytest.approx(1 - unexplained)
     assert joint_probabilities([], 10.0, {}, {}, left, "unexplained").unexplained == 0.9
@@ -121,10 +128,10 @@ def test_what_is_too_small_to_be_missing_leaves_a_joint_adequate():
     assert needed(before, small.after, n) == pytest.approx(1.0)
     found = joint_probabilities([small], n, {}, {}, [], "adequate")
     assert found.effects == {"small": 0.0}
-    assert found.adequate == pytest.approx(0.95)
+    assert found.adequate == pytest.approx(1.0)
     found = joint_probabilities([], n, {"large": large}, {}, [], "missing")
-    assert found.effects["large"] == pytest.approx(SURE * likely(1e-4))
-    assert found.adequate == pytest.approx(0.95 * (1 - SURE * likely(1e-4)))
+    assert found.effects["large"] == pytest.approx(likely(1e-4))
+    assert found.adequate == pytest.approx(1 - likely(1e-4))
     # what is asked of whatever effect it is
     found = joint_probabilities([large], n, {}, {}, [], "adequate", least=0.5)
     assert found.effects["large"] == 0.0
@@ -144,7 +151,7 @@ def test_a_cause_of_no_catalogue_leaves_the_catalogue_the_rest():
     imitates = finding(before, held_out(*[0.5] * 10), "spring")
     found = joint_probabilities([imitates], n, {}, {}, [], "unexplained")
     assert found.unexplained == 0.9
-    assert found.effects["spring"] == pytest.approx(SURE * 0.1 * 0.5)
+    assert found.effects["spring"] == pytest.approx(0.1 * 0.5)
     assert found.effects["spring"] + found.unexplained + found.adequate <= 1.0
 
 
@@ -162,7 +169,7 @@ def test_an_effect_of_derivatives_counts_only_as_far_as_instruments_saw_it(figur
         [finding(before, after, "lag", from_derivatives=True, **figures)], 20.0, {}, {}, [], "unexplained"
     )
     expected = min(0.5, needed(before, after if counts else before, 20.0, 0.1))
-    assert found.effects["lag"] == pytest.approx(SURE * 0.1 * expected)
+    assert found.effects["lag"] == pytest.approx(0.1 * expected)
 
 
 def test_of_an_effect_of_derivatives_counts_what_instruments_account_for():
@@ -171,7 +178,7 @@ def test_of_an_effect_of_derivatives_counts_what_instruments_account_for():
     found = joint_probabilities([lag, finding(before, before, "idle")], 10.0, {}, {}, [], "unexplained")
     expected = probabilities(before, [held_out(*[0.88] * 10), before], 10.0)[1][0]
     assert 0.1 < expected < 0.5
-    assert found.effects["lag"] == pytest.approx(SURE * 0.1 * expected)
+    assert found.effects["lag"] == pytest.approx(0.1 * expected)
 
 
 def likely(p_value: float) -> float:
@@ -187,13 +194,13 @@ def test_the_evidence_bounds_what_the_density_says(p_value, most):
     found = joint_probabilities(
         [finding(before, after, "spring", p_value=p_value)], 400.0, {}, {}, [], "unexplained"
     )
-    assert found.effects["spring"] == pytest.approx(SURE * 0.1 * min(0.5, most), rel=2e-3)
+    assert found.effects["spring"] == pytest.approx(0.1 * min(0.5, most), rel=2e-3)
 
 
 def test_what_a_session_refutes_is_not_probable():
     before, after = held_out(*[1.0] * 10), held_out(*[0.5] * 10)
     disagrees = finding(before, after, "spring", sessions_agree=False)
-    assert joint_probabilities([disagrees], 400.0, {}, {}, [], "adequate").adequate == pytest.approx(0.95)
+    assert joint_probabilities([disagrees], 400.0, {}, {}, [], "adequate").adequate == pytest.approx(1.0)
     harms = finding(before, after, "spring")
     found = joint_probabilities([harms], 400.0, {}, {}, [], "adequate", harmful={"spring"})
     assert found.effects["spring"] == 0.0
@@ -220,8 +227,8 @@ def test_what_is_said_is_at_least_as_probable_as_not_and_what_is_not_said_at_mos
     told = joint_probabilities(
         last, samples, named if verdict == "missing" else {}, {"named": ["effect 0"]}, left, verdict
     )
-    even = 0.5 * SURE
-    assert (told.unexplained >= 0.5) == (verdict == "unexplained")
+    even = 0.5 * sure(len(last), 1)
+    assert (told.unexplained > 0.5) == (verdict == "unexplained")
     if verdict == "missing":
         assert told.effects["named"] + told.effects.get("effect 0", 0.0) >= even - 1e-9
         assert told.adequate <= 1 - even
@@ -235,7 +242,7 @@ def test_what_is_said_is_at_least_as_probable_as_not_and_what_is_not_said_at_mos
 def test_a_named_effect_shares_what_it_has_with_its_rivals_by_their_evidence():
     """One of them is right: each has its likelihood on unseen motion; what was not compared does as well as what is named."""
     n, before, after, worse = 20.0, held_out(*[1.0] * 10), held_out(*[0.5] * 10), held_out(*[0.6] * 10)
-    need = SURE * min(needed(before, after, n), likely(1e-4))
+    need = min(needed(before, after, n), likely(1e-4))
     named = {"friction": finding(before, after, "friction"), "spring": finding(before, after, "spring")}
     contested = {"friction": [named["friction"], finding(before, worse, "drag")]}
     rivals = {"friction": ["drag", "spring", "ripple"]}
@@ -245,5 +252,23 @@ def test_a_named_effect_shares_what_it_has_with_its_rivals_by_their_evidence():
     assert found.effects == pytest.approx(
         dict(zip(("friction", "drag", "ripple"), expected, strict=True)) | {"spring": need}
     )
-    assert found.adequate == pytest.approx(0.95 * (1 - need) ** 2)
+    assert found.adequate == pytest.approx((1 - need) ** 2)
     np.testing.assert_allclose(shares([after, after], n), [0.5, 0.5])
+
+
+def test_no_word_of_a_catalogue_is_surer_than_the_questions_to_what_is_left():
+    """Eleven questions beside 25 candidates: 1.7 % is a cause that none of them found, and a named effect has the rest."""
+    before = held_out(*[1.0] * 10)
+    idle = [finding(before, before, f"effect {place}") for place in range(25)]
+    certain = {"spring": finding(before, held_out(*[0.5] * 10), "spring", p_value=1e-300)}
+    quiet = [Structure((f"view {place}",), 0.0, 0.01) for place in range(11)]
+    found = joint_probabilities(idle, 4000.0, certain, {}, quiet, "missing")
+    assert found.effects["spring"] == pytest.approx(sure(25, 11), abs=1e-4) == pytest.approx(0.983, abs=1e-3)
+    assert found.unexplained == pytest.approx(1 - sure(25, 11))
+
+
+def test_a_name_under_an_unexplained_verdict_is_even_at_most():
+    """It and the cause of no catalogue explain the same, and nothing decides between them."""
+    before = held_out(*[1.0] * 10)
+    certain = {"spring": finding(before, held_out(*[0.5] * 10), "spring", p_value=1e-300)}
+    assert joint_probabilities([], 4000.0, certain, {}, [], "unexplained").effects["spring"] == 0.5
