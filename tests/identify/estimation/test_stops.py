@@ -1,10 +1,12 @@
 """A sample that mixes in a stop takes no part in the fit, however short the stop is."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from identify.estimation.record import Record
-from identify.estimation.stops import FILTER_REACH
+from identify.estimation.stops import FILTER_REACH, STOP_TIME, recorded_stopping_speed, stopping_speed
 from identify.recording.samples import RawSamples
 from tests.identify.estimation import simulated_arm
 
@@ -42,6 +44,25 @@ def test_a_stop_that_the_position_filter_rounds_off_is_seen_in_the_positions_as_
 def test_a_reversal_without_a_stop_takes_part():
     instants, _ = left_out(np.round(stop_and_go(0.0), 6))
     assert not len(instants)
+
+
+@pytest.mark.parametrize(("rest", "stopped"), [(0.3, False), (0.6, False), (1.3, True), (3.0, True)])
+@pytest.mark.parametrize("rate", [500.0, 2000.0])
+def test_a_joint_has_stopped_where_it_stays_for_the_time_of_a_stop_and_not_where_it_passes_through_rest(
+    rest, stopped, rate
+):
+    time = np.arange(round(0.6 * rate)) / rate
+    dq = np.where(np.abs(time - 0.3) < 0.5 * rest * STOP_TIME, 0.01, 1.0)[:, None]
+    block = SimpleNamespace(
+        dq=dq,
+        position=np.cumsum(dq, axis=0) / rate,
+        shared=None,
+        cutoff=20.0,
+        sampling_period=1 / rate,
+        at_decimated=lambda values: values,
+    )
+    for slowest in (stopping_speed(block).min(), recorded_stopping_speed(block).min()):
+        assert (slowest < 0.05) == stopped
 
 
 @pytest.mark.parametrize("step", [1e-4, 1e-3])

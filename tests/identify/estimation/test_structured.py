@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import identify
-from identify.estimation.structured import _minimise
+from identify.estimation.structured import _Form, _minimise
 from tests.identify.estimation import simulated_arm
 
 G = simulated_arm.G
@@ -195,3 +196,24 @@ def test_the_search_goes_down_rosenbrock_s_valley_to_its_end(start):
 
     rows = np.column_stack([np.eye(2), [0.0, 1.0], [0.0, 0.0]])
     assert _minimise(Valley(), rows, np.array(start)) == pytest.approx([1.0, 1.0], abs=1e-6)
+
+
+def test_losses_that_are_tied_are_reported_both_ways_with_one_deviation():
+    """Where no known load tells them apart, a_m = 1 + x and a_g = 1 − x for the one x that is estimated."""
+    names = [("ZZ1", "j1", "kg m^2", None)]
+    names += [(symbol, joint, "1", None) for joint in ("j1", "j2") for symbol in ("a_m", "b_m")]
+    gears = [(None, None, np.array([1, 2]), True), (None, None, np.array([3, 4]), True)]
+    theta, std, robust = np.array([7.0, 0.25, 3.0, 0.5, 4.0]), np.arange(5) + 10.0, np.arange(5) + 20.0
+    reported = _Form.reported(SimpleNamespace(names=names, gears=gears), theta, std, robust)  # type: ignore[arg-type]
+    listed = [
+        (f"{symbol} {joint}", *figures) for (symbol, joint, _, _), *figures in zip(*reported, strict=True)
+    ]
+    assert listed == [
+        ("ZZ1 j1", 7.0, 10.0, 20.0),
+        ("a_m j1", 1.25, 11.0, 21.0),
+        ("b_m j1", 3.0, 12.0, 22.0),
+        ("a_g j1", 0.75, 11.0, 21.0),
+        ("a_m j2", 1.5, 13.0, 23.0),
+        ("b_m j2", 4.0, 14.0, 24.0),
+        ("a_g j2", 0.5, 13.0, 23.0),
+    ]
