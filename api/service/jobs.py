@@ -111,7 +111,6 @@ class JobRunner:
         self._experiment_locks: dict[str | None, threading.Lock] = {}
         self._lock = threading.Lock()
         self._listeners: set[Listener] = set()
-        self._closing = False
         self._threads = [
             threading.Thread(target=self._run, name=f"jobs-{n}", daemon=True) for n in range(simultaneous)
         ]
@@ -124,7 +123,6 @@ class JobRunner:
 
     def close(self) -> None:
         """Cancel everything and wait for the processes to end."""
-        self._closing = True
         for task in list(self._tasks.values()):
             task.cancelled.set()
         for _ in self._threads:

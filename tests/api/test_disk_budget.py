@@ -51,6 +51,25 @@ def test_without_a_budget_the_disk_itself_binds(folder, free, tight, full):
     assert (disk.state.warning is not None, disk.state.full) == (tight, full)
 
 
+@pytest.mark.parametrize(("coming", "room"), [(0, True), (250_000, True), (300_000, False), (400_000, False)])
+def test_what_is_coming_must_fit_into_the_budget_with_what_is_there(folder, coming, room):
+    refused_without_room(DiskBudget(folder, 1_000_000, lambda folder: PLENTY), coming, room)
+
+
+@pytest.mark.parametrize(("coming", "room"), [(0, True), (1_000_000, True), (1_000_001, False)])
+def test_what_is_coming_leaves_the_disk_its_reserve(folder, coming, room):
+    refused_without_room(DiskBudget(folder, None, lambda folder: RESERVE + 1_000_000), coming, room)
+
+
+def refused_without_room(disk, coming, room):
+    if room:
+        disk.require_room(coming)
+        return
+    with pytest.raises(Problem, match="There is no room: ") as refused:
+        disk.require_room(coming)
+    assert refused.value.status == 507
+
+
 def test_every_page_says_it_and_uploads_and_sessions_are_refused(start_service, data_folder):
     service = start_service(disk_budget=1)
     operator = service.client(Role.OPERATOR)

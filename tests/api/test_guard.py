@@ -1,7 +1,12 @@
 """Requests that the guard refuses, and what it writes on every response."""
 
-import pytest
+from types import SimpleNamespace
 
+import anyio
+import pytest
+from starlette.requests import HTTPConnection
+
+from api.service import guard
 from api.service.accounts import Role
 
 PASSWORD = "correct horse battery"
@@ -66,3 +71,31 @@ def test_every_response_forbids_framing_sniffing_and_foreign_scripts(service):
     assert headers["X-Content-Type-Options"] == "nosniff"
     assert "frame-ancestors 'none'" in headers["Content-Security-Policy"]
     assert "default-src 'self'" in headers["Content-Security-Policy"]
+
+
+# --- live views
+
+
+def test_one_person_has_so_many_live_views_at_a_time_and_as_many_again_once_they_are_closed(monkeypatch):
+    monkeypatch.setattr(guard, "WEBSOCKETS_OF_ONE_PERSON", 2)
+    opened, refused = [], []
+
+    async def serve(scope, receive, send):
+        """Open another view while this one is open, up to three inside each other."""
+        opened.append(scope["user"])
+        if scope["deep"] < 3:
+            await watch(scope["user"], scope["deep"] + 1)
+
+    async def watch(name, deep):
+        async def send(message):
+            refused.append((name, message["reason"]))
+
+        scope = {"type": "websocket", "user": name, "deep": deep}
+        await watched._watched_by(SimpleNamespace(name=name), HTTPConnection(scope), None, send)
+
+    watched = guard.Guard(serve)
+    for _ in range(3):  # each time two are open at once, and the third is refused
+        anyio.run(watch, "ada", 1)
+    anyio.run(watch, "bob", 3)
+    assert opened == ["ada", "ada"] * 3 + ["bob"]
+    assert refused == [("ada", "ada has 2 live views open already; close one.")] * 3

@@ -1,7 +1,10 @@
 """The catalogue of sessions: what is known of each, exclusion with its reason, roles, notes, and what models then use."""
 
+from types import SimpleNamespace
+
 import identify
 from api.service.accounts import Role
+from api.service.session_catalogue import CatalogueEntry, SessionCatalogue
 
 
 def changed(client, experiment, session, finished, **body):
@@ -106,3 +109,36 @@ def test_sessions_of_another_rig_are_warned_of_by_both_names(imported, service):
     assert warning.startswith("The sessions of pendulum were measured on a rig that is not named")
     assert "the rig chosen is bench" in warning
     assert service.service.catalogue.rigs(experiment) == []
+
+
+def entry(created, of_row, of_file):
+    """A session as the catalogue describes it, with the rig by the database and by its file."""
+    return CatalogueEntry(
+        SimpleNamespace(created=created, rig=of_row, plan=of_row),  # type: ignore[arg-type]
+        SimpleNamespace(rig=of_file, plan=of_file),  # type: ignore[arg-type]
+        None,
+        "",
+    )
+
+
+def test_the_rigs_of_an_experiment_are_named_once_each_the_newest_last(monkeypatch):
+    listed = [entry(3, "bench", None), entry(1, "lab", None), entry(2, None, "bench"), entry(4, None, "hall")]
+    listed += [entry(0, "bench", None), entry(5, None, None)]
+    catalogue = SessionCatalogue(None, None, None)  # type: ignore[arg-type]
+    monkeypatch.setattr(catalogue, "entries", lambda experiment: listed)
+    assert catalogue.rigs("arm") == ["lab", "bench", "hall"]
+
+
+def test_rig_and_plan_are_what_the_database_says_and_else_what_the_file_does():
+    assert [entry(0, *pair).rig for pair in (("a", "b"), (None, "b"), ("a", None), (None, None))] == [
+        "a",
+        "b",
+        "a",
+        None,
+    ]
+    assert [entry(0, *pair).plan for pair in (("a", "b"), (None, "b"), ("a", None), (None, None))] == [
+        "a",
+        "b",
+        "a",
+        None,
+    ]
