@@ -12,13 +12,14 @@ def certificate_text(certificate: Certificate) -> str:
 
 def _lines(certificate: Certificate) -> Iterator[str]:
     yield f"{certificate.target}: {certificate.kind} of {certificate.experiment}, model {certificate.model}"
-    yield f"checked with: {certificate.checked_with}"
+    if certificate.not_measured is None:
+        yield f"checked with: {certificate.checked_with}"
+    else:
+        yield f"not measured: {certificate.not_measured}"
     for joint in certificate.joints:
+        file = "not measured" if certificate.not_measured else _percent(joint.relative_error_export)
         yield ""
-        yield (
-            f"{joint.joint}: relative error of the model {_percent(joint.relative_error_model)},"
-            f" of the file {_percent(joint.relative_error_export)}"
-        )
+        yield f"{joint.joint}: relative error of the model {_percent(joint.relative_error_model)}, of the file {file}"
         for word, effects in (
             ("kept", joint.kept),
             ("approximated", joint.approximated),

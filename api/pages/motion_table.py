@@ -135,13 +135,15 @@ def certificate_words(certificate: Certificate, but: Collection[str] = ()) -> li
 
     but : remarks that are said elsewhere
     """
-    said = [f"Checked with {certificate.checked_with}."]
+    reason = certificate.not_measured
+    said = [f"Checked with {certificate.checked_with}." if reason is None else f"Not measured: {reason}."]
     for joint in certificate.joints:
         model, file = joint.relative_error_model, joint.relative_error_export
+        of_file = "not measured" if file is None else f"{100 * file:.2f}{THIN}%"
         errors = (
             ""
-            if model is None or file is None
-            else f" relative error of the model {100 * model:.2f}{THIN}%, of the file {100 * file:.2f}{THIN}%;"
+            if model is None
+            else f" relative error of the model {100 * model:.2f}{THIN}%, of the file {of_file};"
         )
         parts = [
             f"{what} {', '.join(effects)}"

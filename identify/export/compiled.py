@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import re
 import shutil
 import subprocess
 from collections.abc import Sequence
@@ -12,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.dynamics.payload import payload_parameters
-from identify.export.exported_model import ExportedModel
 from identify.export.record_error import Motion, TorqueOf
 from identify.recording import InputError
 
@@ -39,11 +39,18 @@ def compile_library(compiler: str, sources: Sequence[Path], library: Path) -> No
         )
 
 
-def compiled_torque(compiler: str, source: Path, prefix: str, model: ExportedModel) -> TorqueOf:
+def compiled_torque(compiler: str, source: Path) -> TorqueOf:
     """What the functions of an exported C source return, row by row, their memories carried on.
 
-    Raises InputError: the compiler refuses the source.
+    Prefix of the functions and number of memories are those of the header beside the source.
+    Raises InputError: the compiler refuses the source, or the header does not say what it must.
     """
+    header = source.with_suffix(".h").read_text(encoding="utf-8")
+    named = re.search(r"void (\w+)_torque\(const double q\[", header)
+    counted = re.search(r"#define \w+_MEMORIES (\d+)", header)
+    if named is None or counted is None:
+        raise InputError(f"{source.stem}.h: it does not declare what an exported model has")
+    prefix = named[1]
     library = source.with_suffix(".so")
     compile_library(compiler, [source], library)
     loaded = ctypes.CDLL(str(library))
@@ -57,7 +64,7 @@ def compiled_torque(compiler: str, source: Path, prefix: str, model: ExportedMod
     def torque_of(motion: Motion) -> Array:
         q, dq, ddq = (np.ascontiguousarray(part, float) for part in (motion.q, motion.dq, motion.ddq))
         warm = None if motion.temperature is None else np.ascontiguousarray(motion.temperature, float)
-        memory = np.zeros(max(1, len(model.memories)))
+        memory = np.zeros(max(1, int(counted[1])))
         payload = np.ascontiguousarray(payload_parameters(motion.payload))
         out = np.zeros(q.shape)
         for row in range(len(q)):

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.dynamics.geometry import Geometry
-from identify.dynamics.rotations import from_quaternion, from_roll_pitch_yaw, quaternion, roll_pitch_yaw
+from identify.dynamics.rotations import quaternion, roll_pitch_yaw
 from identify.dynamics.standard_parameters import PARAMETERS_PER_JOINT
 
 Array = NDArray[np.float64]
@@ -37,14 +37,6 @@ class Body:
         centre = np.array([mx, my, mz]) / mass
         origin = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         return cls(mass, centre, origin - mass * (centre @ centre * np.eye(3) - np.outer(centre, centre)))
-
-    def parameters(self) -> Array:
-        """(10,) XX … M about the frame's origin."""
-        origin = self.inertia + self.mass * (
-            self.centre @ self.centre * np.eye(3) - np.outer(self.centre, self.centre)
-        )
-        moments = origin[[0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]]
-        return np.concatenate([moments, self.mass * self.centre, [self.mass]])
 
 
 @dataclass(frozen=True)
@@ -79,19 +71,11 @@ class JointFriction:
 
 @dataclass(frozen=True)
 class LinkFile:
-    """A robot as it is written to a file, and read back from it."""
+    """A robot as it is written to a file."""
 
     geometry: Geometry
     bodies: tuple[Body, ...]
     friction: tuple[JointFriction, ...]
-
-    def standard(self) -> Array:
-        """(11 n,) standard parameters, the rotors with them."""
-        links = [
-            np.append(body.parameters(), friction.rotor)
-            for body, friction in zip(self.bodies, self.friction, strict=True)
-        ]
-        return np.concatenate(links)
 
 
 def bodies_of(standard: Array) -> tuple[Body, ...]:
@@ -212,96 +196,6 @@ def _polynomial(friction: JointFriction) -> str:
     """Damping of MJCF: of q̇ alone, which all versions read, or of q̇, |q̇| q̇ and q̇³."""
     terms = (friction.damping, friction.quadratic, friction.cubic)
     return " ".join(_number(term) for term in (terms if friction.is_polynomial else terms[:1]))
-
-
-def read_back(kind: str, text: str, geometry: Geometry) -> LinkFile:
-    """The robot as a file written here describes it; its frames must be those of `geometry`.
-
-    kind : urdf, sdf or xml (MJCF)
-    Raises ValueError: a frame in the file is not the robot's.
-    """
-    root = ElementTree.fromstring(text)
-    reader = {"urdf": _read_urdf, "sdf": _read_sdf, "xml": _read_mjcf}[kind]
-    bodies, friction = [], []
-    for joint, (place, rotation, body, joint_friction) in enumerate(reader(root)):
-        wanted = frame(geometry, joint)
-        if not (np.allclose(place, wanted[0], atol=1e-9) and np.allclose(rotation, wanted[1], atol=1e-9)):
-            raise ValueError(f"the frame of joint '{geometry.names[joint]}' in the file is not the robot's")
-        bodies.append(body)
-        friction.append(joint_friction)
-    return LinkFile(geometry, tuple(bodies), tuple(friction))
-
-
-Link = tuple[Array, Array, Body, JointFriction]
-
-
-def _read_urdf(root: ElementTree.Element) -> list[Link]:
-    links = []
-    for number, joint in enumerate(root.iter("joint"), start=1):
-        origin, dynamics = _child(joint, "origin"), _child(joint, "dynamics")
-        link = next(element for element in root.iter("link") if element.get("name") == f"link{number}")
-        friction = JointFriction(float(dynamics.get("damping", 0)), float(dynamics.get("friction", 0)))
-        inertia = _child(link, "inertial/inertia")
-        body = Body(
-            float(_child(link, "inertial/mass").get("value", 0)),
-            _vector(_child(link, "inertial/origin").get("xyz")),
-            _tensor([float(inertia.get(name, 0)) for name in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")]),
-        )
-        links.append(
-            (_vector(origin.get("xyz")), from_roll_pitch_yaw(_vector(origin.get("rpy"))), body, friction)
-        )
-    return links
-
-
-def _read_sdf(root: ElementTree.Element) -> list[Link]:
-    links = []
-    joints = [element for element in root.iter("joint") if element.get("type") != "fixed"]
-    for number, joint in enumerate(joints, start=1):
-        link = next(element for element in root.iter("link") if element.get("name") == f"link{number}")
-        pose = _vector(_child(link, "pose").text)
-        names = ("damping", "friction", "spring_stiffness")
-        friction = JointFriction(*(float(_child(joint, f"axis/dynamics/{name}").text or 0) for name in names))
-        inertia = [
-            float(_child(link, f"inertial/inertia/{name}").text or 0)
-            for name in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-        ]
-        centre = _vector(_child(link, "inertial/pose").text)[:3]
-        body = Body(float(_child(link, "inertial/mass").text or 0), centre, _tensor(inertia))
-        links.append((pose[:3], from_roll_pitch_yaw(pose[3:]), body, friction))
-    return links
-
-
-def _read_mjcf(root: ElementTree.Element) -> list[Link]:
-    links = []
-    for element in root.iter("body"):
-        joint, inertial = _child(element, "joint"), _child(element, "inertial")
-        values = (float(joint.get(name, 0)) for name in ("frictionloss", "stiffness", "armature"))
-        damping = (float(value) for value in joint.get("damping", "0").split())
-        friction = JointFriction(next(damping), *values, *damping)
-        body = Body(
-            float(inertial.get("mass", 0)),
-            _vector(inertial.get("pos")),
-            _tensor(list(_vector(inertial.get("fullinertia")))),
-        )
-        turn = from_quaternion(_vector(element.get("quat")))
-        links.append((_vector(element.get("pos")), turn, body, friction))
-    return links
-
-
-def _child(element: ElementTree.Element, path: str) -> ElementTree.Element:
-    child = element.find(path)
-    if child is None:
-        raise ValueError(f"<{element.tag}> has no <{path}>")
-    return child
-
-
-def _vector(text: str | None) -> Array:
-    return np.array([float(part) for part in (text or "").split()])
-
-
-def _tensor(values: Sequence[float]) -> Array:
-    xx, yy, zz, xy, xz, yz = values
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 WRITERS: dict[str, Callable[[LinkFile, str], str]] = {"urdf": urdf, "sdf": sdf, "xml": mjcf}

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from identify.dynamics.payload import payload_parameters
 from identify.export.exported_model import ExportedModel
+from identify.export.formula_torque import module_of, module_torque
 from identify.export.record_error import Motion
-from identify.export.write import module_of, module_torque
 
 Array = NDArray[np.float64]
 

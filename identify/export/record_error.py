@@ -35,10 +35,25 @@ TorqueOf = Callable[[Motion], Array]
 """Torque (N, n), the payload's included, of a motion whose rows follow each other in time."""
 
 
-def errors_on_record(result: Identification, torque_of: TorqueOf) -> list[float | None]:
-    """‖Y − Ŷ‖ / ‖Y‖ of every joint on the moving samples of the identification sessions."""
+@dataclass(frozen=True)
+class RecordError:
+    """Of one joint, on the moving samples of the identification sessions, filtered and decimated; None without motion.
+
+    relative   : ‖Y − Ŷ‖ / ‖Y‖ of measurement and exported thing
+    difference : ‖Ŷ₀ − Ŷ‖ / ‖Ŷ₀‖ of the model's formulas and the exported thing
+    """
+
+    relative: float | None
+    difference: float | None
+
+
+def errors_on_record(result: Identification, torque_of: TorqueOf, formulas: TorqueOf) -> list[RecordError]:
+    """Errors of an exported thing, joint by joint.
+
+    formulas : torque of the model that was exported
+    """
     record = result.fitted.record
-    squares = np.zeros((record.joints, 2))
+    squares = np.zeros((record.joints, 4))
     across = any(slot.values.get("across_sessions") for slot in result.fitted.slots)
     for entry in result.fitted.entries:
         samples, done = record.samples[entry.file], 0
@@ -48,16 +63,24 @@ def errors_on_record(result: Identification, torque_of: TorqueOf) -> list[float 
             motion = Motion(
                 block.time - start, block.q, block.dq, block.ddq, block.temperature, entry.payload
             )
-            predicted = torque_of(motion)
-            if block.external is not None:
-                predicted = predicted - block.external
+            predicted, exact = torque_of(motion), formulas(motion)
+            external = 0.0 if block.external is None else block.external
             rows = slice(done, done + block.count)
             moving = samples.moving[rows]
-            residual = np.where(moving, samples.measured[rows] - block.decimate(predicted), 0.0)
-            measured = np.where(moving, samples.measured[rows], 0.0)
-            squares += np.column_stack([(residual**2).sum(axis=0), (measured**2).sum(axis=0)])
+            measured = samples.measured[rows]
+            listed = (
+                measured - block.decimate(predicted - external),
+                measured,
+                block.decimate(predicted - exact),
+                block.decimate(exact),
+            )
+            squares += np.column_stack([np.where(moving, part**2, 0.0).sum(axis=0) for part in listed])
             done += block.count
-    return [float(np.sqrt(r / y)) if y > 0 else None for r, y in squares]
+    return [RecordError(_ratio(off, size), _ratio(apart, whole)) for off, size, apart, whole in squares]
+
+
+def _ratio(square: float, of_square: float) -> float | None:
+    return float(np.sqrt(square / of_square)) if of_square > 0 else None
 
 
 def errors_of_model(result: Identification) -> list[float | None]:

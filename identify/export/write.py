@@ -2,43 +2,34 @@
 
 from __future__ import annotations
 
-import importlib.util
 import os
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identify.dynamics.inverse_dynamics import InverseDynamics
-from identify.dynamics.payload import payload_parameters
-from identify.dynamics.standard_parameters import PARAMETERS_PER_JOINT
 from identify.estimation.context import contexts
 from identify.estimation.small_algebra import single_threaded
 from identify.export.bodies import feasible_standard
 from identify.export.c_code import c_code, c_name
-from identify.export.compiled import compiled_torque, compiler_here
+from identify.export.compiled import compiler_here
 from identify.export.exported_model import RIGID, ExportedModel, exported_model
 from identify.export.fmu import fmu, platform_name
-from identify.export.fmu_torque import fmu_torque, has_fmpy
+from identify.export.formula_torque import module_of, module_torque
 from identify.export.joint_friction import HAS_ROTORS, joint_parts
-from identify.export.link_files import WRITERS, LinkFile, bodies_of, read_back
+from identify.export.link_files import WRITERS, LinkFile, bodies_of
+from identify.export.loaded_back import NotMeasured, loaded_back
+from identify.export.model_document import model_document
 from identify.export.python_code import python_code
-from identify.export.record_error import Motion, TorqueOf, errors_of_model, errors_on_record
+from identify.export.record_error import Motion, RecordError, errors_of_model, errors_on_record
 from identify.export.structured_text import structured_text
-from identify.export.structured_text_torque import structured_text_torque
 from identify.identification import Identification, identify
 from identify.recording import Experiment, InputError
 from identify.results.certificate import Certificate, JointCertificate
-from identify.results.exported_model import (
-    ExportedBaseParameter,
-    ExportedLink,
-    ExportedModelDocument,
-    ExportedTorque,
-)
 
 Array = NDArray[np.float64]
 
@@ -54,16 +45,29 @@ KINDS = {
 }
 """what each ending of a target means"""
 
+ROUNDING = 1e-6
+"""of the torque's root mean square: a difference beyond is none of rounding, save where a load of nought decides on a sign"""
+
+Parts = Sequence[tuple[Sequence[str], Sequence[str], Sequence[str]]]
+"""of each joint the effects that are kept, approximated and lost"""
+
 
 @dataclass(frozen=True)
 class _Export:
-    """Contents by file name, what loads them back, and what the format keeps of each joint."""
+    """Contents by file name, and what the format keeps, approximates and loses of each joint."""
 
-    files: dict[str, str | bytes]
-    torque_of: Callable[[Path], TorqueOf]
-    checked_with: str
-    parts: Sequence[tuple[Sequence[str], Sequence[str], Sequence[str]]]
+    files: Mapping[str, str | bytes]
+    parts: Parts
     remarks: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Measured:
+    """Errors of a written file, joint by joint, and what computed its torques; or why nothing did."""
+
+    errors: Sequence[RecordError]
+    by: str
+    not_measured: str | None = None
 
 
 @single_threaded
@@ -139,8 +143,8 @@ def write_export(result: Identification, target: Path) -> Certificate:
     with workspace as folder:
         for name, content in made.files.items():
             (Path(folder) / name).write_bytes(content.encode() if isinstance(content, str) else content)
-        errors = errors_on_record(result, made.torque_of(Path(folder)))
-        certificate = _certificate(result, model, target, made, errors)
+        measured = _measured(result, model, Path(folder) / target.name)
+        certificate = _certificate(result, model, target, made, measured)
         name = _certificate_of(target).name
         (Path(folder) / name).write_text(certificate.json_text(indent=1) + "\n", encoding="utf-8")
         for written in (*made.files, name):
@@ -148,137 +152,90 @@ def write_export(result: Identification, target: Path) -> Certificate:
     return certificate
 
 
+def _measured(result: Identification, model: ExportedModel, file: Path) -> _Measured:
+    """Errors of a file on the record.
+
+    Raises InputError: the file is not what it must be.
+    """
+    formulas = module_torque(module_of(model), model)
+    try:
+        with loaded_back(file, model.geometry) as loaded:
+            return _Measured(errors_on_record(result, loaded.torque_of, formulas), loaded.by)
+    except NotMeasured as reason:
+        return _Measured([RecordError(None, None)] * model.joints, "nothing", str(reason))
+
+
 def _certificate(
-    result: Identification, model: ExportedModel, target: Path, made: _Export, errors: Sequence[float | None]
+    result: Identification, model: ExportedModel, target: Path, made: _Export, measured: _Measured
 ) -> Certificate:
-    listed = zip(model.geometry.names, made.parts, errors_of_model(result), errors, strict=True)
+    listed = zip(model.geometry.names, made.parts, errors_of_model(result), measured.errors, strict=True)
+    joints = tuple(
+        JointCertificate(
+            joint=joint,
+            kept=tuple(kept),
+            approximated=tuple(approximated),
+            lost=tuple(lost),
+            relative_error_model=before,
+            relative_error_export=error.relative,
+            relative_difference=error.difference,
+        )
+        for joint, (kept, approximated, lost), before, error in listed
+    )
     return Certificate(
         target=target.name,
         kind=KINDS[target.suffix],
         experiment=model.experiment,
         model=model.name,
-        joints=tuple(
-            JointCertificate(
-                joint=joint,
-                kept=tuple(kept),
-                approximated=tuple(approximated),
-                lost=tuple(lost),
-                relative_error_model=before,
-                relative_error_export=after,
-            )
-            for joint, (kept, approximated, lost), before, after in listed
-        ),
-        checked_with=made.checked_with,
-        remarks=(*model.remarks, *made.remarks),
+        joints=joints,
+        checked_with=measured.by,
+        not_measured=measured.not_measured,
+        remarks=(*model.remarks, *made.remarks, *_disagreements(joints)),
     )
+
+
+def _disagreements(joints: Sequence[JointCertificate]) -> list[str]:
+    """Of joints whose file gives other torques than the model, though the format holds all of it."""
+    return [
+        f"{joint.joint}: the file's torque is {joint.relative_difference:.1%} off the model's, though the format holds all of it"
+        for joint in joints
+        if joint.relative_difference is not None
+        and joint.relative_difference > ROUNDING
+        and not (joint.approximated or joint.lost)
+    ]
 
 
 def _code(model: ExportedModel, target: Path, ending: str) -> _Export:
     """Formats that hold every formula."""
-    module, compiler = python_code(model), compiler_here()
     parts = []
     for joint in range(model.joints):
         kept = dict.fromkeys([RIGID, *(torque.effect for torque in model.torques if torque.row == joint)])
         lost = [effect for effect, place in model.lost if place == joint]
         parts.append((list(kept), [], lost))
-
-    def in_python(folder: Path) -> TorqueOf:
-        path = folder / (target.name if ending == ".py" else "formulas.py")
-        path.write_text(module, encoding="utf-8")
-        return module_torque(_loaded(path), model)
-
-    if ending == ".py":
-        return _Export({target.name: module}, in_python, "the module itself, loaded back", parts)
-    if ending == ".c":
-        source, header = c_code(model, target.stem)
-        files = {target.name: source, f"{target.stem}.h": header}
-        if compiler is not None:
-            return _Export(
-                {**files},
-                lambda folder: compiled_torque(compiler, folder / target.name, c_name(target.stem), model),
-                "the source, compiled and run",
-                parts,
-            )
-        remark = "there was no C compiler: the same formulas were computed in Python"
-        return _Export({**files}, in_python, "the same formulas in Python", parts, (remark,))
-    if ending == ".fmu":
-        return _unit(model, target, compiler, in_python, parts)
-    if ending == ".st":
-        return _Export(
-            {target.name: structured_text(model, target.stem)},
-            lambda folder: structured_text_torque(folder / target.name),
-            "the text, read and run by coulomb's own reader of IEC 61131-3",
-            parts,
-        )
-    text = _document(model).json_text(indent=1) + "\n"
-    return _Export({target.name: text}, in_python, "the same formulas in Python", parts)
+    match ending:
+        case ".py":
+            return _Export({target.name: python_code(model)}, parts)
+        case ".c":
+            source, header = c_code(model, target.stem)
+            return _Export({target.name: source, f"{target.stem}.h": header}, parts)
+        case ".fmu":
+            return _unit(model, target, parts)
+        case ".st":
+            return _Export({target.name: structured_text(model, target.stem)}, parts)
+        case _:
+            return _Export({target.name: model_document(model).json_text(indent=1) + "\n"}, parts)
 
 
-def _unit(
-    model: ExportedModel,
-    target: Path,
-    compiler: str | None,
-    in_python: Callable[[Path], TorqueOf],
-    parts: Sequence[tuple[Sequence[str], Sequence[str], Sequence[str]]],
-) -> _Export:
-    """A functional mock-up unit, checked by FMPy where that is installed."""
-    files: dict[str, str | bytes] = {target.name: fmu(model, target.stem, compiler)}
+def _unit(model: ExportedModel, target: Path, parts: Parts) -> _Export:
+    """A functional mock-up unit, with a binary where a compiler makes one."""
+    compiler = compiler_here()
+    try:
+        unit = fmu(model, target.stem, compiler)
+    except InputError as refusal:
+        return _Export({target.name: fmu(model, target.stem, None)}, parts, (str(refusal),))
     if compiler is None:
-        remark = "there was no C compiler: the unit has sources and no binary; the same formulas were computed in Python"
-        return _Export(files, in_python, "the same formulas in Python", parts, (remark,))
+        return _Export({target.name: unit}, parts)
     remark = f"the unit has a binary for {platform_name()}, and sources for others"
-    if has_fmpy():
-        return _Export(
-            files,
-            lambda folder: fmu_torque(folder / target.name, model),
-            "the unit, stepped by FMPy",
-            parts,
-            (remark,),
-        )
-
-    def compiled(folder: Path) -> TorqueOf:
-        prefix = c_name(target.stem)
-        source, header = c_code(model, prefix)
-        (folder / f"{prefix}.c").write_text(source, encoding="utf-8")
-        (folder / f"{prefix}.h").write_text(header, encoding="utf-8")
-        return compiled_torque(compiler, folder / f"{prefix}.c", prefix, model)
-
-    said = "FMPy (extra fmu) was not installed: the unit itself was not run"
-    return _Export(files, compiled, "the unit's C source, compiled and run", parts, (remark, said))
-
-
-def module_torque(module: ModuleType, model: ExportedModel) -> TorqueOf:
-    """What an exported Python module predicts, its memories carried from row to row."""
-
-    def torque_of(motion: Motion) -> Array:
-        memory = None
-        if model.memories:
-            states = [module.memory_at_start(motion.dq[0])]
-            for row in range(1, len(motion.q)):
-                states.append(module.memory_after(states[-1], motion.q[row - 1], motion.q[row]))
-            memory = [np.array([state[index] for state in states]) for index in range(len(model.memories))]
-        temperature = None if motion.temperature is None else motion.temperature.T
-        return module.torque(
-            motion.q.T,
-            motion.dq.T,
-            motion.ddq.T,
-            motion.t,
-            temperature,
-            memory,
-            payload_parameters(motion.payload),
-        ).T
-
-    return torque_of
-
-
-def _loaded(path: Path) -> ModuleType:
-    """A module from its file."""
-    spec = importlib.util.spec_from_file_location(f"exported_{path.stem}".replace("-", "_"), path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return _Export({target.name: unit}, parts, (remark,))
 
 
 def _link_file(result: Identification, model: ExportedModel, target: Path, kind: str) -> _Export:
@@ -321,28 +278,7 @@ def _link_file(result: Identification, model: ExportedModel, target: Path, kind:
         )
     text = WRITERS[kind](robot, c_name(target.stem))
 
-    def torque_of(folder: Path) -> TorqueOf:
-        return link_file_torque(
-            read_back(kind, (folder / target.name).read_text(encoding="utf-8"), model.geometry)
-        )
-
-    checked = (
-        "the file read back; torques by recursive Newton-Euler, friction by the format's own rule at speed"
-    )
-    return _Export({target.name: text}, torque_of, checked, described, tuple(remarks))
-
-
-def link_file_torque(robot: LinkFile) -> TorqueOf:
-    """Torque of a robot as its file describes it; a payload is a body on the last link."""
-
-    def torque_of(motion: Motion) -> Array:
-        standard = robot.standard()
-        standard[-PARAMETERS_PER_JOINT:-1] += payload_parameters(motion.payload)
-        (torque,) = InverseDynamics(robot.geometry, [standard]).torques(motion.q, motion.dq, motion.ddq)
-        joints = zip(robot.friction, motion.q.T, motion.dq.T, strict=True)
-        return torque + np.array([friction.torque(q, dq) for friction, q, dq in joints]).T
-
-    return torque_of
+    return _Export({target.name: text}, described, tuple(remarks))
 
 
 def motions_of(result: Identification) -> list[Motion]:
@@ -357,50 +293,3 @@ def motions_of(result: Identification) -> list[Motion]:
             time = block.decimated_time - context.session_start
             motions.append(Motion(time, q, dq, ddq, temperature, entry.payload))
     return motions
-
-
-def module_of(model: ExportedModel) -> ModuleType:
-    """The exported Python module, made in memory."""
-    module = ModuleType("exported")
-    exec(compile(python_code(model), "exported", "exec"), module.__dict__)
-    return module
-
-
-def _document(model: ExportedModel) -> ExportedModelDocument:
-    geometry = model.geometry
-    x, y, z = (float(value) for value in geometry.gravity)
-    links = model.standard.reshape(model.joints, -1)
-    listed = zip(model.base.names, model.base.groupings, model.chi, model.base.units, strict=True)
-    return ExportedModelDocument(
-        experiment=model.experiment,
-        model=model.name,
-        gravity=(x, y, z),
-        links=tuple(
-            ExportedLink(
-                joint=name,
-                prismatic=bool(geometry.prismatic[joint]),
-                alpha=float(geometry.alpha[joint]),
-                d=float(geometry.d[joint]),
-                theta=float(geometry.theta[joint]),
-                r=float(geometry.r[joint]),
-                standard=tuple(float(value) for value in links[joint]),
-            )
-            for joint, name in enumerate(geometry.names)
-        ),
-        base=tuple(
-            ExportedBaseParameter(name=name, grouping=grouping, value=float(value), unit=unit)
-            for name, grouping, value, unit in listed
-        ),
-        motor_shares=tuple(tuple(float(value) for value in row) for row in model.shares),
-        torques=tuple(
-            ExportedTorque(
-                effect=torque.effect,
-                joint=geometry.names[torque.row],
-                motor=geometry.names[torque.motor],
-                formulas=torque.formulas,
-                values=torque.values,
-                presliding_distance=torque.distance,
-            )
-            for torque in model.torques
-        ),
-    )

@@ -18,7 +18,14 @@ class JointCertificate(Part):
         description="of the identified model on the identification sessions", examples=[0.0404]
     )
     relative_error_export: Figure = Field(
-        description="of the exported thing on the same samples, loaded back from the file", examples=[0.0404]
+        description="of the exported thing on the same samples, loaded back from the file; null where it was not measured",
+        examples=[0.0404],
+    )
+    relative_difference: Figure = Field(
+        default=None,
+        description="of the file's torque from that of the model's formulas on the same samples, over the root mean square of the"
+        " latter: rounding where all is kept",
+        examples=[2.1e-16],
     )
 
 
@@ -33,4 +40,7 @@ class Certificate(Document):
     model: str = Field(description="as it was asked for", examples=["usual"])
     joints: tuple[JointCertificate, ...] = Field(description="joint by joint")
     checked_with: str = Field(description="what loaded the file back and computed its torques")
+    not_measured: str | None = Field(
+        default=None, description="why nothing loaded the file back here, and what would make it so"
+    )
     remarks: tuple[str, ...] = Field(description="what the user of the file must know")

@@ -134,28 +134,30 @@ class FunctionBlock:
         """Values of the kept variables before each of some calls, and after the last."""
         if not self._kept:
             return {}, {}
-        body = self._what_they_follow_from()
+        body, needed = self._what_they_follow_from()
         frame: Frame = {name: list(cells) for name, cells in self._variables.items()}
         history: dict[str, list[list[Cell]]] = {name: [] for name in self._kept}
-        for row in range(part.start, part.stop):
-            for name, columns in rows.items():
-                frame[name] = [self._given(name, float(column[row])) for column in columns]
+        columns = {name: [column[part].tolist() for column in rows[name]] for name in needed if name in rows}
+        by_call = {name: list(zip(*given, strict=True)) for name, given in columns.items()}
+        for call in range(part.stop - part.start):
+            for name, given in by_call.items():
+                frame[name] = [self._given(name, value) for value in given[call]]
             for name, kept in history.items():
                 kept.append(list(frame[name]))
             run_all(body, frame, None, self.source)
         before: Frame = {
-            name: [np.array(column) for column in zip(*kept, strict=True)] for name, kept in history.items()
+            name: [np.array(cells) for cells in zip(*kept, strict=True)] for name, kept in history.items()
         }
         return before, {name: list(frame[name]) for name in self._kept}
 
-    def _what_they_follow_from(self) -> Sequence[Statement]:
-        """The statements that give the kept variables their values, and those that these need."""
+    def _what_they_follow_from(self) -> tuple[Sequence[Statement], frozenset[str]]:
+        """The statements that give the kept variables their values, and those that these need; and all that they read."""
         needed = self._kept
         while True:
             body = [statement for statement in self.unit.body if statement.writes & needed]
             wider = needed.union(*(statement.reads for statement in body))
             if wider == needed:
-                return body
+                return body, needed
             needed = wider
 
     def _one_by_one(self, rows: Mapping[str, list[Array]], part: slice, output: str) -> Array:

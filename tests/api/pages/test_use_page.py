@@ -49,7 +49,7 @@ def test_an_export_is_made_when_asked_for_and_can_be_taken_with_its_certificate(
     use = f"/pages/experiments/{experiment}/use/exports/py?version=m1"
     computed(client, finished, use)
     text = client.get(address).text
-    assert "Checked with the module itself, loaded back." in text
+    assert "Checked with the module, run by a Python interpreter of its own." in text
     assert "everything kept" in text
     taken = client.get(use)
     assert taken.headers["content-disposition"] == f'attachment; filename="{experiment}-m1.py"'
@@ -86,6 +86,12 @@ def test_a_certificate_is_said_in_sentences():
         "Checked with the file read back.",
         "j1: relative error of the model 4.00\u202f%, of the file 5.00\u202f%; approximated: load-friction; lost: offset.",
         "A URDF does not say which way gravity points.",
+    ]
+    joint = certificate.joints[0].changed(relative_error_export=None)
+    unmeasured = certificate.changed(joints=(joint,), not_measured="there is no C compiler")
+    assert certificate_words(unmeasured)[:2] == [
+        "Not measured: there is no C compiler.",
+        "j1: relative error of the model 4.00\u202f%, of the file not measured; approximated: load-friction; lost: offset.",
     ]
 
 

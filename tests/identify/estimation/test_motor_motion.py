@@ -110,7 +110,7 @@ def test_exports_are_the_model_and_both_are_the_plant(result, by_effects, motion
             source, header = c_code(model, name)
             (tmp_path / f"{name}.c").write_text(source)
             (tmp_path / f"{name}.h").write_text(header)
-            torque_of = compiled_torque(COMPILER, tmp_path / f"{name}.c", name, model)
+            torque_of = compiled_torque(COMPILER, tmp_path / f"{name}.c")
             asked = Motion(np.zeros(60), q, dq, ddq, None, found.experiment.payloads[0])
             assert torque_of(asked) == pytest.approx(planned, rel=1e-9, abs=1e-9)
 

@@ -24,5 +24,5 @@ def test_the_c_source_compiles_without_a_warning_and_is_the_model(result, motion
     (tmp_path / "arm-1.h").write_text(header)
     strict = [COMPILER, "-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-fsyntax-only"]
     subprocess.run([*strict, str(tmp_path / "arm-1.c")], check=True, capture_output=True, text=True)
-    torque_of = compiled_torque(COMPILER, tmp_path / "arm-1.c", "arm_1", model)
+    torque_of = compiled_torque(COMPILER, tmp_path / "arm-1.c")
     assert torque_of(motion) == pytest.approx(of_the_model(result, motion), rel=1e-9, abs=1e-9)

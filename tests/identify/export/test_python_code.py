@@ -11,10 +11,10 @@ import pytest
 
 from identify.export.c_code import c_code
 from identify.export.exported_model import exported_model
+from identify.export.formula_torque import module_torque
 from identify.export.iec61131.function_block import FunctionBlock
 from identify.export.python_code import python_code
 from identify.export.structured_text import structured_text
-from identify.export.write import module_torque
 from identify.identification import identify
 from tests.identify.export.identified_torque import of_the_model, without_payload_ratio
 

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from identify.export.link_files import WRITERS
-from identify.export.write import link_file_torque
 from tests.identify.dynamics.random_robots import random_motion, robots
+from tests.identify.export.described_robot import torque_of_robot
 from tests.identify.export.test_link_files import motion_of, random_link_file
 
 pytest.importorskip("pydrake", reason="Drake is not installed; it has no wheel for Windows")
@@ -44,5 +44,5 @@ def test_drake_reads_the_sdf_and_finds_the_same_torques(description, seed):
         plant.CalcForceElementsContribution(context, forces)
         found.append(plant.CalcInverseDynamics(context, ddq[row], forces))
     dry = np.array([own.dry for own in robot.friction]) * np.sign(dq)
-    exact = link_file_torque(robot)(motion_of(q, dq, ddq))
+    exact = torque_of_robot(robot)(motion_of(q, dq, ddq))
     assert np.array(found) + dry == pytest.approx(exact, rel=1e-6, abs=1e-6)

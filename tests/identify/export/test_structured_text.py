@@ -7,9 +7,9 @@ import re
 import pytest
 
 from identify.export.exported_model import exported_model
+from identify.export.formula_torque import module_of, module_torque
 from identify.export.structured_text import TAKEN, block_name, structured_text
 from identify.export.structured_text_torque import structured_text_torque
-from identify.export.write import module_of, module_torque
 from identify.identification import identify
 from tests.identify.export.identified_torque import of_the_model, without_payload_ratio
 

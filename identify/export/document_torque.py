@@ -1,0 +1,101 @@
+"""Torques of an exported JSON document, computed from the file alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.dynamics.geometry import Geometry
+from identify.dynamics.inverse_dynamics import InverseDynamics
+from identify.dynamics.payload import payload_torque
+from identify.effects.expression import parse
+from identify.export.record_error import Motion, TorqueOf
+from identify.results.exported_model import ExportedModelDocument, ExportedTorque
+from identify.results.reading import read_document
+
+Array = NDArray[np.float64]
+
+BESIDE = ("memory", "motor_velocity", "motor_acceleration", "motor_load", "motor_share")
+"""signals of the document's formulas beside those of a user's own effect"""
+
+
+def document_torque(path: Path) -> TorqueOf:
+    """What a document says, its memories carried from row to row.
+
+    Raises InputError: the file is no such document.
+    """
+    document = read_document(ExportedModelDocument, path)
+    joints = [link.joint for link in document.links]
+    geometry = Geometry(
+        np.array(document.gravity),
+        np.array([link.alpha for link in document.links]),
+        np.array([link.d for link in document.links]),
+        np.array([link.theta for link in document.links]),
+        np.array([link.r for link in document.links]),
+        np.array([link.prismatic for link in document.links]),
+        tuple(joints),
+    )
+    arm = InverseDynamics(geometry, [np.array([link.standard for link in document.links]).ravel()])
+    shares = np.array(document.motor_shares)
+    try:
+        carried = np.linalg.inv(shares)
+    except np.linalg.LinAlgError:  # motors that cannot be told apart share the load alike
+        carried = np.linalg.pinv(shares)
+
+    def torque_of(motion: Motion) -> Array:
+        q, dq, ddq = motion.q, motion.dq, motion.ddq
+        (bare,) = arm.torques(q, dq, ddq)
+        load = np.asarray(bare + payload_torque(geometry, motion.payload, q, dq, ddq), np.float64)
+        motors = np.asarray(load @ carried.T, np.float64)
+        total = load.copy()
+
+        def values(torque: ExportedTorque) -> Array:
+            row, motor = joints.index(torque.joint), joints.index(torque.motor)
+            signals: dict[str, Array] = {
+                "q": q[:, row],
+                "dq": dq[:, row],
+                "ddq": ddq[:, row],
+                "load": load[:, row],
+                "torque": whole[:, row],
+                "t": motion.t,
+                "temp": np.full(len(q), 20.0) if motion.temperature is None else motion.temperature[:, row],
+                "direction": np.asarray(np.sign(dq[:, row]), float),
+                "motor_velocity": np.asarray(dq @ shares[:, motor], float),
+                "motor_acceleration": np.asarray(ddq @ shares[:, motor], float),
+                "motor_load": motors[:, motor],
+                "motor_share": np.asarray(shares[row, motor]),
+            }
+            if torque.presliding_distance is not None:
+                signals["memory"] = _memory(q[:, row], dq[0, row], torque.presliding_distance)
+            columns = [parse(formula, dict.fromkeys(BESIDE))(signals) for formula in torque.formulas]
+            return sum(
+                (value * column for value, column in zip(torque.values, columns, strict=True)),
+                np.zeros(len(q)),
+            )
+
+        late = [torque for torque in document.torques if any("torque" in each for each in torque.formulas)]
+        whole = total
+        for torque in document.torques:
+            if torque not in late:
+                total[:, joints.index(torque.joint)] += values(torque)
+        whole = total.copy()
+        for torque in late:
+            total[:, joints.index(torque.joint)] += values(torque)
+        return total
+
+    return torque_of
+
+
+def _memory(position: Array, first_velocity: float, distance: float) -> Array:
+    """State of a presliding element along a motion: with the direction at first, then towards the direction of travel."""
+    states = [float(np.sign(first_velocity))]
+    for travel in np.diff(position).tolist():
+        heading = float(np.sign(travel))
+        states.append(
+            heading + (states[-1] - heading) * float(np.exp(-abs(travel) / distance))
+            if travel
+            else states[-1]
+        )
+    return np.array(states)

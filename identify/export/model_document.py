@@ -1,0 +1,52 @@
+"""An exported model as a document of data."""
+
+from __future__ import annotations
+
+from identify.export.exported_model import ExportedModel
+from identify.results.exported_model import (
+    ExportedBaseParameter,
+    ExportedLink,
+    ExportedModelDocument,
+    ExportedTorque,
+)
+
+
+def model_document(model: ExportedModel) -> ExportedModelDocument:
+    """The document, which holds all of the model."""
+    geometry = model.geometry
+    x, y, z = (float(value) for value in geometry.gravity)
+    links = model.standard.reshape(model.joints, -1)
+    listed = zip(model.base.names, model.base.groupings, model.chi, model.base.units, strict=True)
+    return ExportedModelDocument(
+        experiment=model.experiment,
+        model=model.name,
+        gravity=(x, y, z),
+        links=tuple(
+            ExportedLink(
+                joint=name,
+                prismatic=bool(geometry.prismatic[joint]),
+                alpha=float(geometry.alpha[joint]),
+                d=float(geometry.d[joint]),
+                theta=float(geometry.theta[joint]),
+                r=float(geometry.r[joint]),
+                standard=tuple(float(value) for value in links[joint]),
+            )
+            for joint, name in enumerate(geometry.names)
+        ),
+        base=tuple(
+            ExportedBaseParameter(name=name, grouping=grouping, value=float(value), unit=unit)
+            for name, grouping, value, unit in listed
+        ),
+        motor_shares=tuple(tuple(float(value) for value in row) for row in model.shares),
+        torques=tuple(
+            ExportedTorque(
+                effect=torque.effect,
+                joint=geometry.names[torque.row],
+                motor=geometry.names[torque.motor],
+                formulas=torque.formulas,
+                values=torque.values,
+                presliding_distance=torque.distance,
+            )
+            for torque in model.torques
+        ),
+    )
