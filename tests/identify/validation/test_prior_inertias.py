@@ -10,6 +10,7 @@ import pytest
 
 from identify.dynamics.base_parameters import base_parameters
 from identify.dynamics.geometry import Geometry
+from identify.dynamics.payload import payload_parameters
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import Joint, LinkBody, PriorBodies, Robot
 from identify.results.identification import Parameter
@@ -38,6 +39,10 @@ def parameter(name, value, std_robust=None):
         unit="kg m",
         grouping=None,
     )
+
+
+def test_a_link_of_which_only_the_mass_is_stated_is_a_point_at_its_frame():
+    assert payload_parameters(LinkBody(mass=2.5)).tolist() == [0.0] * 9 + [2.5]
 
 
 def compared(parameters, remarks=()):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from identify.recording import InputError
-from identify.recording.foreign import ColumnMap, measure, read_foreign
+from identify.recording.foreign import ColumnMap, mdf, measure, read_foreign
 
 asammdf = pytest.importorskip("asammdf", reason="the extra 'mdf' is not installed")
 
@@ -91,6 +91,18 @@ def test_invalid_samples_words_and_structures(tmp_path):
     with pytest.raises(InputError, match="column 'pos', sample 6: not a finite number"):
         measure(table, COLUMNS, [False])
     assert len(measure(table, COLUMNS, [False], "drop").time) == 799
+
+
+def test_a_file_without_channels_is_refused_and_points_to_a_log_where_it_holds_something_else(
+    tmp_path, monkeypatch
+):
+    path = stored(tmp_path / "log.mf4", [])
+    with pytest.raises(InputError, match=r"log\.mf4: holds no channels of numbers$"):
+        read_foreign(path)
+    monkeypatch.setattr(mdf, "_tables", lambda path, file: ([], ["frames is no single number"]))
+    said = r"numbers \(frames is no single number\); of frames on a CAN bus give a log, with --rig$"
+    with pytest.raises(InputError, match=said):
+        read_foreign(path)
 
 
 def test_damaged_files_are_read_or_refused_in_one_line(tmp_path):

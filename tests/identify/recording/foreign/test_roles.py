@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 from identify.recording.errors import InputError
 from identify.recording.foreign.roles import ColumnMap, measure, named_roles
+from identify.recording.foreign.stated_period import StatedPeriod
 from identify.recording.foreign.table import ForeignColumn, ForeignTable
 from identify.recording.units import unit_of
 
@@ -115,6 +117,17 @@ def test_a_unit_of_the_file_that_is_none_of_the_quantity_is_refused():
 
 def test_a_rate_makes_the_time():
     np.testing.assert_allclose(measured(time=None, rate=250.0).time, np.arange(N) / 250)
+
+
+def test_without_a_time_column_the_period_that_the_file_states_makes_the_time_unless_a_rate_is_given():
+    stating = replace(table(), period=StatedPeriod(0.02, "the file states 0.02 s"))
+    found = measured(stating, time=None)
+    np.testing.assert_allclose(found.time, np.arange(N) * 0.02)
+    assert "no time column: the file states 0.02 s" in found.remarks
+    given = measured(stating, time=None, rate=500.0)
+    np.testing.assert_allclose(given.time, np.arange(N) / 500)
+    assert not any("states" in said for said in given.remarks)
+    assert refusal(time=None).endswith("no time column; give --time COLUMN, or --rate HZ above 0")
 
 
 def test_forces_temperatures_and_further_columns_come_along():
