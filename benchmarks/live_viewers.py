@@ -53,8 +53,8 @@ def main() -> None:
                     f"{'viewers':>8} {'cycles':>8} {'incomplete':>11} {'SYNC period ms':>16} {'spread ms':>10} "
                     f"{'worst ms':>9} {'blocks each':>12} {'service, % of a core':>21}"
                 )
-                plain = measure(client, service.pid, address, data, job["result"]["plan"], 0)
-                crowded = measure(client, service.pid, address, data, job["result"]["plan"], chosen.viewers)
+                plain = measure(client, service.pid, address, data, job.result.plan, 0)
+                crowded = measure(client, service.pid, address, data, job.result.plan, chosen.viewers)
                 print(f"ratio of spreads {crowded / plain:.2f}; load of the machine {os.getloadavg()[0]:.1f}")
         finally:
             service.terminate()
@@ -96,8 +96,8 @@ def measure(client: Client, process: int, address: str, data: Path, plan: str, v
         valid = recording["valid"][:]
         cycles = len(valid)
         incomplete = int(((valid & 3) != 3).any(axis=1).sum())
-    for job in client._get("/jobs", experiment="viewers"):
-        client.wait(job) if job["state"] in ("queued", "running") else None
+    for job in client.jobs("viewers"):
+        None if job.state.final else client.wait(job)
     blocks = f"{min(seen)} to {max(seen)}" if seen else "-"
     print(
         f"{viewers:8} {cycles:8} {incomplete:11} {periods.mean():16.4f} {periods.std():10.4f} "

@@ -11,6 +11,7 @@ import httpx
 import numpy as np
 from numpy.typing import NDArray
 
+from api.service.job_documents import JobView
 from identify.results.document import Json
 
 Signals = dict[str, NDArray[np.float32]]
@@ -73,6 +74,10 @@ class Connection:
         return self._answer(
             self._http.post(address, json=body) if body is not None else self._http.post(address)
         )
+
+    def _begin(self, address: str, body: Json | None = None) -> JobView:
+        """Post what begins a job; the job."""
+        return JobView.model_validate(self._post(address, body))
 
     def _post_at_once(self, address: str) -> Any:
         """Post by a new connection, to the stop's own port where the service has one.

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from api.client.connection import Connection, Signals, opened
+from api.service.job_documents import JobView
 from api.service.record_documents import CanLogImport, Dialect, RecordDescription, RecordImport
 from identify.results.document import Json
 
@@ -27,12 +28,12 @@ class ExperimentCalls(Connection):
         """An experiment without sessions on a rig."""
         return self._post("/experiments", {"name": name, "rig": rig})
 
-    def start_demo(self) -> Json:
+    def start_demo(self) -> JobView:
         """Measure three payload sessions on the simulated arm and fit the first model.
 
         Returns the job, whose result names the new experiment and its model.
         """
-        return self._post("/experiments/demo")
+        return self._begin("/experiments/demo")
 
     def import_experiment(self, archive: Path | str) -> Json:
         """Store an experiment measured elsewhere: a .zip of experiment.yaml and its sessions.

@@ -4,55 +4,64 @@ import time as clock
 from collections.abc import Callable, Iterator
 
 from api.client.connection import Connection
-from identify.results.document import Json
-
-FINAL = frozenset({"done", "failed", "cancelled", "lost"})
+from api.service.job_documents import JobState, JobView
 
 
 class JobFailed(Exception):
     """A job ended otherwise than done; `job` is its last state."""
 
-    def __init__(self, job: Json) -> None:
-        super().__init__(f"{job['kind']}: {job['state']}: {job['words']}")
+    def __init__(self, job: JobView) -> None:
+        super().__init__(f"{job.kind}: {job.state}: {job.words}")
         self.job = job
 
 
 class JobCalls(Connection):
     """What a client can ask about jobs."""
 
-    def job(self, identifier: str) -> Json:
-        """A job as it is now."""
-        return self._get(f"/jobs/{identifier}")
+    def jobs(self, experiment: str | None = None) -> list[JobView]:
+        """The newest jobs first, of one experiment or of all."""
+        query = {"experiment": experiment} if experiment else {}
+        return [JobView.model_validate(each) for each in self._get("/jobs", **query)]
 
-    def cancel(self, identifier: str) -> Json:
+    def job(self, identifier: str) -> JobView:
+        """A job as it is now."""
+        return JobView.model_validate(self._get(f"/jobs/{identifier}"))
+
+    def cancel(self, identifier: str) -> JobView:
         """Cancel a job."""
-        return self._post(f"/jobs/{identifier}/cancel")
+        return self._begin(f"/jobs/{identifier}/cancel")
 
     def wait(
-        self, job: Json, progress: Callable[[float, str], None] | None = None, pause: float = 0.2
-    ) -> Json:
-        """Wait for a job's end and return its last state; `progress(fraction, words)` is called on the way.
+        self, job: JobView | str, progress: Callable[[float, str], None] | None = None, pause: float = 0.2
+    ) -> JobView:
+        """Wait for the end of a job, or of that with an id, and return its last state; `progress(fraction, words)` is called on
+        the way.
 
         Raises JobFailed if it ends otherwise than done.
         """
-        for state in self.follow(job, pause):
-            job = state
+        states = self.follow(job, pause)
+        state = next(states)
+        while True:
             if progress is not None:
-                progress(job["fraction"], job["words"])
-        if job["state"] != "done":
-            raise JobFailed(job)
-        return job
+                progress(state.fraction, state.words)
+            if not state.state.final:
+                state = next(states)
+            elif state.state is JobState.DONE:
+                return state
+            else:
+                raise JobFailed(state)
 
-    def follow(self, job: Json, pause: float = 0.2) -> Iterator[Json]:
+    def follow(self, job: JobView | str, pause: float = 0.2) -> Iterator[JobView]:
         """Every state of a job that differs from the one before, asked for every `pause` s; ends with the
         last.
         """
-        seen: Json = {}
+        identifier = job if isinstance(job, str) else job.id
+        seen = None
         while True:
-            state = self.job(job["id"])
+            state = self.job(identifier)
             if state != seen:
                 yield state
-            if state["state"] in FINAL:
+            if state.state.final:
                 return
             seen = state
             clock.sleep(pause)

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from api.client.connection import Connection, ServiceError, Signals
+from api.service.job_documents import JobView
 from identify.results.certificate import Certificate
 from identify.results.diagnosis import DiagnosisDocument
 from identify.results.document import Json
@@ -44,18 +45,18 @@ class ModelCalls(Connection):
         """Two model versions side by side."""
         return self._get(f"/experiments/{experiment}/models/compare", first=first, second=second)
 
-    def fit(self, experiment: str, model: str = "usual", add: list[str] | None = None) -> Json:
+    def fit(self, experiment: str, model: str = "usual", add: list[str] | None = None) -> JobView:
         """Fit a model (a job); it becomes the current one."""
-        return self._post(f"/experiments/{experiment}/models", {"model": model, "add": add or []})
+        return self._begin(f"/experiments/{experiment}/models", {"model": model, "add": add or []})
 
-    def add_effect(self, experiment: str, effect: str, joint: str | None = None) -> Json:
+    def add_effect(self, experiment: str, effect: str, joint: str | None = None) -> JobView:
         """Add an effect to the current model (a job)."""
-        return self._post(f"/experiments/{experiment}/models/effects", {"effect": effect, "joint": joint})
+        return self._begin(f"/experiments/{experiment}/models/effects", {"effect": effect, "joint": joint})
 
-    def remove_effect(self, experiment: str, effect: str, joint: str | None = None) -> Json:
+    def remove_effect(self, experiment: str, effect: str, joint: str | None = None) -> JobView:
         """Remove an effect from the current model (a job)."""
         change = {"effect": effect, "joint": joint}
-        return self._post(f"/experiments/{experiment}/models/effects/remove", change)
+        return self._begin(f"/experiments/{experiment}/models/effects/remove", change)
 
     def undo(self, experiment: str) -> Json:
         """Go back to the model before."""
@@ -65,24 +66,24 @@ class ModelCalls(Connection):
         """Take back the last undo."""
         return self._post(f"/experiments/{experiment}/models/redo")
 
-    def diagnose(self, experiment: str, model: str, motion: bool = False) -> Json:
+    def diagnose(self, experiment: str, model: str, motion: bool = False) -> JobView:
         """Find what a model version misses (a job); with `motion`, also what that does to motion predicted a second ahead."""
         asked = "?motion=true" if motion else ""
-        return self._post(f"/experiments/{experiment}/models/{model}/diagnosis{asked}")
+        return self._begin(f"/experiments/{experiment}/models/{model}/diagnosis{asked}")
 
     def diagnosis(self, experiment: str, model: str) -> DiagnosisDocument:
         """What was found to be missing in a model version."""
         address = f"/experiments/{experiment}/models/{model}/diagnosis"
         return document_of(DiagnosisDocument, self._get(address), address)
 
-    def improve(self, experiment: str, motion: bool = False) -> Json:
+    def improve(self, experiment: str, motion: bool = False) -> JobView:
         """Diagnose and add until nothing more is justified (a job); with `motion`, predict motion a second ahead too."""
         asked = "?motion=true" if motion else ""
-        return self._post(f"/experiments/{experiment}/improvement{asked}")
+        return self._begin(f"/experiments/{experiment}/improvement{asked}")
 
-    def find_next_experiment(self, experiment: str, model: str, joint: str) -> Json:
+    def find_next_experiment(self, experiment: str, model: str, joint: str) -> JobView:
         """Find the experiment that tells apart what the diagnosis left open on a joint (a job)."""
-        return self._post(f"/experiments/{experiment}/models/{model}/next-experiment", {"joint": joint})
+        return self._begin(f"/experiments/{experiment}/models/{model}/next-experiment", {"joint": joint})
 
     def next_experiment(self, experiment: str, model: str, joint: str) -> NextExperimentDocument:
         """The experiment that would tell the rivals of a joint apart."""
@@ -96,10 +97,10 @@ class ModelCalls(Connection):
         wanted = {"joint": joint, "proposal": proposal, "rig": rig}
         return self._post(f"/experiments/{experiment}/models/{model}/next-experiment/plan", wanted)
 
-    def simulate(self, experiment: str, model: str, driven_by: str = "torque") -> Json:
+    def simulate(self, experiment: str, model: str, driven_by: str = "torque") -> JobView:
         """Run a model version forward along its record (a job): by the recorded torque, or in closed loop with the gains of the
         `drives`, or those that the record tells (`estimate`); `known`: those of the drives where the record holds them."""
-        return self._post(f"/experiments/{experiment}/models/{model}/simulation?driven_by={driven_by}")
+        return self._begin(f"/experiments/{experiment}/models/{model}/simulation?driven_by={driven_by}")
 
     def simulation(self, experiment: str, model: str) -> SimulationDocument:
         """How well a model version predicts motion."""
@@ -115,9 +116,9 @@ class ModelCalls(Connection):
             f"/experiments/{experiment}/models/{model}/simulation/free-run", session=session, joint=joint
         )
 
-    def export(self, experiment: str, model: str, ending: str) -> Json:
+    def export(self, experiment: str, model: str, ending: str) -> JobView:
         """Write a model version for another program: urdf, sdf, xml, py, c, st, fmu or json (a job)."""
-        return self._post(f"/experiments/{experiment}/models/{model}/exports/{ending}")
+        return self._begin(f"/experiments/{experiment}/models/{model}/exports/{ending}")
 
     def certificate(self, experiment: str, model: str, ending: str) -> Certificate:
         """What an exported file keeps of the model, and what that costs."""

@@ -3,6 +3,7 @@
 from typing import Literal
 
 from api.client.connection import Connection, ServiceError
+from api.service.job_documents import JobView
 from identify.results.compensation import CompensationDocument
 from identify.results.document import Json
 from identify.results.reading import document_of
@@ -20,10 +21,10 @@ class ProofCalls(Connection):
         model: str | None = None,
         part: Literal["whole", "friction"] = "whole",
         share: float = 0.6,
-    ) -> Json:
-        """Compute the feedforward torque of a plan (a job whose result is {"proof": number}); nothing moves."""
+    ) -> JobView:
+        """Compute the feedforward torque of a plan (a job whose `result.proof` is its number); nothing moves."""
         wanted = {"rig": rig, "plan": plan, "payload": payload, "model": model, "part": part, "share": share}
-        return self._post(f"/experiments/{experiment}/proofs", wanted)
+        return self._begin(f"/experiments/{experiment}/proofs", wanted)
 
     def proofs(self, experiment: str) -> list[Json]:
         """All proofs on the drive, the newest first."""

@@ -3,6 +3,7 @@
 from typing import Any, Literal
 
 from api.client.connection import Connection
+from api.service.job_documents import JobView
 from identify.results.document import Json
 
 
@@ -48,10 +49,10 @@ class RigCalls(Connection):
 
     def make_plan(
         self, rig: str, name: str, seconds: float = 60.0, model: str = "load-velocity", seed: int = 0
-    ) -> Json:
-        """Plan an excitation (a job whose result is {"plan": id})."""
+    ) -> JobView:
+        """Plan an excitation (a job whose `result.plan` is its id)."""
         wanted = {"rig": rig, "name": name, "seconds": seconds, "model": model, "seed": seed}
-        return self._post("/plans", wanted)
+        return self._begin("/plans", wanted)
 
     def plans(self) -> list[Json]:
         """All plans, the newest first."""

@@ -58,7 +58,7 @@ def demo_progress(
 
 def _follow_demo(request: Request, job: str) -> HTMLResponse:
     def results(ended: Job) -> str:
-        return experiment_link(ended.result["experiment"], "results")
+        return experiment_link(ended.result.experiment or "", "results")
 
     return follow(request, job, DEMO_PROGRESS, "Nothing was measured", results)
 
@@ -92,7 +92,7 @@ def _row(service: Service, row: ExperimentRow) -> Context:
     sessions = service.experiments.sessions(row.id)
     shown["sessions"] = sum(session.file is not None for session in sessions)
     shown["cut_off"] = sum(session.state == RECORDING for session in sessions)
-    shown["payloads"] = list(dict.fromkeys(session.payload["name"] for session in sessions))
+    shown["payloads"] = list(dict.fromkeys(session.payload.name for session in sessions))
     stored = ModelStory(service.experiments.folder(row.id))
     current = stored.read().current
     if current is None:

@@ -127,7 +127,7 @@ def _progress(request: Request, experiment: str, identifier: str) -> HTMLRespons
         identifier,
         experiment_link(experiment, "proofs/progress"),
         "No proof was prepared",
-        lambda job: experiment_link(experiment, f"proofs/{job.result['proof']}"),
+        lambda job: experiment_link(experiment, f"proofs/{job.result.proof}"),
     )
 
 

@@ -100,7 +100,7 @@ def _sessions(shown: ShownModel, entries: Sequence[CatalogueEntry]) -> list[Cont
     return [
         {
             "file": file,
-            "payload": entry.row.payload["name"],
+            "payload": entry.row.payload.name,
             "rig": entry.rig,
             "started": entry.facts.started,
             "operator": entry.facts.operator,

@@ -128,7 +128,7 @@ def plan_progress(
 
 def _follow_plan(request: Request, job_id: str, kept: dict[str, str]) -> HTMLResponse:
     def form_with_plan(job: Job) -> str:
-        return f"{PREFIX}/new-session?{urlencode(kept | {'plan': job.result['plan']})}"
+        return f"{PREFIX}/new-session?{urlencode(kept | {'plan': job.result.plan})}"
 
     return follow(
         request,
@@ -186,7 +186,7 @@ def _chosen(
     known |= _payloads_of(service, chosen.id) if chosen is not None else {}
     known_payload = known.get(payload or "") or next(iter(known.values()))
     sessions = service.experiments.sessions(chosen.id) if chosen else []
-    measured = [row.payload["mass"] for row in sessions if row.file is not None]
+    measured = [row.payload.mass for row in sessions if row.file is not None and row.payload.mass is not None]
     document = None
     if chosen is not None:
         story = ModelStory(service.experiments.folder(chosen.id))

@@ -19,10 +19,10 @@ from api.service.database import SessionRow
 from api.service.problems import Problem
 from api.service.proof_drives import drive_of_proof
 from api.service.service import Service
+from api.service.session_payload import described
 from api.service.unlisted_recordings import RECORDING
 from daq.session_events import SessionState
 from daq.weighed_mass import require_mass
-from identify.recording.experiment_file import Payload
 
 router = APIRouter(
     prefix=f"{PREFIX}/experiments/{{experiment}}/sessions/{{session}}", include_in_schema=False
@@ -43,14 +43,16 @@ def session_page(request: Request, user: access.Viewer, experiment: str, session
     context |= {"view": None, "purpose": None}
     if row.rig and row.plan and row.rig in service.rigs.files() and row.plan in service.plans.ids():
         measured = [
-            each.payload["mass"] for each in service.experiments.sessions(experiment) if each.file is not None
+            each.payload.mass
+            for each in service.experiments.sessions(experiment)
+            if each.file is not None and each.payload.mass is not None
         ]
         current = stored.current()
         context["purpose"] = purpose_words(service.plans.report(row.plan))
         context["view"] = plan_view(
             service.plans.plan(row.plan),
             service.rigs.rig(row.rig),
-            Payload.model_validate(row.payload),
+            described(row.payload),
             measured,
             current.document if current else None,
         )
@@ -81,7 +83,7 @@ def weigh(
 ) -> HTMLResponse:
     """Note the mass that was typed, or ask the scale."""
     service = access.service_of(request)
-    payload = Payload.model_validate(service.experiments.session(experiment, session).payload)
+    payload = described(service.experiments.session(experiment, session).payload)
 
     def weighed() -> float:
         value = typed_mass(mass) if mass.strip() else service.scale.weigh()

@@ -72,7 +72,7 @@ def outcome(service: Service, row: SessionRow) -> Outcome | None:
         active is None and reason
     ):  # after the service was started again nothing else says which session it was
         reason = f"{name}: {reason}"
-    again = NextStep("Prepare it again", _prepare(row, row.payload["name"]))
+    again = NextStep("Prepare it again", _prepare(row, row.payload.name))
     kept = "What was measured is kept." if row.file and "are kept" not in reason else ""
     measured = (
         NextStep("What was measured", experiment_link(row.experiment, "sessions")) if row.file else None
@@ -80,7 +80,7 @@ def outcome(service: Service, row: SessionRow) -> Outcome | None:
     if state in (SessionState.ARMED, SessionState.RUNNING) and active is not None:
         return None
     if state == SessionState.DONE:
-        sentence = reason or f"The plan ran to its end with the payload {row.payload['name']}"
+        sentence = reason or f"The plan ran to its end with the payload {row.payload.name}"
         return _measured(service, row, _sentence(sentence))
     if state == SessionState.ABORTED:
         return Outcome("warn", "The session was stopped.", _sentence(reason), kept, again, measured)
@@ -133,7 +133,7 @@ def _measured(service: Service, row: SessionRow, sentence: str) -> Outcome:
     result = NextStep("See the result", experiment_link(row.experiment, "model"))
     unmeasured = _unmeasured(service, row)
     if not unmeasured:
-        another = NextStep("Another session", _prepare(row, row.payload["name"]))
+        another = NextStep("Another session", _prepare(row, row.payload.name))
         return Outcome("good", "Measured.", sentence, "", result, another)
     following = NextStep(f"Next payload: {unmeasured[0]}", _prepare(row, unmeasured[0]))
     return Outcome("good", "Measured.", sentence, "", following, result)
@@ -146,9 +146,9 @@ def _unmeasured(service: Service, row: SessionRow) -> list[str]:
     except InputError:
         return []
     measured = {
-        each.payload["name"] for each in service.experiments.sessions(row.experiment) if each.file is not None
+        each.payload.name for each in service.experiments.sessions(row.experiment) if each.file is not None
     }
-    return [payload.name for payload in declared if payload.name not in measured | {row.payload["name"]}]
+    return [payload.name for payload in declared if payload.name not in measured | {row.payload.name}]
 
 
 def _active(service: Service, row: SessionRow) -> ActiveSession | None:

@@ -271,8 +271,8 @@ def _session(
     of_fit = fitted.get(row.file or "")
     return {
         "id": row.id,
-        "payload": row.payload["name"],
-        "mass": row.payload["mass"],
+        "payload": row.payload.name,
+        "mass": row.payload.mass,
         "weighed": row.weighed,
         "rig": entry.rig or "",
         "operator": facts.operator or "",

@@ -13,6 +13,7 @@ from api.pages.layout import experiment_link
 from api.pages.rendering import PREFIX
 from api.pages.stored_models import StoredExperiment
 from api.service import access
+from api.service.job_documents import JobResult
 
 router = APIRouter(prefix=f"{PREFIX}/experiments/{{experiment}}", include_in_schema=False)
 
@@ -37,7 +38,7 @@ def make(
         "identify",
         "api.service.identified_urdf:write_identified_urdf",
         lambda: arguments,
-        lambda name: {"file": name},
+        lambda name: JobResult(file=name),
         user=user.name,
         experiment=experiment,
     )

@@ -13,6 +13,7 @@ from api.pages.layout import experiment_link
 from api.pages.rendering import PREFIX
 from api.pages.stored_models import StoredExperiment
 from api.service import access
+from api.service.job_documents import JobResult
 from api.service.problems import Problem
 from api.service.without_payload import errors_without_payload
 
@@ -51,7 +52,7 @@ def ask(
                 "identify",
                 "api.service.without_payload:identify_without_payload",
                 lambda arguments=arguments: arguments,
-                lambda document: document.model_dump(),
+                lambda _errors, model=model.version.id: JobResult(model=model),
                 user=user.name,
                 experiment=experiment,
             )

@@ -10,12 +10,24 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import DDL, JSON, Engine, ForeignKey, String, create_engine, event, text
+from sqlalchemy import (
+    DDL,
+    JSON,
+    Dialect,
+    Engine,
+    ForeignKey,
+    String,
+    TypeDecorator,
+    create_engine,
+    event,
+    text,
+)
 from sqlalchemy.engine import make_url
 from sqlalchemy.exc import DBAPIError
 from sqlalchemy.orm import DeclarativeBase, Mapped, Session, mapped_column, sessionmaker
 
 from api.service.migrations import bring_forward
+from api.service.session_payload import SessionPayload, session_payload
 from identify.recording.errors import InputError
 from identify.recording.plain_text import LONGEST_NAME
 from identify.results.document import Json
@@ -27,6 +39,19 @@ BUSY_TIMEOUT = 10_000
 
 POSTGRESQL_DRIVER = "postgresql+psycopg"
 """What `postgresql://` stands for: the driver that coulomb[postgresql] installs."""
+
+
+class PayloadColumn(TypeDecorator[SessionPayload]):
+    """A payload as JSON. Rows that an older version wrote are read as far as they say what a payload is."""
+
+    impl = JSON
+    cache_ok = True
+
+    def process_bind_param(self, value: SessionPayload | None, dialect: Dialect) -> Json | None:
+        return None if value is None else value.model_dump(mode="json")
+
+    def process_result_value(self, value: object, dialect: Dialect) -> SessionPayload:
+        return session_payload(value)
 
 
 class Table(DeclarativeBase):
@@ -123,7 +148,7 @@ class SessionRow(Table):
     )
     id: Mapped[str] = mapped_column(String(255), primary_key=True)
     file: Mapped[str | None] = mapped_column(String(300))
-    payload: Mapped[Json]
+    payload: Mapped[SessionPayload] = mapped_column(PayloadColumn)
     weighed: Mapped[float | None]
     """kg, the payload as the scale said or the operator typed"""
     role: Mapped[str] = mapped_column(String(20))

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 from api.service.disk_budget import DiskBudget
 from api.service.experiment_store import ExperimentStore
+from api.service.job_documents import JobResult
 from api.service.jobs import Arguments, Job, JobRunner
 from api.service.model_story import ModelStory
 from api.service.refit import store_refit
 from api.simulated_demo import PLAN, fresh_folder
-from identify.results.document import Json
 
 if TYPE_CHECKING:  # the service does not load what its processes compute with
     from api.service.computations import FitFound
@@ -54,11 +54,11 @@ class Demos:
             name = fresh_folder(self._experiments.root).name
             return {"folder": str(folder), "name": name, "plan": str(self.plan), "operator": user}
 
-        def store(fitted: "FitFound") -> Json:
+        def store(fitted: "FitFound") -> JobResult:
             folder = fitted.folder.parents[2]
             version = store_refit(ModelStory(folder), fitted, user)
             row = self._experiments.adopt(folder, fitted.identification.experiment)
-            return {"experiment": row.id, "model": version.id}
+            return JobResult(experiment=row.id, model=version.id)
 
         with self._lock:
             running = self.under_way(user)

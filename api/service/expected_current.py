@@ -12,6 +12,7 @@ from api.service.experiment_store import ExperimentStore
 from api.service.model_story import ModelStory
 from api.service.plan_store import PlanStore
 from api.service.rig_store import RigStore
+from api.service.session_payload import described
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.excitation.plan_model import PlannedMotion
 from daq.rig import Rig
@@ -62,7 +63,7 @@ class CurrentForecast:
         document = story.identification(current.id) if current else None
         if document is None or row.rig is None or row.plan is None:
             return None
-        rig, payload = self._rigs.rig(row.rig), Payload.model_validate(row.payload)
+        rig, payload = self._rigs.rig(row.rig), described(row.payload)
         model = predicting_model(rig, payload, document)
         return (
             ExpectedCurrent(rig, self._plans.plan(row.plan), payload, model) if model.is_identified else None

@@ -139,7 +139,7 @@ class ExperimentStore:
                 row = SessionRow(experiment=identifier, id=key, rig=None, plan=None, created=self._clock())
                 session.add(row)
             row.file, row.role = entry.file, entry.role
-            row.payload = payloads[entry.payload].model_dump()
+            row.payload = payloads[entry.payload]
             _index_recording(row, recordings[entry.file])
         listed = {entry.file for entry in declared.sessions}
         for file, recording in recordings.items():

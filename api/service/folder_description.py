@@ -6,15 +6,14 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from math import isfinite
 from pathlib import Path
-from typing import cast
 
 import h5py
 
 from api.service.job_process import Progress
+from api.service.session_payload import SessionPayload, UndescribedPayload, session_payload
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import EXPERIMENT_FILE, ExperimentFile, read_experiment_file
 from identify.recording.plain_text import printable
-from identify.results.document import Json
 
 INCOMPLETE = "incomplete"
 """Folder within an experiment for recordings that were stopped."""
@@ -36,7 +35,7 @@ class RecordingDescription:
     state: str
     reason: str | None
     weighed: float | None = None
-    payload: Json = field(default_factory=lambda: {"name": "unknown", "mass": None})
+    payload: SessionPayload = field(default_factory=UndescribedPayload)
     role: str = "identification"
 
 
@@ -82,12 +81,10 @@ def _recording(file: Path) -> RecordingDescription:
         return RecordingDescription("damaged", str(error).replace(f"{file.parent}/", ""))
     status = attributes.get("status") or MEASURED
     state = "done" if status == "complete" else status
-    payload = _payload(attributes)
     weighed = _weighed_mass(attributes) if state in RECORDED else None
     reason = attributes.get("status_reason") or None
-    if payload is None:
-        return RecordingDescription(state, reason, weighed)
-    return RecordingDescription(state, reason, weighed, payload, attributes.get("role", "identification"))
+    role = "validation" if attributes.get("role") == "validation" else "identification"
+    return RecordingDescription(state, reason, weighed, _payload(attributes), role)
 
 
 def _weighed_mass(attributes: dict[str, str]) -> float | None:
@@ -99,12 +96,11 @@ def _weighed_mass(attributes: dict[str, str]) -> float | None:
     return mass if isfinite(mass) else None
 
 
-def _payload(attributes: dict[str, str]) -> Json | None:
+def _payload(attributes: dict[str, str]) -> SessionPayload:
     try:
-        payload = json.loads(attributes["payload"])
+        return session_payload(json.loads(attributes["payload"]))
     except (KeyError, ValueError, RecursionError):
-        return None
-    return cast(Json, payload) if isinstance(payload, dict) and "name" in payload else None
+        return UndescribedPayload()
 
 
 def _attributes(file: Path) -> dict[str, str]:

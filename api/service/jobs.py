@@ -7,13 +7,13 @@ import threading
 import time
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field, replace
-from enum import StrEnum
 from typing import Any
 
 from sqlalchemy import select, update
 
 from api.computing import Computing
 from api.service.database import LONGEST_WORDS, Database, JobRow
+from api.service.job_documents import JobResult, JobState
 from api.service.job_process import Arguments, JobProcess
 from api.service.problems import Problem
 from api.service.process_limits import ProcessLimits
@@ -31,29 +31,13 @@ MOST_OF_A_USER, MOST = 10, 100
 _log = logging.getLogger(__name__)
 
 
-class JobState(StrEnum):
-    """Where a job is; the last four are final."""
-
-    QUEUED = "queued"
-    RUNNING = "running"
-    DONE = "done"
-    FAILED = "failed"
-    CANCELLED = "cancelled"
-    LOST = "lost"
-
-    @property
-    def final(self) -> bool:
-        """True if nothing more will happen."""
-        return self not in (JobState.QUEUED, JobState.RUNNING)
-
-
 @dataclass(frozen=True)
 class Job:
     """A snapshot of a job; a new one for every change.
 
     fraction : 0 to 1
     words    : what it is doing, or why it failed
-    result   : what came of it, such as {"model": "m3"}
+    result   : what came of it
     """
 
     id: str
@@ -65,7 +49,7 @@ class Job:
     words: str
     created: float
     ended: float | None = None
-    result: Json = field(default_factory=dict)
+    result: JobResult = field(default_factory=JobResult)
 
 
 @dataclass
@@ -73,7 +57,7 @@ class _Task:
     job: Job
     function: str
     arguments: Callable[[], Arguments]
-    store: Callable[[Any], Json]
+    store: Callable[[Any], JobResult]
     repeated: bool = False
     clean_up: Callable[[], None] | None = None
     cancelled: threading.Event = field(default_factory=threading.Event)
@@ -136,7 +120,7 @@ class JobRunner:
         kind: str,
         function: str,
         arguments: Callable[[], Arguments],
-        store: Callable[[Any], Json],
+        store: Callable[[Any], JobResult],
         *,
         user: str,
         experiment: str | None,
@@ -174,7 +158,7 @@ class JobRunner:
             self._experiment_locks.setdefault(experiment, threading.Lock())
             self._forget_old()
         with self._database.transaction() as session:
-            session.add(JobRow(**job.__dict__))
+            session.add(JobRow(**_row(job)))
         self._queue.put(task)
         return job
 
@@ -328,7 +312,7 @@ class JobRunner:
         stored = job.state != task.job.state
         if stored:  # progress is of no use after a restart
             with self._database.transaction() as session:
-                session.execute(update(JobRow).where(JobRow.id == job.id).values(**job.__dict__))
+                session.execute(update(JobRow).where(JobRow.id == job.id).values(**_row(job)))
         task.job = job
         for listener in list(self._listeners):
             listener(job)
@@ -352,6 +336,10 @@ class JobRunner:
             )
 
 
+def _row(job: Job) -> Json:
+    return {**job.__dict__, "result": job.result.model_dump(mode="json", by_alias=True)}
+
+
 def _job_of(row: JobRow) -> Job:
     return Job(
         id=row.id,
@@ -363,5 +351,5 @@ def _job_of(row: JobRow) -> Job:
         words=row.words,
         created=row.created,
         ended=row.ended,
-        result=row.result,
+        result=JobResult.model_validate(row.result),
     )

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Literal, get_args
 
 from api.service.experiment_store import ExperimentStore
 from api.service.free_run_curves import FreeRunCurves, read_runs, write_runs
+from api.service.job_documents import JobResult
 from api.service.jobs import Job, JobRunner
 from api.service.model_story import ModelStory
 from api.service.problems import Problem
 from identify.recording.atomic_file import write_atomically
 from identify.results.certificate import Certificate
-from identify.results.document import Json
 from identify.results.reading import read_document
 from identify.results.simulation import SimulationDocument
 
@@ -50,12 +50,12 @@ class ModelUse:
         version = story.read().version(model)
         folder = story.fit_folder(model)
 
-        def store(predicted: "PredictedMotion") -> Json:
+        def store(predicted: "PredictedMotion") -> JobResult:
             # Never the curves of one run beside the figures of another, wherever the service may be killed.
             (folder / FREE_RUNS_FILE).unlink(missing_ok=True)
             write_atomically(folder / SIMULATION_FILE, predicted.document.json_text(indent=1).encode())
             write_runs(folder / FREE_RUNS_FILE, predicted.runs)
-            return {"model": model}
+            return JobResult(model=model)
 
         return self._jobs.submit(
             "simulate",
@@ -98,7 +98,7 @@ class ModelUse:
                 "add": version.add,
                 "target": str(target),
             },
-            lambda certificate: {"model": model, "file": certificate.target},
+            lambda certificate: JobResult(model=model, file=certificate.target),
             user=user,
             experiment=experiment,
         )

@@ -10,6 +10,7 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from api.service.experiment_store import ExperimentStore
+from api.service.job_documents import JobResult
 from api.service.jobs import Arguments, Job, JobRunner, JobState
 from api.service.model_story import Cause, ModelStory, ModelVersion, data_fingerprint
 from api.service.problems import Problem
@@ -18,7 +19,6 @@ from identify.effects.model import IN_EVERY_MODEL, NAMED_MODELS
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import append_effect
 from identify.results.diagnosis import DiagnosisDocument
-from identify.results.document import Json
 from identify.results.effect import EffectOnJoint
 from identify.results.identification import IdentificationDocument
 from identify.results.next_experiment import NextExperimentDocument
@@ -170,10 +170,10 @@ class ModelWorkflow:
             refit = next_refit(self.story(experiment))
             return self._fit_arguments(experiment, refit.version, refit.fit, refit.model, refit.add)
 
-        def store(fitted: "FitFound") -> Json:
+        def store(fitted: "FitFound") -> JobResult:
             version = store_refit(self.story(experiment), fitted, user)
             self._fit_earlier_again(experiment, user)
-            return {"model": version.id}
+            return JobResult(model=version.id)
 
         return self._jobs.submit(
             "identify",
@@ -206,10 +206,10 @@ class ModelWorkflow:
         story = self.story(experiment)
         version = story.read().version(identifier) if identifier else self._current_version(experiment)
 
-        def store(document: DiagnosisDocument) -> Json:
+        def store(document: DiagnosisDocument) -> JobResult:
             story.store_diagnosis(version.id, document)
             self._fit_earlier_again(experiment, user)
-            return {"model": version.id, "diagnosis": version.id}
+            return JobResult(model=version.id, diagnosis=version.id)
 
         def arguments() -> Arguments:
             return {
@@ -251,7 +251,7 @@ class ModelWorkflow:
                 "diagnosis": diagnosis,
             }
 
-        def store(document: NextExperimentDocument | None) -> Json:
+        def store(document: NextExperimentDocument | None) -> JobResult:
             nothing = NextExperimentDocument(
                 experiment=self._experiments.declared(experiment).name,
                 joint=joint,
@@ -263,7 +263,7 @@ class ModelWorkflow:
             )
             story.store_next_experiment(version.id, joints.index(joint), document or nothing)
             self._fit_earlier_again(experiment, user)
-            return {"model": version.id, "joint": joint}
+            return JobResult(model=version.id, joint=joint)
 
         return self._jobs.submit(
             "separate", f"{COMPUTATIONS}:separate", arguments, store, user=user, experiment=experiment
@@ -292,7 +292,7 @@ class ModelWorkflow:
                 "motion": motion,
             }
 
-        def store(improved: "ImprovementFound") -> Json:
+        def store(improved: "ImprovementFound") -> JobResult:
             for step in improved.versions:
                 story.add_version(
                     model=start.model,
@@ -304,7 +304,7 @@ class ModelWorkflow:
                 )
             current = story.read().line[-1]
             self._fit_earlier_again(experiment, user)
-            return {"model": current, "improvement": improved.improvement.to_json()}
+            return JobResult(model=current, improvement=improved.improvement)
 
         return self._jobs.submit(
             "improve", f"{COMPUTATIONS}:improve", arguments, store, user=user, experiment=experiment
@@ -358,13 +358,13 @@ class ModelWorkflow:
         def arguments() -> Arguments:
             return self._fit_arguments(experiment, story.next_version_id(), "f1", model, add)
 
-        def store(fitted: "FitFound") -> Json:
+        def store(fitted: "FitFound") -> JobResult:
             fit, identifier = fit_entry(fitted.folder.name, fitted), fitted.folder.parent.name
             version = story.add_version(
                 model=model, add=add, cause=cause, change=change, user=user, fit=fit, identifier=identifier
             )
             self._fit_earlier_again(experiment, user)
-            return {"model": version.id}
+            return JobResult(model=version.id)
 
         return self._jobs.submit(
             "identify", f"{COMPUTATIONS}:fit", arguments, store, user=user, experiment=experiment
@@ -383,10 +383,10 @@ class ModelWorkflow:
             fit = story.next_fit_id(version.id)
             return self._fit_arguments(experiment, version.id, fit, version.model, version.add)
 
-        def store(fitted: "FitFound") -> Json:
+        def store(fitted: "FitFound") -> JobResult:
             story.add_fit(version.id, fit_entry(fitted.folder.name, fitted))
             self._fit_earlier_again(experiment, user)
-            return {"model": version.id}
+            return JobResult(model=version.id)
 
         return self._jobs.submit(
             FIT_AGAIN, f"{COMPUTATIONS}:fit", arguments, store, user=user, experiment=experiment

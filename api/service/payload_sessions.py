@@ -26,6 +26,7 @@ from api.service.proof_drives import drive_of_proof
 from api.service.proofs import Proofs
 from api.service.rig_operators import RigOperators
 from api.service.rig_store import RigStore
+from api.service.session_payload import described
 from daq.excitation.plan_limits import require_within_limits
 from daq.session_events import SessionEvent, SessionState, StepOutOfTurn
 from identify.recording.errors import InputError
@@ -130,7 +131,7 @@ class PayloadSessions:
             experiment=experiment,
             id=self._experiments.next_session_id(experiment),
             file=None,
-            payload=payload.model_dump(mode="json"),
+            payload=payload,
             weighed=None,
             role=role,
             rig=rig,
@@ -168,7 +169,7 @@ class PayloadSessions:
                 settings,
                 folder,
                 plan,
-                Payload.model_validate(row.payload),
+                described(row.payload),
                 user.name,
                 on_event=lambda event: self._event(active, event),
                 role=row.role,

@@ -2,11 +2,11 @@
 
 from typing import TYPE_CHECKING
 
+from api.service.job_documents import JobResult
 from api.service.jobs import Arguments, Job, JobRunner
 from api.service.plan_store import PlanStore
 from api.service.rig_store import RigStore
 from identify.recording.errors import InputError
-from identify.results.document import Json
 from identify.results.identification import IdentificationDocument
 
 if TYPE_CHECKING:  # the service does not load what its processes compute with
@@ -31,7 +31,7 @@ class Planner:
         seed: int,
         identified: IdentificationDocument | None = None,
     ) -> Job:
-        """Plan an excitation of at most `seconds` for a model; the job's result is {"plan": id}.
+        """Plan an excitation of at most `seconds` for a model; the job's result names it.
 
         identified : an identification by which loads and currents are predicted
 
@@ -52,8 +52,8 @@ class Planner:
                 "identified": identified,
             }
 
-        def store(planned: "PlanFound") -> Json:
-            return {"plan": self._plans.add(planned.plan, planned.report)}
+        def store(planned: "PlanFound") -> JobResult:
+            return JobResult(plan=self._plans.add(planned.plan, planned.report))
 
         return self._jobs.submit(
             "plan", "api.service.plan_computation:plan", arguments, store, user=user, experiment=None

@@ -25,6 +25,7 @@ from api.proof import (
 from api.service.accounts import User
 from api.service.database import SessionRow
 from api.service.experiment_store import ExperimentStore
+from api.service.job_documents import JobResult
 from api.service.jobs import Arguments, Job, JobRunner
 from api.service.model_story import ModelStory
 from api.service.plan_store import PlanStore
@@ -41,7 +42,6 @@ from daq.session_events import SessionState
 from daq.torque_offset import SentAhead
 from identify.recording.errors import InputError
 from identify.results.compensation import CompensationDocument
-from identify.results.document import Json
 
 STANDARD_PLAN_SECONDS = 20.0
 
@@ -151,11 +151,11 @@ class Proofs:
                 "share": share,
             }
 
-        def store(ahead: TorqueAhead) -> Json:
+        def store(ahead: TorqueAhead) -> JobResult:
             with self._lock:
                 proof = Proof(next_folder(folder), asked, settings, driven, ahead)
                 proof.store()
-            return {"model": version.id, "proof": proof.name}
+            return JobResult(model=version.id, proof=proof.name)
 
         return self._jobs.submit(
             "compensate", COMPUTATION, arguments, store, user=user.name, experiment=experiment
@@ -253,7 +253,7 @@ class Proofs:
             experiment=experiment,
             id=drive_id(number, drive),
             file=None,
-            payload=state.settings.payload.model_dump(mode="json"),
+            payload=state.settings.payload,
             weighed=None,
             role="validation",
             rig=state.settings.rig,

@@ -24,7 +24,7 @@ def experiment(coulomb, tmp_path, write_measured_experiment, zipped):
     archive = tmp_path / "pendulum.zip"
     archive.write_bytes(zipped(write_measured_experiment(tmp_path / "measured")))
     imported = coulomb.import_experiment(archive)
-    coulomb.wait(imported["job"])
+    coulomb.wait(imported["job"]["id"])
     return imported["experiment"]["id"]
 
 
@@ -89,7 +89,7 @@ def test_the_catalogue_is_the_identifiers_own(coulomb):
 
 
 def test_a_session_is_measured_from_a_notebook(coulomb, tmp_path):
-    plan = coulomb.wait(coulomb.make_plan(RIG, "short", seconds=20, model="usual"))["result"]["plan"]
+    plan = coulomb.wait(coulomb.make_plan(RIG, "short", seconds=20, model="usual")).result.plan
     experiment = coulomb.create_experiment("arm", RIG)["id"]
     session = coulomb.create_session(experiment, RIG, plan, {"name": "none"})["id"]
     coulomb.step(experiment, session, "weigh", mass=0.0)
@@ -123,8 +123,9 @@ def test_other_peoples_records_and_logs_become_experiments(coulomb, tmp_path):
 
 def test_a_demo_is_begun_and_broken_off(coulomb):
     job = coulomb.start_demo()
-    assert job["kind"] == "demo"
-    coulomb.cancel(job["id"])
+    assert job.kind == "demo"
+    assert coulomb.cancel(job.id).id == job.id
+    assert [each.id for each in coulomb.jobs()] == [job.id]
     with pytest.raises(JobFailed, match="demo: cancelled"):
         coulomb.wait(job)
     assert coulomb.experiments() == []

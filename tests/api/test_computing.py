@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 from api.command_line import _register_commands, application
 from api.computing import Computing
 from api.service.database import open_database
+from api.service.job_documents import JobResult
 from api.service.jobs import JobRunner, JobState
 from identify.estimation.executor import SERIAL, chosen_executor
 from identify.estimation.processes import Processes
@@ -145,7 +146,7 @@ def test_a_job_of_the_service_divides_its_work_among_the_workers_of_the_settings
             "test",
             "work_on_workers:processes",
             dict,
-            lambda found: results.append(found) or {},
+            lambda found: results.append(found) or JobResult(),
             user="ada",
             experiment=None,
         )

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from api.service.folder_description import describe_folder
+from api.service.session_payload import UndescribedPayload
 
 YAML = """format: 1
 name: odd
@@ -38,4 +39,4 @@ def test_what_can_be_read_is_and_the_rest_is_passed_over(odd):
 
 
 def test_a_payload_that_is_none_is_unknown(odd):
-    assert describe_folder(odd).recordings["session-00.h5"].payload["name"] == "unknown"
+    assert describe_folder(odd).recordings["session-00.h5"].payload == UndescribedPayload()

@@ -6,6 +6,7 @@ import threading
 import pytest
 
 from api.service.database import open_database
+from api.service.job_documents import JobResult
 from api.service.jobs import MOST, MOST_OF_A_USER, JobRunner, JobState
 from api.service.problems import Problem
 from api.service.process_limits import GIBIBYTE, MEBIBYTE, ProcessLimits
@@ -90,7 +91,7 @@ def runner(database, clock):
     running.close()
 
 
-def submit(runner, function, store=lambda result: result, experiment="arm", **arguments):
+def submit(runner, function, store=lambda _result: JobResult(), experiment="arm", **arguments):
     return runner.submit("test", function, lambda: arguments, store, user="ada", experiment=experiment)
 
 
@@ -99,13 +100,13 @@ def test_a_job_reports_its_progress_computes_in_another_process_and_stores_befor
 
     def store(result):
         stored.append((result, follower.snapshots[-1].state))
-        return {"value": result["value"]}
+        return JobResult(plan=str(result["value"]))
 
     job = submit(runner, f"{work}:double", store, value=21)
     assert job.state is JobState.QUEUED
     last = follower.last()
     assert last.state is JobState.DONE
-    assert last.result == {"value": 42}
+    assert last.result == JobResult(plan="42")
     assert stored[0][0]["process"] != os.getpid()
     assert stored[0][1] is JobState.RUNNING
     fractions = [snapshot.fraction for snapshot in follower.snapshots]
@@ -200,9 +201,9 @@ def test_one_person_and_all_together_have_a_bounded_number_of_jobs(database, clo
         submit(runner, f"{work}:double", value=1)
     assert refused.value.status == 429
     for number in range(MOST - MOST_OF_A_USER):
-        runner.submit("test", f"{work}:double", dict, dict, user=f"user-{number}", experiment="other")
+        runner.submit("test", f"{work}:double", dict, JobResult, user=f"user-{number}", experiment="other")
     with pytest.raises(Problem, match="100 jobs"):
-        runner.submit("test", f"{work}:double", dict, dict, user="grace", experiment="other")
+        runner.submit("test", f"{work}:double", dict, JobResult, user="grace", experiment="other")
 
 
 def test_people_who_ask_at_the_same_time_get_no_more_jobs_than_may_be(database, clock, work):
@@ -230,7 +231,7 @@ def test_what_follows_by_itself_waits_once_for_all_changes_and_is_never_refused(
     for number in range(MOST_OF_A_USER):
         submit(runner, f"{work}:double", experiment=f"arm-{number}", value=1)
     repeats = [
-        runner.submit("identify", "f", dict, dict, user="ada", experiment="arm-1", repeated=True)
+        runner.submit("identify", "f", dict, JobResult, user="ada", experiment="arm-1", repeated=True)
         for _ in range(3)
     ]
     assert len({each.id for each in repeats}) == 1

@@ -12,6 +12,7 @@ from api.service.audit import AuditCheck, AuditLog
 from api.service.database import Database, SessionRow
 from api.service.migrations import NEWEST
 from identify.recording.errors import InputError
+from identify.recording.experiment_file import Payload
 
 VERSION_1 = """
 CREATE TABLE experiments (id VARCHAR(64) NOT NULL, name VARCHAR(255) NOT NULL, folder VARCHAR(1000) NOT NULL,
@@ -63,7 +64,7 @@ def sessions(file):
 def test_the_weighed_mass_becomes_a_column_and_leaves_the_payload(old):
     rows = sessions(old)
     assert rows["session-00"].weighed == 3.002
-    assert rows["session-00"].payload == {"name": "disk", "mass": 3.0}
+    assert rows["session-00"].payload == Payload(name="disk", mass=3.0)
     assert rows["session-01"].weighed is None
     assert (rows["session-01"].state, rows["session-01"].rig) == ("checked", "rig")
 

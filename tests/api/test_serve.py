@@ -203,7 +203,7 @@ def test_a_service_that_ends_during_motion_loses_no_sample_and_finds_the_session
 ):
     process, address = serve()
     with Client(address, timeout=60) as client:
-        plan = client.wait(client.make_plan(RIG, "short", seconds=20, model="usual"))["result"]["plan"]
+        plan = client.wait(client.make_plan(RIG, "short", seconds=20, model="usual")).result.plan
         client.create_experiment("arm", RIG)
         session = client.create_session("arm", RIG, plan, {"name": "none"})["id"]
         client.step("arm", session, "weigh", mass=0.0)

@@ -7,10 +7,11 @@ from pydantic import BaseModel, Field
 
 from api.service import access
 from api.service.access import service_of
+from api.service.job_documents import JobView
 from api.service.openapi import ResourceRoute, problems
 from api.service.problems import Problem
 from api.service.routes.experiments import ExperimentId
-from api.service.routes.jobs import JobView
+from api.service.routes.jobs import accepted
 from api.service.routes.models import JointName, ModelId
 from identify.results.diagnosis import DiagnosisDocument
 from identify.results.effect import CatalogueEffect
@@ -75,7 +76,7 @@ def diagnose(
 ) -> JobView:
     """Find where that model fails and which physical effect is missing."""
     job = service_of(request).models.diagnose(experiment, user.name, model, motion)
-    return JobView.accepted(job, response)
+    return accepted(job, response)
 
 
 @router.get("/experiments/{experiment}/models/{model}/diagnosis")
@@ -104,7 +105,7 @@ def find_next_experiment(
 ) -> JobView:
     """Find the experiment that tells apart what the model's diagnosis left open on one joint."""
     job = service_of(request).models.separate(experiment, user.name, wanted.joint, model)
-    return JobView.accepted(job, response)
+    return accepted(job, response)
 
 
 @router.get("/experiments/{experiment}/models/{model}/next-experiment")
@@ -153,4 +154,4 @@ def improve(
 ) -> JobView:
     """Diagnose and add, step by step, until nothing more is justified; every step becomes a model version."""
     job = service_of(request).models.improve(experiment, user.name, motion)
-    return JobView.accepted(job, response)
+    return accepted(job, response)

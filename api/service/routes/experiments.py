@@ -7,13 +7,14 @@ from pydantic import BaseModel, Field
 
 from api.service import access
 from api.service.database import ExperimentRow
+from api.service.job_documents import JobView
 from api.service.openapi import ResourceRoute, problems
-from api.service.routes.jobs import JobView
+from api.service.routes.jobs import accepted
 from api.service.session_catalogue import CatalogueEntry
+from api.service.session_payload import SessionPayload
 from api.stored_experiments import EXPERIMENT_ID
 from identify.recording import Payload
 from identify.recording.plain_text import Printable
-from identify.results.document import Json
 
 router = APIRouter(tags=["experiments"], route_class=ResourceRoute)
 
@@ -26,7 +27,10 @@ class SessionSummary(BaseModel):
 
     id: str = Field(examples=["session-01"])
     file: str | None = Field(description="null until it is measured", examples=["session-01.h5"])
-    payload: Json = Field(examples=[{"name": "disk", "mass": 3.4584, "com": [1.277, 0.0, 0.0]}])
+    payload: SessionPayload = Field(
+        description="kg, m, kg m²; mass null where the file does not say it",
+        examples=[{"name": "disk", "mass": 3.4584, "com": [1.277, 0.0, 0.0]}],
+    )
     weighed: float | None = Field(
         description="kg, the payload as weighed; null where it was not weighed here", examples=[3.4602]
     )
@@ -95,7 +99,7 @@ class ExperimentSummary(BaseModel):
 class ExperimentView(ExperimentSummary):
     """One stored experiment with its payloads and sessions."""
 
-    payloads: list[Json] = Field(examples=[[{"name": "none", "mass": 0.0}]])
+    payloads: list[Payload] = Field(examples=[[{"name": "none", "mass": 0.0}]])
     sessions: list[SessionSummary]
 
 
@@ -154,7 +158,7 @@ def start_demo(request: Request, response: Response, user: access.Operator) -> J
     The job's result names the new experiment and its model. Nothing is listed before it is done. Who has a demo under way
     is given that one.
     """
-    return JobView.accepted(access.service_of(request).demos.start(user.name), response)
+    return accepted(access.service_of(request).demos.start(user.name), response)
 
 
 @router.get("/experiments/{experiment}")
@@ -180,7 +184,7 @@ def import_experiment(
     job = service.models.refit(added.row.id, user.name)
     response.headers["Location"] = f"/experiments/{added.row.id}"
     return Imported(
-        experiment=view(request, added.row.id), job=JobView.of(job), passed_over=added.passed_over
+        experiment=view(request, added.row.id), job=JobView.model_validate(job), passed_over=added.passed_over
     )
 
 
@@ -205,4 +209,4 @@ def import_measured_session(
     service.disk.require_room()
     service.uploads.add_session(experiment, file.file, file.filename or "", payload, role, known)
     job = service.models.refit(experiment, user.name)
-    return Imported(experiment=view(request, experiment), job=JobView.of(job))
+    return Imported(experiment=view(request, experiment), job=JobView.model_validate(job))

@@ -8,9 +8,9 @@ import anyio
 from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 
 from api.service import access
+from api.service.job_documents import JobView
 from api.service.jobs import Job
 from api.service.live import Viewer
-from api.service.routes.jobs import JobView
 
 router = APIRouter(tags=["live"])
 
@@ -60,11 +60,11 @@ async def job_live(websocket: WebSocket, _user: access.Viewer, job: str) -> None
 
     def changed(snapshot: Job) -> None:
         if snapshot.id == job and not loop.is_closed():
-            loop.call_soon_threadsafe(viewer.tell, JobView.of(snapshot).model_dump_json())
+            loop.call_soon_threadsafe(viewer.tell, JobView.model_validate(snapshot).model_dump_json())
 
     jobs.listen(changed)
     # Asked for after listening, so that no change falls between.
-    viewer.tell(JobView.of(jobs.get(job) or known).model_dump_json())
+    viewer.tell(JobView.model_validate(jobs.get(job) or known).model_dump_json())
 
     async def send() -> None:
         while True:

@@ -9,11 +9,12 @@ from pydantic import BaseModel, Field
 
 from api.service import access
 from api.service.access import service_of
+from api.service.job_documents import JobView
 from api.service.model_use import Driven, Ending
 from api.service.openapi import ResourceRoute, problems
 from api.service.problems import Problem
 from api.service.routes.experiments import ExperimentId
-from api.service.routes.jobs import JobView
+from api.service.routes.jobs import accepted
 from api.service.routes.models import ModelId
 from identify.results.certificate import Certificate
 from identify.results.simulation import SimulationDocument
@@ -38,7 +39,7 @@ def simulate(
 ) -> JobView:
     """Run the model forward along its record: in windows of a tenth of a second and of a second, and freely from the start."""
     job = service_of(request).model_use.simulate(experiment, user.name, model, driven_by)
-    return JobView.accepted(job, response)
+    return accepted(job, response)
 
 
 @router.get("/experiments/{experiment}/models/{model}/simulation")
@@ -125,7 +126,7 @@ def export(
 ) -> JobView:
     """Write the model for another program: URDF, SDF, MJCF (xml), Python, C, structured text, FMU or data."""
     job = service_of(request).model_use.export(experiment, user.name, model, ending)
-    return JobView.accepted(job, response)
+    return accepted(job, response)
 
 
 @router.get("/experiments/{experiment}/models/{model}/exports/{ending}")

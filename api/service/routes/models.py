@@ -7,11 +7,12 @@ from pydantic import BaseModel, Field
 
 from api.service import access
 from api.service.access import service_of
+from api.service.job_documents import JobView
 from api.service.model_story import ModelVersion
 from api.service.openapi import ResourceRoute, problems
 from api.service.problems import Problem
 from api.service.routes.experiments import ExperimentId
-from api.service.routes.jobs import JobView
+from api.service.routes.jobs import accepted
 from identify.results.diagnosis import DiagnosisDocument
 from identify.results.identification import IdentificationDocument
 
@@ -109,7 +110,7 @@ def get_results(
     session.
     """
     results = service_of(request).models.results(experiment)
-    job = JobView.of(results.job) if results.job else None
+    job = JobView.model_validate(results.job) if results.job else None
     if results.version is None or results.identification is None:
         if job is None:
             raise Problem(404, "There are no results yet: measure or import a session first.")
@@ -142,7 +143,7 @@ def fit_model(
 ) -> JobView:
     """Fit a model; it becomes the current one."""
     job = service_of(request).models.fit(experiment, user.name, wanted.model, wanted.add)
-    return JobView.accepted(job, response)
+    return accepted(job, response)
 
 
 @router.post("/experiments/{experiment}/models/refit", status_code=202)
@@ -150,7 +151,7 @@ def refit_model(
     request: Request, response: Response, user: access.Operator, experiment: ExperimentId
 ) -> JobView:
     """Fit the current model over all sessions so far, as happens by itself after every session."""
-    return JobView.accepted(service_of(request).models.refit(experiment, user.name), response)
+    return accepted(service_of(request).models.refit(experiment, user.name), response)
 
 
 @router.post("/experiments/{experiment}/models/effects", status_code=202, responses=problems(409))
@@ -163,7 +164,7 @@ def add_effect(
 ) -> JobView:
     """Add an effect to the current model."""
     job = service_of(request).models.add_effect(experiment, user.name, change.effect, change.joint)
-    return JobView.accepted(job, response)
+    return accepted(job, response)
 
 
 @router.post("/experiments/{experiment}/models/effects/remove", status_code=202, responses=problems(409))
@@ -176,21 +177,21 @@ def remove_effect(
 ) -> JobView:
     """Remove an effect from the current model."""
     job = service_of(request).models.remove_effect(experiment, user.name, change.effect, change.joint)
-    return JobView.accepted(job, response)
+    return accepted(job, response)
 
 
 @router.post("/experiments/{experiment}/models/undo", responses=problems(409))
 def undo(request: Request, user: access.Operator, experiment: ExperimentId) -> Stepped:
     """Go back to the model before."""
     version, job = service_of(request).models.undo(experiment, user.name)
-    return Stepped(version=version, job=JobView.of(job) if job else None)
+    return Stepped(version=version, job=JobView.model_validate(job) if job else None)
 
 
 @router.post("/experiments/{experiment}/models/redo", responses=problems(409))
 def redo(request: Request, user: access.Operator, experiment: ExperimentId) -> Stepped:
     """Take back the last undo."""
     version, job = service_of(request).models.redo(experiment, user.name)
-    return Stepped(version=version, job=JobView.of(job) if job else None)
+    return Stepped(version=version, job=JobView.model_validate(job) if job else None)
 
 
 @router.get("/experiments/{experiment}/models/compare")

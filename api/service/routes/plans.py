@@ -8,10 +8,11 @@ from pydantic import BaseModel, Field
 
 from api.service import access
 from api.service.access import service_of
+from api.service.job_documents import JobView
 from api.service.openapi import ResourceRoute, problems
 from api.service.plan_store import PLAN_ID
 from api.service.problems import Problem, not_found
-from api.service.routes.jobs import JobView
+from api.service.routes.jobs import accepted
 from daq.excitation.excitation_plan import ExcitationPlan
 from identify.recording.plain_text import Printable
 from identify.results.document import Json
@@ -106,7 +107,7 @@ def make_plan(request: Request, response: Response, user: access.Operator, wante
     job = service.planner.plan(
         wanted.rig, user.name, wanted.name, wanted.seconds, wanted.model, wanted.seed, identified
     )
-    return JobView.accepted(job, response)
+    return accepted(job, response)
 
 
 @router.get("/plans/{plan}")

@@ -8,10 +8,11 @@ from pydantic import BaseModel, Field
 from api.service import access
 from api.service.access import service_of
 from api.service.database import SessionRow
+from api.service.job_documents import JobView
 from api.service.openapi import ResourceRoute, problems
 from api.service.proofs import ProofState
 from api.service.routes.experiments import ExperimentId, SessionSummary
-from api.service.routes.jobs import JobView
+from api.service.routes.jobs import accepted
 from api.service.session_ids import Drive
 from identify.results.compensation import CompensationDocument
 
@@ -112,7 +113,7 @@ def prepare_proof(
         part=new.part,
         share=new.share,
     )
-    return JobView.accepted(job, response)
+    return accepted(job, response)
 
 
 @router.get("/experiments/{experiment}/proofs")

@@ -8,11 +8,11 @@ from pydantic import BaseModel, Field, Json
 
 from api.service import access
 from api.service.experiment_upload import uploaded
+from api.service.job_documents import JobView
 from api.service.openapi import ResourceRoute, problems
 from api.service.record_documents import CanLogImport, Dialect, RecordDescription, RecordImport
 from api.service.request_body import FORM_OF_RECORDS, MOST_RECORDS
 from api.service.routes.experiments import ExperimentView, view
-from api.service.routes.jobs import JobView
 
 router = APIRouter(tags=["experiments"], route_class=ResourceRoute, form_limits=FORM_OF_RECORDS)
 
@@ -105,4 +105,6 @@ def _imported(
 ) -> ImportedRecords:
     job = access.service_of(request).models.refit(experiment, user)
     response.headers["Location"] = f"/experiments/{experiment}"
-    return ImportedRecords(experiment=view(request, experiment), decided=list(decided), job=JobView.of(job))
+    return ImportedRecords(
+        experiment=view(request, experiment), decided=list(decided), job=JobView.model_validate(job)
+    )

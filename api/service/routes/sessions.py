@@ -8,10 +8,10 @@ from pydantic import BaseModel, Field, model_validator
 from api.service import access
 from api.service.access import client_address, service_of
 from api.service.database import SessionRow
+from api.service.job_documents import JobView
 from api.service.openapi import ResourceRoute, problems
 from api.service.problems import Problem
 from api.service.routes.experiments import ExperimentId, SessionId, SessionSummary
-from api.service.routes.jobs import JobView
 from api.service.routes.rigs import Stopped
 from identify.recording.experiment_file import Payload
 from identify.results.document import Json
@@ -156,7 +156,7 @@ def change_session(
         elif catalogue.entry(experiment, session).excluded is not None:
             job = catalogue.include(experiment, session, user.name)
     entry = catalogue.entry(experiment, session)
-    return ChangedSession(session=SessionSummary.of(entry), job=JobView.of(job) if job else None)
+    return ChangedSession(session=SessionSummary.of(entry), job=JobView.model_validate(job) if job else None)
 
 
 @router.delete("/experiments/{experiment}/sessions/{session}", status_code=204, responses=problems(409))
