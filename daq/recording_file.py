@@ -11,11 +11,12 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import h5py
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict
 
 from daq.json_object import JsonObject
 from daq.rig import Rig
@@ -84,9 +85,26 @@ def software_version() -> str:
         return "source"
 
 
-def this_process() -> dict[str, str | int]:
-    """What tells a running recorder from one that is gone: host, process number, and when that process began."""
-    return {"host": platform.node(), "process": os.getpid(), "started": process_started(os.getpid())}
+class RecorderProcess(BaseModel):
+    """What tells a running recorder from one that is gone."""
+
+    model_config = ConfigDict(frozen=True)
+
+    host: str
+    process: int
+    """its number"""
+    started: int
+    """clock ticks from the computer's start"""
+
+    @classmethod
+    def this(cls) -> Self:
+        """The present process."""
+        return cls(host=platform.node(), process=os.getpid(), started=process_started(os.getpid()))
+
+    @property
+    def runs(self) -> bool:
+        """Whether it does, on this computer."""
+        return self.host == platform.node() and process_started(self.process) == self.started != 0
 
 
 def process_started(process: int) -> int:
@@ -116,7 +134,7 @@ class RecordingFile:
         root = self._file
         for name, value in description.attributes().items():
             root.attrs[name] = value
-        root.attrs["recorder"] = json.dumps(this_process())
+        root.attrs["recorder"] = RecorderProcess.this().model_dump_json()
         root.attrs["counters"] = "{}"
         root.attrs["status"] = "recording"
         root.attrs["status_reason"] = ""

@@ -8,7 +8,6 @@ import contextlib
 import fcntl
 import json
 import os
-import platform
 import time
 from collections.abc import Collection, Generator
 from contextlib import contextmanager
@@ -23,7 +22,7 @@ from numpy.typing import NDArray
 from daq.admission import measured
 from daq.experiment_folder import INCOMPLETE, Role, admit, changing, open_experiment
 from daq.raw_log import mend, raw_log_of
-from daq.recording_file import process_started, set_status
+from daq.recording_file import RecorderProcess, set_status
 from daq.rig import Rig
 from daq.safety import StopCause
 from drivers.errors import DriverError
@@ -308,9 +307,7 @@ def being_written(path: Path) -> bool:
         return False
     try:
         with h5py.File(path, "r", libver="latest", swmr=True) as recording:
-            who = json.loads(str(recording.attrs["recorder"]))
-            if str(recording.attrs["status"]) != "recording" or who["host"] != platform.node():
-                return False
-            return process_started(int(who["process"])) == int(who["started"]) != 0
+            recorder = RecorderProcess.model_validate_json(str(recording.attrs["recorder"]))
+            return str(recording.attrs["status"]) == "recording" and recorder.runs
     except _UNREADABLE:
         return False

@@ -1,7 +1,7 @@
 """`coulomb robot`: the robot's section of an experiment from a URDF, SDF or MJCF, and what can be identified of it."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
@@ -44,7 +44,11 @@ def robot_command(
     base = base_parameters(Geometry.from_robot(read.robot))
     section = robot_section(read.robot)
     if as_json:
-        document = {"robot": section, "base_parameters": parameter_rows(base), "remarks": list(read.remarks)}
+        document = {
+            "robot": section,
+            "base_parameters": [row._asdict() for row in parameter_rows(base)],
+            "remarks": list(read.remarks),
+        }
         print(json.dumps(document, ensure_ascii=False))
         return
     for remark in read.remarks:
@@ -52,7 +56,7 @@ def robot_command(
     print(strict_yaml_text({"robot": section}, width=200, lists_in_line=True), end="")
     print(f"\n# {len(base)} base parameters can be identified of {len(read.standard)} standard ones:")
     for row in parameter_rows(base):
-        print(f"#   {row['name']:<7} {row['unit']:<7} {row['joint']}: {row['grouping']}")
+        print(f"#   {row.name:<7} {row.unit:<7} {row.joint}: {row.grouping}")
 
 
 def robot_section(robot: "Robot") -> "Json":
@@ -60,10 +64,16 @@ def robot_section(robot: "Robot") -> "Json":
     return robot.model_dump(mode="json", exclude_none=True)
 
 
-def parameter_rows(base: "BaseParameters") -> list[dict[str, str]]:
-    """Name, unit, joint and grouping of each base parameter."""
+class ParameterRow(NamedTuple):
+    """A base parameter as it is listed."""
+
+    name: str
+    unit: str
+    joint: str
+    grouping: str
+
+
+def parameter_rows(base: "BaseParameters") -> list[ParameterRow]:
+    """Each base parameter, in their order."""
     columns = zip(base.names, base.units, base.joints, base.groupings, strict=True)
-    return [
-        {"name": name, "unit": unit, "joint": joint, "grouping": grouping}
-        for name, unit, joint, grouping in columns
-    ]
+    return [ParameterRow(*row) for row in columns]

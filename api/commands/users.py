@@ -43,11 +43,12 @@ def list_(data: Data = None, database: DatabaseUrl = None, as_json: AsJson = Fal
     from api.service.open_data import open_data
 
     with open_data(data, database) as opened:
-        rows = [{"name": row.name, "role": row.role} for row in opened.accounts.users()]
+        listed = [(row.name, row.role) for row in opened.accounts.users()]
     if as_json:
-        typer.echo(json.dumps(rows))
-    for row in [] if as_json else rows:
-        typer.echo(f"{row['name']:<24} {row['role']}")
+        typer.echo(json.dumps([{"name": name, "role": role} for name, role in listed]))
+        return
+    for name, role in listed:
+        typer.echo(f"{name:<24} {role}")
 
 
 @users.command()

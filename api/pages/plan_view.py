@@ -13,13 +13,13 @@ from api.pages.plan_preview_times import preview_times
 from api.plan_model import Identified, RegressorModel, usual_model
 from api.planned_motion import Determination, Repetition, determination, repetition
 from api.predicting_model import predicting_model
+from api.service.plan_store import SeparatingPlanReport
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.excitation.plan_limits import violations
 from daq.excitation.plan_model import PlannedMotion
 from daq.excitation.plan_report import COVERAGE_PERIOD
 from daq.rig import Rig
 from identify.recording.experiment_file import Payload
-from identify.results.document import Json
 from identify.results.identification import IdentificationDocument
 
 NARROW = 420.0
@@ -124,18 +124,17 @@ def _not_predicted(identification: IdentificationDocument | None) -> str:
     return "The torque cannot be predicted: the current model is not of this rig's joints and drive"
 
 
-def purpose_words(report: Json | None) -> str | None:
+def purpose_words(report: SeparatingPlanReport | None) -> str | None:
     """What a plan was made for, where it was made to tell two effects apart; with what the rig's limits made of it."""
-    purpose = (report or {}).get("purpose")
-    if report is None or purpose is None:
+    if report is None:
         return None
-    titles = effect_titles()
-    names = [titles.get(str(name), str(name)) for name in purpose["rivals"]]
+    titles, purpose = effect_titles(), report.purpose
+    names = [titles.get(name, name) for name in purpose.rivals]
     sentence = (
-        f"Made to tell {' from '.join(names)} on joint {purpose['joint']}, with the payload {purpose['payload']}: "
-        f"{significant(purpose['separation'], 2)} standard deviations are expected."
+        f"Made to tell {' from '.join(names)} on joint {purpose.joint}, with the payload {purpose.payload}: "
+        f"{significant(purpose.separation, 2)} standard deviations are expected."
     )
-    remarks = [f"{remark[0].upper()}{remark[1:]}." for remark in report.get("remarks", [])]
+    remarks = [f"{remark[0].upper()}{remark[1:]}." for remark in report.remarks]
     return " ".join([sentence, *remarks])
 
 

@@ -205,13 +205,15 @@ def _rigs(service: Service, stored: StoredExperiment) -> dict[str, Rig]:
 def _plans(service: Service, stored: StoredExperiment) -> list[Context]:
     """Plans of these joints; those that no session was measured with come first: they prove more."""
     driven = {entry.plan for entry in service.catalogue.entries(stored.id) if entry.measured}
-    plans = [(each, service.plans.plan(each)) for each in service.plans.ids()]
-    listed: list[Context] = [
+    plans = [
+        (each, service.plans.plan(each))
+        for each in sorted(service.plans.ids(), key=lambda each: each in driven)
+    ]
+    return [
         {"id": each, "name": plan.name or each, "seconds": plan.duration, "driven": each in driven}
         for each, plan in plans
         if list(plan.joints) == stored.joint_names
     ]
-    return sorted(listed, key=lambda plan: plan["driven"])
 
 
 def _payloads(stored: StoredExperiment, rig: Rig) -> list[tuple[str, float]]:

@@ -203,7 +203,7 @@ def _chosen(
         "plans": [(each, one.name or each, one.duration) for each, one in plans],
         "plan_id": made[0] if made else None,
         "view": view,
-        "purpose": purpose_words(service.plans.report(made[0])) if made else None,
+        "purpose": purpose_words(service.plans.separating_report(made[0])) if made else None,
         "measured": [row for row in sessions if row.file is not None],
     }
 

@@ -48,7 +48,7 @@ def session_page(request: Request, user: access.Viewer, experiment: str, session
             if each.file is not None and each.payload.mass is not None
         ]
         current = stored.current()
-        context["purpose"] = purpose_words(service.plans.report(row.plan))
+        context["purpose"] = purpose_words(service.plans.separating_report(row.plan))
         context["view"] = plan_view(
             service.plans.plan(row.plan),
             service.rigs.rig(row.rig),

@@ -7,7 +7,6 @@ copied, and a recording that is under way is in the copy as far as it was flushe
 import gzip
 import hashlib
 import io
-import json
 import os
 import shutil
 import sqlite3
@@ -18,6 +17,8 @@ from contextlib import closing, nullcontext
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import IO
+
+from pydantic import BaseModel, ConfigDict
 
 from daq.experiment_folder import changing
 from daq.recording_file import software_version
@@ -31,6 +32,30 @@ FOLDERS = ("experiments", "rigs", "plans")
 BLOCK = 1 << 20
 FAST = 1
 """Level of gzip: samples hardly shrink further, and take ten times as long to."""
+
+
+class ArchivedFile(BaseModel):
+    """One file of an archive; of one written out again, the time of its change is not looked at."""
+
+    model_config = ConfigDict(frozen=True)
+
+    bytes: int
+    sha256: str
+    changed_ns: int | None = None
+    """ns since 1970"""
+
+
+class Manifest(BaseModel):
+    """What is in an archive."""
+
+    model_config = ConfigDict(frozen=True)
+
+    format: int
+    software_version: str
+    created: float
+    """s since 1970"""
+    files: dict[str, ArchivedFile]
+    """by name within the data folder"""
 
 
 @dataclass(frozen=True)
@@ -91,7 +116,7 @@ def restore_backup(archive: Path, data_folder: Path) -> BackupReport:
 
 
 def _write(data_folder: Path, stream: IO[bytes], packed: bool, with_database: bool) -> BackupReport:
-    entries: dict[str, dict[str, object]] = {}
+    entries: dict[str, ArchivedFile] = {}
     packing = gzip.GzipFile(fileobj=stream, mode="wb", compresslevel=FAST) if packed else nullcontext(stream)
     with packing as written, tarfile.open(fileobj=written, mode="w") as tar:
         if with_database and (data_folder / DATABASE).is_file():
@@ -108,18 +133,14 @@ def _write(data_folder: Path, stream: IO[bytes], packed: bool, with_database: bo
                         _add_tree(tar, top, data_folder, entries)
                 else:
                     _add_tree(tar, top, data_folder, entries)
-        manifest = {
-            "format": FORMAT,
-            "software_version": software_version(),
-            "created": time.time(),
-            "files": entries,
-        }
-        text = json.dumps(manifest, indent=1).encode()
+        manifest = Manifest(
+            format=FORMAT, software_version=software_version(), created=time.time(), files=entries
+        )
+        text = manifest.model_dump_json(indent=1).encode()
         info = tarfile.TarInfo(MANIFEST)
         info.size, info.mtime = len(text), int(time.time())
         tar.addfile(info, io.BytesIO(text))
-    sizes = [int(str(entry["bytes"])) for entry in entries.values()]
-    return BackupReport(len(entries), sum(sizes), DATABASE in entries)
+    return BackupReport(len(entries), sum(each.bytes for each in entries.values()), DATABASE in entries)
 
 
 def _copy_sqlite(source: Path, target: Path) -> None:
@@ -130,13 +151,13 @@ def _copy_sqlite(source: Path, target: Path) -> None:
         running.backup(copy)
 
 
-def _add_tree(tar: tarfile.TarFile, top: Path, root: Path, entries: dict[str, dict[str, object]]) -> None:
+def _add_tree(tar: tarfile.TarFile, top: Path, root: Path, entries: dict[str, ArchivedFile]) -> None:
     for path in sorted(top.rglob("*")) if top.is_dir() else [top]:
         if path.is_file() and not path.is_symlink():
             _add(tar, path, path.relative_to(root).as_posix(), entries)
 
 
-def _add(tar: tarfile.TarFile, path: Path, name: str, entries: dict[str, dict[str, object]]) -> None:
+def _add(tar: tarfile.TarFile, path: Path, name: str, entries: dict[str, ArchivedFile]) -> None:
     """Add a file as long as it is now; what a recorder appends meanwhile is left for the next backup."""
     with path.open("rb") as stream:
         info = tar.gettarinfo(arcname=name, fileobj=stream)
@@ -145,7 +166,7 @@ def _add(tar: tarfile.TarFile, path: Path, name: str, entries: dict[str, dict[st
         digested = _Digested(stream)
         tar.addfile(info, digested)  # type: ignore[arg-type] - of a file it wants `read` alone
         changed = os.fstat(stream.fileno()).st_mtime_ns
-    entries[name] = {"bytes": info.size, "sha256": digested.digest.hexdigest(), "changed_ns": changed}
+    entries[name] = ArchivedFile(bytes=info.size, sha256=digested.digest.hexdigest(), changed_ns=changed)
 
 
 class _Digested:
@@ -162,7 +183,7 @@ class _Digested:
 
 
 def _extract(archive: Path, place: Path) -> BackupReport:
-    members: dict[str, dict[str, object]] = {}
+    members: dict[str, ArchivedFile] = {}
     manifest = None
     with tarfile.open(archive, "r:*") as tar:
         for member in tar:
@@ -171,24 +192,27 @@ def _extract(archive: Path, place: Path) -> BackupReport:
             stream = tar.extractfile(member)
             assert stream is not None
             if member.name == MANIFEST:
-                manifest = json.loads(stream.read(1 << 28))
+                manifest = Manifest.model_validate_json(stream.read(1 << 28))
                 continue
             members[member.name] = _write_out(stream, place / member.name)
     if manifest is None:
         raise InputError(f"{archive}: incomplete; its list of files is missing at the end")
-    if manifest["format"] != FORMAT:
-        raise InputError(f"{archive}: its format is {manifest['format']}; known here is {FORMAT}")
-    said = manifest["files"]
-    for name in sorted(said.keys() | members.keys()):
-        changed = said.get(name, {}).pop("changed_ns", None)
-        if said.get(name) != members.get(name):
+    if manifest.format != FORMAT:
+        raise InputError(f"{archive}: its format is {manifest.format}; known here is {FORMAT}")
+    for name in sorted(manifest.files.keys() | members.keys()):
+        copied, written = manifest.files.get(name), members.get(name)
+        if (
+            copied is None
+            or written is None
+            or (copied.bytes, copied.sha256) != (written.bytes, written.sha256)
+        ):
             raise InputError(f"{archive}: damaged: {name} is not as it was when it was copied")
-        # Fits know the data that they were made of by size and time of change.
-        os.utime(place / name, ns=(changed, changed))
+        if (
+            copied.changed_ns is not None
+        ):  # fits know the data that they were made of by size and time of change
+            os.utime(place / name, ns=(copied.changed_ns, copied.changed_ns))
     (place / "experiments").mkdir(exist_ok=True)
-    return BackupReport(
-        len(members), sum(int(str(each["bytes"])) for each in members.values()), DATABASE in members
-    )
+    return BackupReport(len(members), sum(each.bytes for each in members.values()), DATABASE in members)
 
 
 def _ours(name: str) -> bool:
@@ -196,7 +220,7 @@ def _ours(name: str) -> bool:
     return name in (MANIFEST, DATABASE) or (len(parts) > 1 and parts[0] in FOLDERS and ".." not in parts)
 
 
-def _write_out(stream: IO[bytes], path: Path) -> dict[str, object]:
+def _write_out(stream: IO[bytes], path: Path) -> ArchivedFile:
     path.parent.mkdir(parents=True, exist_ok=True)
     digested = _Digested(stream)
     descriptor = os.open(
@@ -204,4 +228,4 @@ def _write_out(stream: IO[bytes], path: Path) -> dict[str, object]:
     )
     with os.fdopen(descriptor, "wb") as target:
         shutil.copyfileobj(digested, target, BLOCK)  # type: ignore[misc] - it wants `read` alone
-    return {"bytes": path.stat().st_size, "sha256": digested.digest.hexdigest()}
+    return ArchivedFile(bytes=path.stat().st_size, sha256=digested.digest.hexdigest())

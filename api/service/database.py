@@ -48,9 +48,11 @@ class PayloadColumn(TypeDecorator[SessionPayload]):
     cache_ok = True
 
     def process_bind_param(self, value: SessionPayload | None, dialect: Dialect) -> Json | None:
+        """What is written."""
         return None if value is None else value.model_dump(mode="json")
 
     def process_result_value(self, value: object, dialect: Dialect) -> SessionPayload:
+        """What was read."""
         return session_payload(value)
 
 

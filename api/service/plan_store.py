@@ -4,6 +4,8 @@ import json
 import re
 from pathlib import Path
 
+from pydantic import BaseModel, ConfigDict
+
 from api.service.problems import not_found
 from daq.excitation.excitation_plan import ExcitationPlan
 from identify.recording.atomic_file import write_atomically
@@ -13,6 +15,32 @@ from identify.results.document import Json
 REPORTS = "reports"
 """Folder within that of the plans for what was found when they were made."""
 PLAN_ID = re.compile(r"[a-z0-9][a-z0-9_.-]{0,63}")
+
+
+class PlanPurpose(BaseModel):
+    """What a plan was made to tell apart."""
+
+    model_config = ConfigDict(frozen=True)
+
+    rivals: tuple[str, ...]
+    """names of the effects"""
+    joint: str
+    payload: str
+    """the one to mount"""
+    separation: float | None
+    """standard deviations between them that are expected"""
+    decides: bool
+    """whether that is enough"""
+
+
+class SeparatingPlanReport(BaseModel):
+    """The report on a plan that was made to tell effects apart."""
+
+    model_config = ConfigDict(frozen=True)
+
+    purpose: PlanPurpose
+    remarks: tuple[str, ...] = ()
+    """what the rig's limits made of the motion"""
 
 
 class PlanStore:
@@ -49,13 +77,20 @@ class PlanStore:
         except FileNotFoundError:
             return None
 
-    def add(self, plan: ExcitationPlan, report: Json | None = None) -> str:
+    def separating_report(self, identifier: str) -> SeparatingPlanReport | None:
+        """The report on a plan that was made to tell effects apart; None for any other. Raises the problem 404."""
+        report = self.report(identifier)
+        return SeparatingPlanReport.model_validate(report) if report and "purpose" in report else None
+
+    def add(self, plan: ExcitationPlan, report: Json | SeparatingPlanReport | None = None) -> str:
         """Store a plan under an id made from its name, with the report on it; returns the id."""
         wanted = re.sub(r"[^a-z0-9]+", "-", plan.name.lower()).strip("-")[:50] or "plan"
         taken = set(self.ids())
         numbered = (wanted if number == 1 else f"{wanted}-{number}" for number in range(1, len(taken) + 2))
         identifier = next(each for each in numbered if each not in taken)
         (self._folder / REPORTS).mkdir(parents=True, exist_ok=True)
+        if isinstance(report, SeparatingPlanReport):
+            report = report.model_dump(mode="json")
         if report is not None:
             write_atomically(self._folder / REPORTS / f"{identifier}.json", json.dumps(report).encode())
         write_atomically(self._folder / f"{identifier}.json", plan.to_json().encode())

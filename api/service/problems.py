@@ -96,15 +96,14 @@ async def _http_error(request: Request, error: HTTPException) -> Response:
 
 
 async def _validation_error(request: Request, error: RequestValidationError) -> Response:
-    errors = [
-        {"where": ".".join(str(part) for part in fault["loc"]), "what": fault["msg"]}
+    fields = [
+        FieldProblem(where=".".join(str(part) for part in fault["loc"]), what=fault["msg"])
         for fault in error.errors()
     ]
+    errors = [field.model_dump() for field in fields]
     if any(fault["type"] == "json_invalid" for fault in error.errors()):
         return problem_response(400, "The body is not JSON.", request.url.path, errors=errors)
-    detail = (
-        "; ".join(f"{fault['where']}: {fault['what']}" for fault in errors) or "The request is not valid."
-    )
+    detail = "; ".join(f"{field.where}: {field.what}" for field in fields) or "The request is not valid."
     return await problem_answer(request, Problem(422, detail, errors=errors))
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from api.service.experiment_store import ExperimentStore
 from api.service.model_workflow import ModelWorkflow
-from api.service.plan_store import PlanStore
+from api.service.plan_store import PlanPurpose, PlanStore, SeparatingPlanReport
 from api.service.problems import Problem
 from api.service.rig_store import RigStore
 from daq.excitation.separating_plan import SeparatingMotion, separating_plan
@@ -76,14 +76,14 @@ class SeparatingPlanner:
             np.array(proposed.posture),
             f"{rivals} on {joint}"[:LONGEST_NAME],
         )
-        purpose = {
-            "rivals": list(proposed.rivals),
-            "joint": joint,
-            "payload": chosen.payload,
-            "separation": chosen.separation,
-            "decides": chosen.decides,
-        }
-        identifier = self._plans.add(plan, {"purpose": purpose, "remarks": list(remarks)})
+        purpose = PlanPurpose(
+            rivals=proposed.rivals,
+            joint=joint,
+            payload=chosen.payload,
+            separation=chosen.separation,
+            decides=chosen.decides,
+        )
+        identifier = self._plans.add(plan, SeparatingPlanReport(purpose=purpose, remarks=tuple(remarks)))
         return MadePlan(identifier, rig, chosen.payload, remarks)
 
     def rig_of(self, experiment: str) -> str | None:

@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from api.service.plan_store import PlanStore
+from api.service.plan_store import PlanPurpose, PlanStore, SeparatingPlanReport
 from api.service.problems import Problem
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.excitation.trapezoid import Dwell
@@ -45,6 +45,17 @@ def test_a_report_stands_beside_its_plan_or_there_is_none(store):
     store.add(plan("untold"))
     assert store.report("told") == {"deviations": [1.5]}
     assert store.report("untold") is None
+
+
+def test_the_report_on_a_plan_that_tells_effects_apart_is_read_as_it_was_stored(store):
+    purpose = PlanPurpose(
+        rivals=("backlash", "delay"), joint="j3", payload="disk", separation=4.2, decides=True
+    )
+    made = SeparatingPlanReport(purpose=purpose, remarks=("slower than proposed",))
+    store.add(plan("told"), made)
+    store.add(plan("other"), {"deviations": [1.5]})
+    assert store.separating_report("told") == made
+    assert store.separating_report("other") is None
 
 
 @pytest.mark.parametrize("identifier", ["nothing", "../plans/told", ""])
