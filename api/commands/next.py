@@ -37,9 +37,11 @@ def next_command(
         print(result.json_text())
         return
     print(result.advice)
+    if result.proposals:
+        print("  probability  separation")
     for proposal in result.proposals:
         span = f"from {proposal.position_from:.3g} to {proposal.position_to:.3g}"
         print(
-            f"  {proposal.separation or 0.0:8.1f} σ  {proposal.shape:10s} payload {proposal.payload}, "
-            f"up to {proposal.speed:.3g}/s, {span}, {proposal.repeats} repeats"
+            f"  {proposal.probability or 0.0:11.2f} {proposal.separation or 0.0:9.1f} σ  {proposal.shape:10s}"
+            f" payload {proposal.payload}, up to {proposal.speed:.3g}/s, {span}, {proposal.repeats} repeats"
         )

@@ -2,8 +2,8 @@
 
 Two effects that explain the data alike predict different torques on other motion. For every experiment that the rig can
 run (payload, speed, range, repeats) the torque that one of them predicts is fitted by the model with the other, on the
-data so far and the new motion together; what this fit cannot follow on the new motion, in units of the noise, is the
-separation to expect.
+data so far and the new motion together; what this fit cannot follow, in units of the noise, is the separation to
+expect (`separation.py`).
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from identify.diagnosis.diagnosis import Diagnosis, diagnose_record
 from identify.diagnosis.finding import Finding
+from identify.diagnosis.separation import expected_share, least_noise, noise_along, unfollowed
 from identify.effects.model import Model, Term, terms_of
 from identify.estimation.executor import SERIAL, chosen_executor, computed_by
 from identify.estimation.fitted_model import FittedModel
@@ -57,6 +58,8 @@ HELPS = 1.0
 """standard deviations below which no motion that was looked at is worth running for this question"""
 CONTAINED = 1e-6
 """Part of an effect's torque that another leaves of it, below which it is a special case of the other."""
+USUAL_ACCELERATION = 0.99
+"""Quantile of the acceleration that a joint has shown, which no proposal exceeds where no limit is declared."""
 SHOWN = 5
 """proposals in the answer"""
 
@@ -83,6 +86,7 @@ def separate(record: Record, diagnosis: Diagnosis, wanted: Sequence[str] = ()) -
             joint=None,
             rivals=(),
             separation_so_far=None,
+            probability_so_far=None,
             proposals=(),
             posture=(),
             advice=advice,
@@ -170,6 +174,7 @@ def separate_terms(
             position_to=high,
             repeats=repeats,
             separation=separation,
+            probability=expected_share(separation),
             decides=separation >= SEPARATED,
         )
         proposals.append((separation, proposal))
@@ -179,9 +184,10 @@ def separate_terms(
         joint=record.joint_names[joint],
         rivals=tuple(term.effect.name for term in terms),
         separation_so_far=now,
+        probability_so_far=expected_share(now),
         proposals=tuple(proposal for _, proposal in proposals[:SHOWN]),
         posture=tuple(_posture(record).tolist()),
-        advice=_advice(terms, now, proposals[0] if proposals else None, cautious),
+        advice=_advice(record, joint, terms, now, proposals[0][1] if proposals else None, cautious),
     )
 
 
@@ -212,9 +218,14 @@ def _options(record: Record, joint: int) -> Iterator[tuple[str, float, float, fl
     low, high = summary.position_range
     top = summary.maximum_speed
     limits = description.limits
+    shown = np.concatenate(
+        [np.abs(part.ddq[part.moving[:, joint], joint]) for part in record.samples.values()]
+    )
+    strongest = float(np.quantile(shown, USUAL_ACCELERATION))
     if limits is not None:
         low, high = limits.position or (low, high)
         top = limits.velocity or top
+        strongest = limits.acceleration or strongest
     others = _posture(record)
     for payload in record.experiment.payloads:
         for part in SPEEDS:
@@ -222,7 +233,8 @@ def _options(record: Record, joint: int) -> Iterator[tuple[str, float, float, fl
                 middle, half = 0.5 * (low + high), 0.5 * span * (high - low)
                 for shape in SHAPES:
                     repeats, course = _course(shape, part * top, middle, half)
-                    if repeats < 1:
+                    acceleration = np.gradient(np.gradient(course, 1 / RATE), 1 / RATE)
+                    if repeats < 1 or np.abs(acceleration).max() > strongest:
                         continue
                     motion = np.tile(others, (len(course), 1))
                     motion[:, joint] = course
@@ -251,13 +263,27 @@ def _course(shape: Shape, speed: float, middle: float, half: float) -> tuple[int
 
 
 @dataclass(frozen=True)
+class _Side:
+    """One of two rivals.
+
+    mine, others : its columns, and all the others, the rival's among them
+    values       : its parameters
+    noise        : N m, deviation of the residual along what the others cannot follow of its torque
+    """
+
+    mine: Index
+    others: Index
+    values: Array
+    noise: float
+
+
+@dataclass(frozen=True)
 class _Question:
     """Two rivals on a joint, and what the data so far say of them.
 
     torque : of the fitted model with the first rival: the load of every column
     known  : (rows, width) the joint's rows of the data so far, `joint_rows`
-    sides  : for each rival its columns, the other columns but the rival's own of the other, and its parameters
-    noise  : deviation of the residual, N m
+    sides  : of each rival
     """
 
     record: Record
@@ -265,8 +291,7 @@ class _Question:
     slots: list[Slot]
     torque: FittedTorque
     known: Array
-    sides: list[tuple[Index, Index, Array]]
-    noise: float
+    sides: list[_Side]
 
     @classmethod
     def of(
@@ -275,23 +300,28 @@ class _Question:
         slots = [*base.slots, *(Slot.of(term) for term in terms)]
         torque = fits[0].torque
         known = observe(record, base.entries, slots, torque)
+        least = min(least_noise(fit, joint) for fit in fits)
         sides = []
         for one, other in ((0, 1), (1, 0)):
             mine = known.slot_columns[len(base.slots) + one]
             theirs = known.slot_columns[len(base.slots) + other]
             beside = np.setdiff1d(np.arange(known.width), np.concatenate([mine, theirs]))
-            sides.append((mine, np.concatenate([beside, theirs]), _values(fits[one], terms[one])))
-        noise = min(float(fit.fit.residual[joint] / np.sqrt(max(fit.fit.rows[joint], 1))) for fit in fits)
-        return cls(record, joint, slots, torque, joint_rows(known, joint), sides, noise)
+            others, values = np.concatenate([beside, theirs]), _values(fits[one], terms[one])
+            sides.append(_Side(mine, others, values, noise_along(known, joint, mine, others, values, least)))
+        return cls(record, joint, slots, torque, joint_rows(known, joint), sides)
 
     def separation(self, rows: Array) -> float:
         """What neither model can follow of the other's effect on these rows, in standard deviations of the noise.
 
         The smaller counts, unless one effect is a special case of the other: then what the special case cannot follow.
         """
-        separations = [_unfollowed(rows, *side) for side in self.sides]
-        apart = [left for left, whole in separations if left > CONTAINED * whole]
-        return float(min(apart, default=0.0)) / max(self.noise, 1e-300)
+        apart = []
+        for side in self.sides:
+            torque = rows[:, side.mine] @ side.values
+            left = float(np.linalg.norm(unfollowed(torque, rows[:, side.others])))
+            if left > CONTAINED * float(np.linalg.norm(torque)):
+                apart.append(left / max(side.noise, 1e-300))
+        return min(apart, default=0.0)
 
 
 def _expected(question: _Question, option: tuple[Array, str]) -> float:
@@ -331,35 +361,33 @@ def _values(fit: FittedModel, term: Term) -> Array:
     return np.zeros(0)
 
 
-def _unfollowed(rows: Array, mine: Index, others: Index, values: Array) -> tuple[float, float]:
-    """Norm of what the other columns leave of an effect's torque, and of that torque."""
-    torque = rows[:, mine] @ values
-    columns = rows[:, others]
-    scale = np.linalg.norm(columns, axis=0)
-    columns = columns[:, scale > 0] / scale[scale > 0]
-    solution = np.linalg.lstsq(columns, torque, rcond=1e-10)[0]
-    return float(np.linalg.norm(torque - columns @ solution)), float(np.linalg.norm(torque))
-
-
 def _advice_without_rivals(diagnosis: Diagnosis) -> str:
-    needs = sorted({effect.reason for effect in diagnosis.left_out})
-    if needs:
-        return "No rivals are left. Effects that these data cannot show: " + "; ".join(needs) + "."
-    return "No rivals are left: the diagnosis is not in doubt."
+    lacking: dict[str, list[str]] = {}
+    for each in diagnosis.left_out:
+        names = lacking.setdefault(each.reason, [])
+        if each.effect not in names:
+            names.append(each.effect)
+    if not lacking:
+        return "No rivals are left: the diagnosis is not in doubt."
+    listed = "; ".join(f"{', '.join(names)} ({reason})" for reason, names in sorted(lacking.items()))
+    return f"No rivals are left. Effects that these data cannot show: {listed}."
 
 
-def _advice(terms: Sequence[Term], now: float, best: tuple[float, Proposal] | None, cautious: str) -> str:
+def _advice(
+    record: Record, joint: int, terms: Sequence[Term], now: float, best: Proposal | None, cautious: str
+) -> str:
     """What to do, in words, from the best proposal and the separation that it promises."""
-    pair = " and ".join(term.effect.name for term in terms)
-    if best is None or best[0] < HELPS:
-        advice = f"With these payloads and within the limits no motion separates {pair}."
+    name, pair = record.joint_names[joint], " from ".join(term.effect.name for term in terms)
+    if best is None or (best.separation or 0.0) < HELPS:
+        advice = f"With these payloads and within the limits no motion of {name} separates {pair}."
         return " ".join([advice, cautious or _checks(terms)]).strip()
-    separation, motion = best
-    word = "decides" if motion.decides else "helps most, but does not decide,"
+    unit = "rad" if record.summaries[joint].revolute else "m"
+    word = "tells" if best.decides else "helps most to tell, but does not decide,"
     return (
-        f"A {motion.shape} between {motion.position_from:.3g} and {motion.position_to:.3g} at up to {motion.speed:.3g} per "
-        f"second with payload {motion.payload}, {motion.repeats} repeats, {word} between {pair}: {separation:.1f} standard "
-        f"deviations (the data so far: {now:.1f})."
+        f"A {best.shape} of {name} between {best.position_from:.3g} and {best.position_to:.3g} {unit} at up to"
+        f" {best.speed:.3g} {unit}/s with payload {best.payload}, {best.repeats} repeats, {word} {pair}:"
+        f" {best.separation or 0.0:.1f} standard deviations (the data so far: {now:.1f}), with which the diagnosis is expected to"
+        f" give the right one {best.probability or 0.0:.2f} of what it gives both (so far {expected_share(now):.2f})."
     )
 
 

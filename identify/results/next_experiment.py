@@ -24,6 +24,12 @@ class Proposal(Part):
     separation: Figure = Field(
         description="standard deviations of the noise by which the predictions part", examples=[14.2]
     )
+    probability: Figure = Field(
+        default=None,
+        description="part that the right one of the two is expected to have of the probability that the diagnosis gives both;"
+        " 0.5 tells nothing; null in answers stored before it was computed",
+        examples=[0.97],
+    )
     decides: bool = Field(description="whether that is enough to decide", examples=[True])
 
 
@@ -43,6 +49,9 @@ class NextExperimentDocument(Document):
     )
     separation_so_far: Figure = Field(
         description="standard deviations by which the data so far part them", examples=[1.9]
+    )
+    probability_so_far: Figure = Field(
+        default=None, description="as `probability`, of the data so far", examples=[0.62]
     )
     proposals: tuple[Proposal, ...] = Field(description="the best first")
     posture: tuple[float, ...] = Field(
