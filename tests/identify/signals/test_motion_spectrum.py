@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from identify.signals import motion_spectrum as module
-from identify.signals.motion_spectrum import motion_spectrum, pieces_of, velocity_bandwidth
+from identify.signals.motion_spectrum import _levelled, motion_spectrum, pieces_of, velocity_bandwidth
 
 PERIOD, SAMPLES = 1e-3, 40_000
 TIME = PERIOD * np.arange(SAMPLES)
@@ -79,3 +79,10 @@ def test_pieces_are_equally_long_evenly_spread_and_lie_inside_the_segments(made_
     assert len(many) == 16
     assert (many[0].start, many[-1].stop) == (0, 40_000)
     assert np.ptp(np.diff([piece.start for piece in many])) <= 500
+
+
+def test_a_drift_from_end_to_end_is_no_motion_of_any_frequency():
+    ramp = 3.0 + 0.25 * np.arange(50)
+    np.testing.assert_allclose(_levelled(ramp), 0.0, atol=1e-12)
+    bump = np.sin(np.linspace(0, np.pi, 50))
+    np.testing.assert_allclose(_levelled(ramp + bump), bump, atol=1e-12)
