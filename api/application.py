@@ -23,6 +23,7 @@ from api.service.route_table import RouteTable
 from api.service.routes import accounts as account_routes
 from api.service.routes import audit as audit_routes
 from api.service.routes import diagnoses as diagnosis_routes
+from api.service.routes import drive_tables as drive_table_routes
 from api.service.routes import experiments as experiment_routes
 from api.service.routes import jobs as job_routes
 from api.service.routes import live as live_routes
@@ -127,6 +128,7 @@ def create_application(settings: ServiceSettings) -> FastAPI:
         model_routes,
         model_use_routes,
         proof_routes,
+        drive_table_routes,
         diagnosis_routes,
         job_routes,
         audit_routes,

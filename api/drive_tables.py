@@ -1,12 +1,13 @@
 """A model's friction and cogging as the tables of the drives' own compensation, chosen for the least error on the record."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from api.compensation import require_same_robot, require_torque_of_motors
+from api.drive_table_curves import curve_over_speed, curve_over_turn
 from daq.drive_tables import ObjectWrite, write_tables
 from daq.rig import Axis, Rig, ampere_per_unit
 from drivers.compensation_objects import CompensationObjects, CurrentRow, FrictionObjects, SpeedRow
@@ -92,7 +93,7 @@ def tables_before(tables: DriveTablesDocument, rig: Rig) -> DriveTablesDocument:
     if tables.rig != rig.name:
         raise InputError(f"--back-to: the document is of rig {tables.rig}, not {rig.name}")
     listed = [each for joint in tables.joints for table in joint.tables for each in table.objects]
-    if not tables.written or any(each.before is None for each in listed):
+    if any(each.before is None for each in listed):
         raise InputError(
             "--back-to: the document does not say what the drives held before; --write --json prints one that does"
         )
@@ -114,6 +115,11 @@ def tables_before(tables: DriveTablesDocument, rig: Rig) -> DriveTablesDocument:
         for joint in tables.joints
     )
     return tables.changed(experiment=None, model=None, written=False, joints=joints)
+
+
+def require_tables(rig: Rig) -> None:
+    """Raises InputError: no drive of the rig takes tables."""
+    _profiles_with_tables(rig)
 
 
 def _profiles_with_tables(rig: Rig) -> Sequence[DriveProfile]:
@@ -145,17 +151,28 @@ def _without_current(of: str, rows: Sequence[CurrentRow]) -> DriveTable:
     return DriveTable(of=of, points=(), constant=None, wanted=None, left=None, objects=tuple(objects))
 
 
-def written(tables: DriveTablesDocument, rig: Rig) -> DriveTablesDocument:
+def written(
+    tables: DriveTablesDocument, rig: Rig, about_to_write: Callable[[DriveTablesDocument], None] | None = None
+) -> DriveTablesDocument:
     """Write the tables as they were shown; the drives hold them afterwards, read back.
+
+    about_to_write : called with the tables and what the drives hold before, once that is read and before anything is written
 
     Raises InputError: a drive is not ready to be written to.
     """
     writes = [
         [_to_write(each) for table in joint.tables for each in table.objects] for joint in tables.joints
     ]
-    before = write_tables(rig, writes)
-    joints = tuple(_with_before(joint, held) for joint, held in zip(tables.joints, before, strict=True))
-    return tables.changed(written=True, joints=joints)
+
+    def with_before(before: Sequence[Sequence[float]]) -> DriveTablesDocument:
+        joints = (_with_before(joint, held) for joint, held in zip(tables.joints, before, strict=True))
+        return tables.changed(joints=tuple(joints))
+
+    def read(before: Sequence[Sequence[float]]) -> None:
+        if about_to_write is not None:
+            about_to_write(with_before(before))
+
+    return with_before(write_tables(rig, writes, read)).changed(written=True)
 
 
 def _record(model: ExportedModel, result: Identification, rig: Rig) -> _Record:
@@ -229,6 +246,7 @@ def _friction(axis: Axis, objects: FrictionObjects, record: _Record, place: int,
     return DriveTable(
         of="friction",
         points=tuple(zip(speeds.tolist(), line.forward.tolist(), line.backward.tolist(), strict=True)),
+        model=curve_over_speed(speed, current),
         constant=line.constant if objects.constant is not None else None,
         wanted=_rms(current),
         left=_rms(left),
@@ -242,6 +260,7 @@ def _over_turn(axis: Axis, row: CurrentRow, record: _Record, place: int, sign: i
     return DriveTable(
         of="cogging",
         points=tuple((number / row.points, float(value)) for number, value in enumerate(values)),
+        model=curve_over_turn(angle, current),
         constant=None,
         wanted=_rms(current),
         left=_rms(current - turn_line_at(values, angle)),

@@ -1,7 +1,7 @@
 """Writing a drive's own compensation tables: nothing to a drive with power or in motion; all read back, or all as before."""
 
 import contextlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from daq.rig import Rig
@@ -25,10 +25,15 @@ class ObjectWrite:
         return f"0x{self.index:04X}:{self.subindex:02X}"
 
 
-def write_tables(rig: Rig, tables: Sequence[Sequence[ObjectWrite]]) -> list[list[float]]:
+def write_tables(
+    rig: Rig,
+    tables: Sequence[Sequence[ObjectWrite]],
+    about_to_write: Callable[[list[list[float]]], None] | None = None,
+) -> list[list[float]]:
     """Write to every drive its objects, in their order, and read them back. What each held before.
 
-    tables : of each axis; none for an axis that is left alone
+    tables         : of each axis; none for an axis that is left alone
+    about_to_write : called with what all objects hold before, ahead of the first writing
     The bus is claimed meanwhile. All drives are looked at first as before a session: nothing is written where one has power,
     moves or has a fault. Where an object is refused or reads back differently, all that were written get back what they held.
 
@@ -44,6 +49,8 @@ def write_tables(rig: Rig, tables: Sequence[Sequence[ObjectWrite]]) -> list[list
             [float(drive.sdo.read(each.index, each.subindex, each.type)) for each in writes]
             for drive, writes in zip(drives.drives, tables, strict=True)
         ]
+        if about_to_write is not None:
+            about_to_write(before)
         undo: list[tuple[Drive, ObjectWrite, float]] = []
         try:
             for drive, writes, held in zip(drives.drives, tables, before, strict=True):

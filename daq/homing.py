@@ -63,7 +63,7 @@ def require_lasting_drives(rig: Rig) -> None:
     if rig.bus.interface == "virtual":
         raise InputError(
             f"rig {rig.name}: its simulated drives live only as long as a session; put them on a real bus with "
-            "`coulomb fake-drive` to home or reset them"
+            "`coulomb fake-drive` to home them, reset them or write to them"
         )
 
 

@@ -1,5 +1,6 @@
 """The client: all that can be asked of one service, its calls sorted by what they are about."""
 
+from api.client.drive_tables import DriveTableCalls
 from api.client.experiments import ExperimentCalls
 from api.client.jobs import JobCalls
 from api.client.models import ModelCalls
@@ -8,7 +9,7 @@ from api.client.rigs import RigCalls
 from identify.results.document import Json
 
 
-class Client(ExperimentCalls, ModelCalls, ProofCalls, JobCalls, RigCalls):
+class Client(ExperimentCalls, ModelCalls, ProofCalls, DriveTableCalls, JobCalls, RigCalls):
     """One service.
 
     address : such as http://localhost:8000

@@ -19,6 +19,7 @@ JOB_TITLES = {
     "diagnose": "Looking for what is missing",
     "separate": "Looking for the experiment that tells them apart",
     "simulate": "Predicting motion",
+    "drive-tables": "Choosing the drives' tables",
     "compensate": "Computing the torque along the plan",
     "export": "Writing the model for another program",
     "improve": "Adding effects step by step",

@@ -18,6 +18,7 @@ def proof_panel(service: Service, experiment: str, version: str) -> Context:
     return {
         "proofs": [proof_row(experiment, each) for each in proofs[:3]],
         "proofs_link": experiment_link(experiment, "proofs"),
+        "drive_tables_link": f"{experiment_link(experiment, 'drive-tables')}?{urlencode({'version': version})}",
         "new_proof_link": f"{experiment_link(experiment, 'proofs')}?{urlencode({'version': version})}",
     }
 

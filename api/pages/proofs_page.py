@@ -16,6 +16,7 @@ from api.pages.job_views import follow
 from api.pages.layout import experiment_link, frame, session_link
 from api.pages.proof_words import joint_rows, proof_row
 from api.pages.rendering import PREFIX, Context, page
+from api.pages.rigs_of_experiment import rigs_of_experiment
 from api.pages.session_words import outcome
 from api.pages.stored_models import StoredExperiment
 from api.service import access
@@ -25,7 +26,6 @@ from api.service.service import Service
 from api.service.session_ids import Drive
 from daq.rig import Rig
 from daq.session_events import SessionState
-from identify.recording.errors import InputError
 
 router = APIRouter(prefix=f"{PREFIX}/experiments/{{experiment}}/proofs", include_in_schema=False)
 
@@ -50,7 +50,7 @@ def proofs_page(
     context |= experiment_context(stored, stored.joint_names[0], shown, "results")
     if shown is None:
         return no_model_page(request, stored, stored.joint_names[0], context)
-    rigs = _rigs(service, stored)
+    rigs = rigs_of_experiment(service, stored)
     measured_on = service.catalogue.rigs(experiment)
     rig_id = rig if rig in rigs else next((each for each in reversed(measured_on) if each in rigs), None)
     rig_id = rig_id or next(iter(rigs), None)
@@ -187,19 +187,6 @@ def prepare_drive(
         row = service.proofs.prepare_drive(experiment, proof, drive, user)
     service.live.tell(row.rig or "")
     return Response(status_code=204, headers={"HX-Redirect": session_link(experiment, row.id)})
-
-
-def _rigs(service: Service, stored: StoredExperiment) -> dict[str, Rig]:
-    """Rigs with the experiment's joints."""
-    rigs: dict[str, Rig] = {}
-    for each in service.rigs.files():
-        try:
-            rig = service.rigs.rig(each)
-        except InputError:
-            continue  # said on the rig's own page
-        if [axis.joint for axis in rig.axes] == stored.joint_names:
-            rigs[each] = rig
-    return rigs
 
 
 def _plans(service: Service, stored: StoredExperiment) -> list[Context]:

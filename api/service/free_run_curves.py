@@ -2,7 +2,7 @@
 
 import io
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from zipfile import BadZipFile
 
@@ -20,23 +20,37 @@ POINTS = 1600
 AFTERWARDS = 0.15
 """part of a run that is kept of the measured motion after both models' runs have ended, so that the picture is of the runs"""
 
-SIGNALS = ("measured", "model", "usual", "error", "error_usual")
-"""position or speed as measured, of the model, of the usual model; and both models' less the measured"""
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class MotionCurves:
+    """Position or speed, (points,) rad or m, or a second; NaN where there is none: between stretches of a record with holes, and
+    from where a run had ended.
+
+    error, error_usual : the model's and the usual model's, less what was measured
+    """
+
+    measured: Array
+    model: Array
+    usual: Array
+    error: Array
+    error_usual: Array
+
+
+SIGNALS = tuple(field.name for field in fields(MotionCurves))
 
 
 @dataclass(frozen=True)
 class FreeRunCurves:
-    """One joint's free run in one session.
+    """One joint's free run in one session; of a long session least and greatest of a short time in turn.
 
-    time     : (points,) s into the session
-    position : by signal (points,) rad or m, NaN where there is none: between stretches of a record with holes, and from
-               where a run had ended. Of a long session least and greatest of a short time in turn
-    speed    : the same, rad/s or m/s
+    time : (points,) s into the session; NaN between stretches
     """
 
-    time: NDArray[np.float64]
-    position: dict[str, NDArray[np.float64]]
-    speed: dict[str, NDArray[np.float64]]
+    time: Array
+    position: MotionCurves
+    speed: MotionCurves
 
 
 def stored_runs(motions: Sequence[FreeMotion]) -> bytes:
@@ -108,6 +122,4 @@ def read_runs(file: Path, session: str, joint: int) -> FreeRunCurves | None:
     count = len(SIGNALS)
     first = 1 + 2 * count * joint
     position, speed = rows[first : first + count], rows[first + count : first + 2 * count]
-    return FreeRunCurves(
-        rows[0], dict(zip(SIGNALS, position, strict=True)), dict(zip(SIGNALS, speed, strict=True))
-    )
+    return FreeRunCurves(rows[0], MotionCurves(*position), MotionCurves(*speed))

@@ -46,6 +46,11 @@ class JobResult(BaseModel):
     improvement: ImprovementDocument | None = Field(default=None, description="step by step")
     plan: str | None = Field(default=None, description="a new plan", examples=["joint3-sinusoids"])
     proof: str | None = Field(default=None, description="a new proof on the drive", examples=["00"])
+    rig: str | None = Field(
+        default=None,
+        description="the rig whose drives' tables were chosen",
+        examples=["rx130l-joint3-simulated"],
+    )
     file: str | None = Field(default=None, description="the file written", examples=["rx130l-joint3-m2.urdf"])
 
     @field_validator("improvement", mode="before")

@@ -22,6 +22,7 @@ EXAMPLES_OF_PATH = {
     "ending": "urdf",
     "proof": "00",
     "drive": "without",
+    "writing": "00",
     "job": "5f1c7a90b2d34e68",
     "rig": "rx130l-joint3-simulated",
     "plan": "joint3-sinusoids",

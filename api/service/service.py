@@ -10,6 +10,7 @@ from api.service.database import Database, open_database
 from api.service.demos import Demos
 from api.service.disk_budget import DiskBudget
 from api.service.drive_resets import DriveResets
+from api.service.drive_table_writings import DriveTableWritings
 from api.service.expected_current import CurrentForecast
 from api.service.experiment_store import ExperimentStore
 from api.service.experiment_upload import Uploads
@@ -66,6 +67,7 @@ class Service:
     unlisted_recordings: UnlistedRecordings
     homings: Homings
     drive_resets: DriveResets
+    drive_tables: DriveTableWritings
     rig_stop: RigStop
     stop_passes: StopPasses
     stop_log: StopLog
@@ -131,6 +133,7 @@ def create_service(settings: ServiceSettings) -> Service:
         unlisted_recordings=UnlistedRecordings(experiments, models, sessions),
         homings=homings,
         drive_resets=DriveResets(rigs, operators, claims, audit),
+        drive_tables=DriveTableWritings(experiments, rigs, operators, claims, audit, jobs, clock),
         rig_stop=RigStop(sessions, homings),
         samples=SessionSamples(settings.data_folder / "looked-at", ConfinedReader(settings.upload_limits)),
         stop_passes=passes,

@@ -12,6 +12,7 @@ from daq.excitation.excitation_plan import ExcitationPlan
 from daq.rig import Rig
 from identify.recording import Payload, load_experiment
 from identify.results.certificate import Certificate
+from identify.results.drive_tables import DriveTablesDocument
 from identify.results.simulation import SimulationDocument
 
 
@@ -91,3 +92,19 @@ def torque_along(
     )
     progress(0.7, "the torque along the plan")
     return torque_ahead(result, rig, plan, payload, part, share)
+
+
+def drive_tables(
+    progress: Progress, experiment: str, model: str, add: list[str], rig: Rig
+) -> DriveTablesDocument:
+    """A model's friction and cogging as the drives of a rig take them; nothing is written to the drives."""
+    from api.drive_tables import drive_tables as tables_of
+
+    result = identify.identify(
+        load_experiment(Path(experiment)),
+        model=model,
+        add=add,
+        progress=lambda done, step: progress(0.7 * done, step),
+    )
+    progress(0.7, "choosing support points")
+    return tables_of(result, rig, model)

@@ -21,6 +21,11 @@ class DriveTable(Part):
     points: tuple[tuple[float, ...], ...] = Field(
         description="friction: speed of the motor in rad/s, A forward, A backward; cogging: turn of the motor, A"
     )
+    model: tuple[tuple[float, float, float, float], ...] = Field(
+        default=(),
+        description="what the model gives along the record in intervals of the same variable, negative backward: its mean, and"
+        " median, tenth and ninetieth percentile of the current in A",
+    )
     constant: Figure = Field(description="A, in both directions; null where the drive has no object for it")
     wanted: Figure = Field(description="A, root mean square over the record of what the model gives")
     left: Figure = Field(description="A, the same of what the table does not give")

@@ -13,6 +13,7 @@ from fastapi import FastAPI
 
 from api.application import create_application
 from api.service.accounts import Role
+from api.service.job_documents import JobView
 from api.service.service import Service
 from api.service.settings import ServiceSettings
 from daq.rig import Rig
@@ -183,10 +184,10 @@ def _zipped(folder: Path) -> bytes:
     return packed.getvalue()
 
 
-def _finished(client: TestClient, job: dict) -> dict:
-    """The last state of a job, waited for on its WebSocket."""
-    state = job
-    with client.websocket_connect(f"ws://localhost:8000/jobs/{job['id']}/live") as connection:
+def _finished(client: TestClient, job: dict | JobView) -> dict:
+    """The last state of a job, as REST or the client gave it, waited for on its WebSocket."""
+    state = job.model_dump(mode="json") if isinstance(job, JobView) else job
+    with client.websocket_connect(f"ws://localhost:8000/jobs/{state['id']}/live") as connection:
         while state["state"] in ("queued", "running"):
             state = connection.receive_json()
     return state

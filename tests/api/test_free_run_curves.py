@@ -24,12 +24,12 @@ def test_a_long_session_is_reduced_and_its_extremes_stay(tmp_path):
     write_runs(file, stored_runs([motion("a.csv", 30_000), motion("b.csv", 300, usual=False)]))
     curves = read_runs(file, "a.csv", 1)
     assert len(curves.time) <= POINTS
-    assert np.nanmax(curves.position["error"]) == pytest.approx(0.25, abs=1e-6)
-    np.testing.assert_allclose(curves.position["error_usual"], 0.5, atol=1e-6)
-    assert np.nanmax(np.abs(curves.speed["error"])) < 1e-6
+    assert np.nanmax(curves.position.error) == pytest.approx(0.25, abs=1e-6)
+    np.testing.assert_allclose(curves.position.error_usual, 0.5, atol=1e-6)
+    assert np.nanmax(np.abs(curves.speed.error)) < 1e-6
     short = read_runs(file, "b.csv", 0)
     assert len(short.time) == 300
-    assert np.isnan(short.position["usual"]).all()
+    assert np.isnan(short.position.usual).all()
     assert read_runs(file, "c.csv", 0) is None
 
 
@@ -38,7 +38,7 @@ def test_what_was_measured_after_both_runs_had_ended_is_left_out_but_for_a_littl
     write_runs(file, stored_runs([motion("a.csv", 30_000, ends=1000, usual=False)]))
     curves = read_runs(file, "a.csv", 0)
     assert curves.time[-1] == pytest.approx(0.002 * 1000 * (1.0 + AFTERWARDS), abs=0.01)
-    assert np.isnan(curves.position["error"][-1])
+    assert np.isnan(curves.position.error[-1])
 
 
 def test_stretches_of_a_record_with_holes_are_not_joined_by_a_line(tmp_path):

@@ -7,8 +7,8 @@ import numpy as np
 from markupsafe import Markup
 
 from api.pages.figures.drawing import Scale, curve, line, padded_range, picture, round_ticks, text, tick_text
+from api.service.free_run_curves import MotionCurves
 
-Curves = dict[str, np.ndarray]
 SMALL = 1e3
 """errors are drawn in mrad or mm"""
 
@@ -18,14 +18,14 @@ class FreeRun:
     """What is drawn of one joint in one session.
 
     time             : (points,) s
-    position, speed  : `measured`, `model`, `usual`, `error`, `error_usual` (points,) in the unit; NaN where there is none
+    position, speed  : in the unit
     unit, small      : rad or m, mrad or mm
     left, left_usual : s, when the runs left the record; None where they did not
     """
 
     time: np.ndarray
-    position: Curves
-    speed: Curves
+    position: MotionCurves
+    speed: MotionCurves
     unit: str
     small: str
     left: float | None = None
@@ -89,13 +89,13 @@ def draw_free_run(joint: str, drawn: FreeRun, width: float = 860, height: float 
     return picture(width, height, title, *content)
 
 
-def _strips(name: str, curves: Curves, unit: str, small: str) -> tuple[_Strip, _Strip]:
+def _strips(name: str, curves: MotionCurves, unit: str, small: str) -> tuple[_Strip, _Strip]:
     of_values = [
-        (curves["usual"], "before"),
-        (curves["measured"], "measured"),
-        (curves["model"], "predicted"),
+        (curves.usual, "before"),
+        (curves.measured, "measured"),
+        (curves.model, "predicted"),
     ]
-    of_errors = [(SMALL * curves["error_usual"], "before"), (SMALL * curves["error"], "")]
+    of_errors = [(SMALL * curves.error_usual, "before"), (SMALL * curves.error, "")]
     return _Strip(f"{name}, {unit}", of_values, 0.3, False), _Strip(f"error, {small}", of_errors, 0.2, True)
 
 

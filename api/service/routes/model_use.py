@@ -101,7 +101,7 @@ def get_free_run(
             404, f"The model {model} was not simulated on a session {session}: POST to …/simulation."
         )
     position, speed = (
-        Curves(**{name: _numbers(values) for name, values in signals.items()})
+        Curves(**{name: _numbers(values) for name, values in vars(signals).items()})
         for signals in (curves.position, curves.speed)
     )
     return FreeRunView(

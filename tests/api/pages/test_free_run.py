@@ -6,21 +6,16 @@ import numpy as np
 import pytest
 
 from api.pages.figures.free_run import FreeRun, draw_free_run
+from api.service.free_run_curves import MotionCurves
 from tests.api.pages.path_points import points_of
 
 TIME = np.linspace(0.0, 10.0, 500)
 
 
-def curves(usual: bool) -> dict[str, np.ndarray]:
+def curves(usual: bool) -> MotionCurves:
     measured, model = np.sin(TIME), 1.1 * np.sin(TIME)
     beside = 1.2 * np.sin(TIME) if usual else np.full(len(TIME), np.nan)
-    return {
-        "measured": measured,
-        "model": model,
-        "usual": beside,
-        "error": model - measured,
-        "error_usual": beside - measured,
-    }
+    return MotionCurves(measured, model, beside, model - measured, beside - measured)
 
 
 def drawn(usual: bool = True, left: float | None = None, left_usual: float | None = None) -> str:

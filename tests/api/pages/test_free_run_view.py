@@ -6,7 +6,7 @@ import numpy as np
 
 from api.pages.choices import ALL_SESSIONS
 from api.pages.free_run_view import free_run_context
-from api.service.free_run_curves import SIGNALS, FreeRunCurves
+from api.service.free_run_curves import FreeRunCurves, MotionCurves
 from identify.results.simulation import (
     HorizonErrors,
     JointMotionError,
@@ -56,7 +56,7 @@ SHOWN = SimpleNamespace(version=SimpleNamespace(id="m3"))
 
 def panel(session: str, document: SimulationDocument | None = DOCUMENT, kept: bool = True) -> dict | None:
     time = np.linspace(0.0, 1.0, 20)
-    curves = FreeRunCurves(time, dict.fromkeys(SIGNALS, time), dict.fromkeys(SIGNALS, time))
+    curves = FreeRunCurves(time, MotionCurves(*[time] * 5), MotionCurves(*[time] * 5))
     use = SimpleNamespace(
         simulation=lambda _experiment, _model: document,
         free_run=lambda _experiment, _model, _file, _joint: curves if kept else None,

@@ -1,0 +1,107 @@
+"""What the pages show of drives' tables: pictures over the model's curve, objects with their values, and writings in one line."""
+
+from itertools import groupby
+
+from api.pages.figures.drive_table import TableLine, draw_drive_table
+from api.pages.layout import experiment_link
+from api.pages.motion_table import sentence
+from api.pages.number_format import significant
+from api.pages.rendering import Context
+from api.service.drive_table_writings import TablesWriting
+from identify.results.drive_tables import DriveTable, DriveTablesDocument, JointTables
+
+STATES = {
+    "begun": ("fault", "did not come to its end: the drives may hold some of both"),
+    "written": ("good", "written and read back"),
+    "refused": ("warn", "refused; all as before"),
+}
+
+
+def joint_tables(tables: DriveTablesDocument, joint: str) -> Context | None:
+    """One joint's drive with its tables; None where the rig has no such joint."""
+    own_tables = next((each for each in tables.joints if each.joint == joint), None)
+    if own_tables is None:
+        return None
+    return {
+        "node": own_tables.node,
+        "drive": own_tables.drive,
+        "tables": [_table(own_tables, each) for each in own_tables.tables],
+        "remarks": [sentence(remark.rstrip(".")) for remark in (*own_tables.remarks, *tables.remarks)],
+    }
+
+
+def _table(joint: JointTables, table: DriveTable) -> Context:
+    friction = table.of == "friction"
+    drawn = _friction_line(joint, table) if friction else _cogging_line(joint, table)
+    return {
+        "of": table.of,
+        "wanted": significant(table.wanted),
+        "left": significant(table.left),
+        "constant": None if table.constant is None else significant(table.constant),
+        "heads": ("rad/s of the motor", "A forward", "A backward") if friction else ("of a turn", "A"),
+        "points": [[significant(value, 4) for value in point] for point in table.points],
+        "objects": _objects(table),
+        "wide": draw_drive_table(drawn, width=860, height=290),
+        "narrow": draw_drive_table(drawn, width=350),
+    }
+
+
+def _objects(table: DriveTable) -> list[Context]:
+    """The objects in rows of one index, with their values in the drive's counts."""
+    rows: list[Context] = []
+    for index, same in groupby(table.objects, key=lambda each: each.object.partition(":")[0]):
+        objects = list(same)
+        first, last = (each.object.partition(":")[2] for each in (objects[0], objects[-1]))
+        rows.append(
+            {
+                "object": f"{index}:{first}" + (f" to {last}" if last != first else ""),
+                "type": objects[0].type,
+                "values": [f"{each.value:.9g}".replace("-", "−") for each in objects],
+            }
+        )
+    return rows
+
+
+def _friction_line(joint: JointTables, table: DriveTable) -> TableLine:
+    """Straight through the support points of either direction, through zero between, held to the record's top speed."""
+    constant = table.constant or 0.0
+    forward = [(speed, ahead + constant) for speed, ahead, _ in table.points]
+    backward = [(-speed, back + constant) for speed, _, back in reversed(table.points)]
+    ends = [abs(row[0]) for row in table.model] + [forward[-1][0]]
+    return TableLine(
+        f"Friction table of {joint.joint} over the speed of its motor, and the model's friction",
+        "speed of the motor, rad/s",
+        [*backward, *forward],
+        [(-max(ends), backward[0][1]), *backward, (0.0, constant), *forward, (max(ends), forward[-1][1])],
+        table.model,
+    )
+
+
+def _cogging_line(joint: JointTables, table: DriveTable) -> TableLine:
+    points = [(turn, current) for turn, current in table.points]
+    return TableLine(
+        f"Cogging table of {joint.joint} over a turn of its motor, and the model's",
+        "turn of the motor",
+        points,
+        [*points, (1.0, points[0][1])],
+        table.model,
+    )
+
+
+def writing_row(experiment: str, writing: TablesWriting) -> Context:
+    """One writing in a list."""
+    tone, outcome = STATES[writing.state]
+    of = f"model {writing.version}" if writing.version else f"what was before {writing.undoes}"
+    return {
+        "number": writing.number,
+        "of": of,
+        "rig": writing.rig,
+        "tone": tone,
+        "outcome": outcome,
+        "reason": writing.reason,
+        "operator": writing.operator,
+        "created": writing.created,
+        "back_link": experiment_link(experiment, f"drive-tables/writings/{writing.number}/back")
+        if writing.state != "refused"
+        else None,
+    }
