@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from identify.simulation.measured_motion import LARGEST_STEP, MeasuredMotion
+from identify.simulation.unseen_motion import _between
 
 COUNT = 41
 
@@ -90,3 +91,16 @@ def test_a_torque_that_changes_evenly_is_at_each_row_what_it_was_there_and_stays
     assert thin.torque[1:-1] == pytest.approx(ramp[::4][1:-1], rel=1e-12)
     assert thin.torque[:, 1] == pytest.approx(np.full(len(thin), 5.0), rel=1e-12)
     assert thin.external is None
+
+
+@pytest.mark.parametrize(
+    ("begin", "end", "rows"), [(0.01, 0.02, (10, 21)), (0.0095, 0.0205, (10, 21)), (-1.0, 9.0, (0, COUNT))]
+)
+def test_what_lies_between_two_times_has_both_its_ends(begin, end, rows):
+    whole = motion(0.001)
+    np.testing.assert_array_equal(_between(whole, begin - 1e-9, end + 1e-9).time, whole.time[slice(*rows)])
+
+
+def test_of_one_row_or_none_there_is_no_motion():
+    assert _between(motion(0.001), 0.0095, 0.0105) is None
+    assert _between(motion(0.001), 5.0, 6.0) is None

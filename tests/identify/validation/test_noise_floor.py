@@ -5,6 +5,7 @@ import pytest
 from scipy.signal import butter, sosfiltfilt
 
 from identify import identify, load_experiment
+from identify.validation.noise_floor import _scatter, _speeds_differ
 from tests.plants.closed_loop import STEP, draw_arm, simulate, write_arm
 from tests.plants.single_joint import record, write_experiment
 
@@ -108,3 +109,31 @@ def test_no_floor_lies_above_the_error_of_the_model(answered):
         else:
             assert joint.noise_floor_interval[0] <= joint.noise_floor <= joint.noise_floor_interval[1]
             assert joint.noise_floor <= joint.relative_error * (1 + 1e-9)
+
+
+def test_two_periods_differ_by_the_root_mean_square_of_the_joint_that_differs_most():
+    """A period of 40.25 samples: the velocity one period later lies between two samples."""
+    time = np.arange(200)
+    ramps = np.column_stack([0.01 * time, -0.03 * time])
+    assert _speeds_differ(ramps, 40.25) == pytest.approx(0.03 * 40.25)
+    repeating = np.sin(2 * np.pi * time / 40.25)[:, None] * [1.0, 2.0]
+    assert _speeds_differ(repeating, 40.25) < 0.01
+    spike = np.zeros((200, 2))
+    spike[100, 1] = 6.0  # in two of the 160 differences
+    assert _speeds_differ(spike, 40.0) == pytest.approx(6.0 * np.sqrt(2 / 159))
+
+
+def test_the_scatter_of_repeats_is_that_about_their_mean_with_one_degree_of_freedom_less():
+    """Three whole repeats of ten phases and a half of a fourth: of 1, 2, 3, 4 the half has the squares of four."""
+    period, step = 1.0, 0.1
+
+    def course(times):
+        return np.floor(times / period + 1e-9)[:, None] * [1.0, 10.0]
+
+    squares, freedom = _scatter(course, 3.45, period, step)
+    assert squares.sum(axis=0) == pytest.approx([5 * 5.0 + 5 * 2.0, 100 * 35.0])
+    assert freedom.sum(axis=0).tolist() == [5 * 3 + 5 * 2] * 2
+    none = _scatter(
+        course, 3.45, period, step, lambda times: np.ones((len(times), 2), bool) & (times < 3)[:, None]
+    )
+    assert none[1].sum(axis=0).tolist() == [5 * 2] * 2  # a phase counts where it counts in every repeat
