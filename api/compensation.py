@@ -11,6 +11,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from api.position_loop import position_loop
 from api.proof import Part, TorqueAhead
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.rig import Rig
@@ -57,7 +58,7 @@ def torque_ahead(
     _within_positions_and_temperatures(model, motion, recorded)
     _possible(result, motion, torque)
     sent = torque.whole if part == "whole" else torque.beside
-    offset = torque_offset(rig, sent, share)
+    offset = torque_offset(rig, sent, share, faded=not rig.held_over_the_bus)
     remarks = [*model.remarks, *_shared_motors_without_friction(result)]
     if model.lost:
         lost = ", ".join(f"{effect}@{names[joint]}" for effect, joint in model.lost)
@@ -65,7 +66,11 @@ def torque_ahead(
     for name, bounded in zip(names, offset.bounded, strict=True):
         if bounded > 0:
             remarks.append(f"{name}: {100 * bounded:.2g} % of the plan asked for more than the bound")
-    return TorqueAhead(offset, sent, motion.q, motion.dq, torque.rigid, tuple(remarks))
+    loop = None
+    if rig.held_over_the_bus:
+        loop = position_loop(model, rig, motion, share)
+        remarks.append(loop.words)
+    return TorqueAhead(offset, sent, motion.q, motion.dq, torque.rigid, tuple(remarks), loop)
 
 
 def _shared_motors_without_friction(result: Identification) -> list[str]:

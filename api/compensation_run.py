@@ -38,7 +38,7 @@ class CompensationRun:
     def without(self) -> PayloadSession:
         """The session without feedforward torque."""
         self.proof.store()
-        self._first = self._session(None)
+        self._first = self._session(self.proof.first())
         return self._first
 
     def with_torque(self) -> PayloadSession:

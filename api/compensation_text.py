@@ -4,6 +4,11 @@ from collections.abc import Iterator
 
 from identify.results.compensation import CompensationDocument
 
+HELD_OVER_THE_BUS = (
+    "Both runs in cyclic torque mode: the axes were held by this computer's position loop over the bus. What the torque did is of"
+    " that loop; the drive's own was not judged."
+)
+
 
 def compensation_text(document: CompensationDocument) -> str:
     """`compensate --json` as text."""
@@ -17,6 +22,8 @@ def _lines(document: CompensationDocument) -> Iterator[str]:
         f"{document.rig}, payload {document.payload}: torque of {model} ({sent}) from {document.experiment} as"
         f" feedforward, at most {100 * document.share:g} % of the current limit"
     )
+    if document.held_by != "drive":
+        yield HELD_OVER_THE_BUS
     if not document.completed:
         yield f"stopped: {document.reason}"
     for joint in document.joints:

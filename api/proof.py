@@ -24,6 +24,7 @@ from daq.excitation.excitation_plan import ExcitationPlan
 from daq.following_error import FollowingError, following_error
 from daq.plan_setpoints import plan_counts
 from daq.rig import Rig
+from daq.torque_loop import TorqueLoop
 from daq.torque_offset import SentAhead, TorqueOffset
 from identify.recording import load_experiment
 from identify.recording.atomic_file import write_atomically
@@ -38,6 +39,7 @@ Part = Literal["whole", "friction"]
 FOLDER = "compensation"
 """inside the experiment's folder; a folder for each proof, which is an experiment of its own with two validation sessions"""
 SETTINGS, PLAN, AHEAD = "proof.json", "plan.json", "ahead.npz"
+_LOOP = "loop_"
 DOCUMENT, ERRORS = "compensation.json", "errors.npz"
 
 
@@ -50,6 +52,7 @@ class TorqueAhead:
     position, speed, load : (L, n) rad, rad/s, N m (m, m/s, N) as planned, at the middle of the interval in which the torque
                             acts; the load is the rigid robot's torque, tau_out of eq. (6)
     remarks               : what the reader must know
+    loop                  : the position loop of this computer that holds the axes in both drives; None where the drives' own do
     """
 
     offset: TorqueOffset
@@ -58,6 +61,7 @@ class TorqueAhead:
     speed: Array
     load: Array
     remarks: tuple[str, ...]
+    loop: TorqueLoop | None = None
 
     def to_bytes(self) -> bytes:
         """As a NumPy archive."""
@@ -72,6 +76,11 @@ class TorqueAhead:
             speed=self.speed,
             load=self.load,
             remarks=np.array(json.dumps(self.remarks)),
+            **(
+                {}
+                if self.loop is None
+                else {f"{_LOOP}{name}": held for name, held in vars(self.loop).items()}
+            ),
         )
         return written.getvalue()
 
@@ -81,7 +90,9 @@ class TorqueAhead:
         with np.load(file, allow_pickle=False) as held:
             offset = TorqueOffset(held["counts"], held["largest"], held["bounded"])
             remarks = tuple(json.loads(str(held["remarks"])))
-            return cls(offset, held["torque"], held["position"], held["speed"], held["load"], remarks)
+            of_loop = {name.removeprefix(_LOOP): held[name] for name in held.files if name.startswith(_LOOP)}
+            loop = TorqueLoop(**of_loop) if of_loop else None
+            return cls(offset, held["torque"], held["position"], held["speed"], held["load"], remarks, loop)
 
 
 class ProofSettings(BaseModel):
@@ -191,6 +202,14 @@ class Proof:
                 " another proof"
             )
 
+    def first(self) -> SentAhead | None:
+        """What the first drive sends: nothing, or where this computer's loop holds the axes its torque alone."""
+        counts, loop = self.ahead.offset.counts, self.ahead.loop
+        if loop is None:
+            return None
+        unknown = np.full(counts.shape, np.nan)
+        return SentAhead(np.zeros_like(counts), np.full(counts.shape[1], np.inf), unknown, loop)
+
     def sent(self, without: Path) -> SentAhead:
         """What the second drive sends, its following error bounded by that of the first, which was driven to its end.
 
@@ -198,7 +217,7 @@ class Proof:
         """
         self.require_same_rig(without)
         error, counts = self.error(without), self.ahead.offset.counts
-        return SentAhead(counts, self.limits(error), error.over(len(counts)))
+        return SentAhead(counts, self.limits(error), error.over(len(counts)), self.ahead.loop)
 
     def words(self, without: Path) -> list[str]:
         """What the second drive sends, joint by joint, for the operator."""
@@ -240,6 +259,7 @@ class Proof:
             operator=settings.operator,
             created=settings.created,
             remarks=self.ahead.remarks,
+            held_by="drive" if self.ahead.loop is None else "this computer",
         )
         write_atomically(self.folder / ERRORS, self._errors(before, after))
         write_atomically(self.folder / DOCUMENT, (document.json_text(indent=1) + "\n").encode())

@@ -32,11 +32,13 @@ from daq.rig_drives import RigDrives
 from daq.ring_buffer import RingWriter
 from daq.safety import StopCause, StopReason
 from daq.samples import Phase, sample_dtype
-from daq.sampling_loop import FRAMES_IN_RING, ROWS_IN_RING, SamplingLoop, open_receiver
+from daq.sampling_loop import FRAMES_IN_RING, ROWS_IN_RING, SamplingLoop, open_positions, open_receiver
 from daq.servo_gains import read_servo_gains
 from daq.setpoint_stream import Trajectory
 from daq.simulated_rig import simulated_rig
+from daq.torque_mode import TorqueMode
 from daq.torque_offset import SentAhead
+from daq.torque_stream import TorqueSetpoints
 from drivers.errors import DriverError
 from drivers.frames import FD_FRAME, FRAME
 from identify.recording.controller_file import ControllerFile
@@ -170,22 +172,32 @@ class Acquisition:
         if not check.ok:
             self.tell(AcquisitionMessage("checked", check.problems, check=check))
             return StopReason(StopCause.BUS, check.problems), {}
-        gains = read_servo_gains(drives)
-        remarks += gains.remarks
-        ahead = self.order.ahead
-        streams = drives.configure(torque_offset=ahead is not None)
+        ahead, controllers = self.order.ahead, None
+        loop_here = None if ahead is None else ahead.loop
+        if loop_here is None:
+            gains = read_servo_gains(drives)
+            remarks += gains.remarks
+            controllers = gains.controllers
+        else:
+            check = RigCheck((*check.items, CheckItem("position loop", True, loop_here.words, advice=True)))
+            remarks.append(loop_here.words)
+        streams = drives.configure(None if ahead is None else ahead.entry)
         for axis, drive in zip(self.rig.axes, drives.drives, strict=True):
             remarks += [f"joint {axis.joint} (node {axis.node}): {said}" for said in drive.set_up_remarks]
         receiver = open_receiver(self.rig, streams)
         closing.callback(receiver.close)
-        loop = SamplingLoop(self.rig, streams, receiver, rows, frames, drives.network.sent, ahead)
+        positions = None
+        if loop_here is not None:
+            positions = open_positions(self.rig, streams)
+            closing.callback(positions.close)
+        loop = SamplingLoop(self.rig, streams, receiver, rows, frames, drives.network.sent, ahead, positions)
         self.tell(
             AcquisitionMessage(
                 "checked",
                 check=check,
                 remarks=tuple(remarks),
                 clock_source=receiver.clock_source,
-                controllers=gains.controllers,
+                controllers=controllers,
             )
         )
         asked = self._wait(drives, lambda: self._arm_asked)
@@ -194,7 +206,10 @@ class Acquisition:
             return trouble, {}
         drives.stream()
         self.tell(AcquisitionMessage("armed"))
-        sequence = MotionSequence(self.rig, loop.setpoints, self._trajectory)
+        mode = None
+        if isinstance(loop.setpoints, TorqueSetpoints):
+            mode = TorqueMode(self.rig, drives, loop.setpoints)
+        sequence = MotionSequence(self.rig, loop.setpoints, self._trajectory, mode)
         sequence_reason = self._move(loop, sequence, drives)
         counters = {**loop.counters(), "remarks": remarks}
         return sequence_reason, counters

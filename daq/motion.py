@@ -196,9 +196,10 @@ class Motion:
         self._told = now
         setpoints = self._loop.setpoints
         if setpoints.length:
-            self._done = max(0, setpoints.done - (setpoints.length - self._plan))
+            self._done = max(self._done, setpoints.done - setpoints.before_plan)
         began = setpoints.began
-        first = None if began is None else began + setpoints.length - self._plan
+        planned = began is not None and setpoints.before_plan < setpoints.length
+        first = began + setpoints.before_plan if began is not None and planned else None
         self._acquisition.tell_progress(self._done, self._plan, first)
 
     def _alarm(self, alarm: str) -> None:

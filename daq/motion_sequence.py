@@ -16,7 +16,9 @@ from daq.safety import StopCause, StopReason
 from daq.samples import POSITION_CAME, Phase
 from daq.setpoint_stream import SetpointStream, Trajectory
 from daq.stopping_watch import StoppingWatch
+from daq.torque_mode import TorqueMode
 from drivers.cia402 import ENABLE_INTERPOLATION, TOWARDS_OPERATION_ENABLED, Command, State, state_of
+from drivers.errors import DriverError
 
 _ENABLE_TIMEOUT = 3.0
 """s of the rig's time until every axis is powered: brakes take some tenths of a second"""
@@ -31,6 +33,8 @@ _POWER_OFF = 0.1
 
 _FAULT_REACTION = 0.5
 """s, at most, for a drive that ends its own fault reaction before it gives its power up"""
+_BEFORE_A_CHANGE = 10
+"""cycles"""
 _WITH_TORQUE = (State.OPERATION_ENABLED, State.QUICK_STOP_ACTIVE, State.FAULT_REACTION_ACTIVE)
 
 
@@ -42,11 +46,25 @@ class Step(Enum):
     HOLDING = auto()
     MOVING = auto()
     SETTLING = auto()
+    TAKING_OVER = auto()
+    """this computer's loop runs beside the drives' own, until they are told to take its torque (`daq.torque_mode`)"""
+    HANDING_BACK = auto()
+    """the drives are told to hold the axes themselves again, which rest"""
     STOPPING = auto()
     CUT = auto()
     """the axes do not stop as they should: power is taken by every means there is"""
     POWERING_OFF = auto()
     ENDED = auto()
+
+
+_WITH_POWER = (
+    Step.ENABLING,
+    Step.HOLDING,
+    Step.MOVING,
+    Step.SETTLING,
+    Step.TAKING_OVER,
+    Step.HANDING_BACK,
+)
 
 
 class MotionSequence:
@@ -55,10 +73,16 @@ class MotionSequence:
     setpoints : where targets and controlwords go
     trajectory : called with the targets (n,) in counts, at which every axis is held with power; what to drive
         through from there
+    torque_mode : how the plan is driven in cyclic torque mode, its approach and end in position mode as ever; None where it is
+        driven in position mode too
     """
 
     def __init__(
-        self, rig: Rig, setpoints: SetpointStream, trajectory: Callable[[NDArray[Any]], Trajectory]
+        self,
+        rig: Rig,
+        setpoints: SetpointStream,
+        trajectory: Callable[[NDArray[Any]], Trajectory],
+        torque_mode: TorqueMode | None = None,
     ) -> None:
         self.rig = rig
         self.step = Step.STANDBY
@@ -71,6 +95,9 @@ class MotionSequence:
         self._watch = StoppingWatch(rig)
         self._setpoints = setpoints
         self._trajectory = trajectory
+        self._torque_mode = torque_mode
+        self._plan: Trajectory | None = None
+        """what is driven once the axes are held by torque"""
         n = len(rig.axes)
         self._powered = [
             Command.ENABLE_OPERATION.value
@@ -79,6 +106,7 @@ class MotionSequence:
         ]
         self._status: list[int | None] = [None] * n
         self._counts: NDArray[Any] = np.zeros(n, np.int64)
+        self._command: NDArray[Any] = np.zeros(n, np.int64)
         self._target: NDArray[Any] = np.zeros(n, np.int64)
         self._known = np.zeros(n, bool)
         self._age = 0
@@ -99,7 +127,7 @@ class MotionSequence:
             self.reason = reason
         if self.step is Step.STANDBY or (self.step is Step.ENABLING and not self._powered_now()):
             self._power_off()
-        elif self.step in (Step.ENABLING, Step.HOLDING, Step.MOVING, Step.SETTLING):
+        elif self.step in _WITH_POWER:
             self._setpoints.stop()
             self._setpoints.command([Command.QUICK_STOP.value] * len(self._status))
             self._recent[:] = np.nan
@@ -142,16 +170,15 @@ class MotionSequence:
                 self._enable()
             case Step.HOLDING:
                 if self._age * self.rig.cycle >= _SETTLE:
-                    self._setpoints.follow(self._trajectory(self._target))
-                    self._enter(Step.MOVING)
+                    self._drive()
             case Step.MOVING:
                 if self._setpoints.at_end and rows["phase"][-1] == Phase.STANDSTILL:
                     self._enter(Step.SETTLING)
             case Step.SETTLING:
                 if self._age * self.rig.cycle >= _SETTLE:
-                    if self.reason is None:
-                        self.reason = StopReason(StopCause.PLAN_DONE, "the plan ran to its end")
-                    self._power_off()
+                    self._go_on()
+            case Step.TAKING_OVER | Step.HANDING_BACK:
+                self._change_mode()
             case Step.STOPPING:
                 self._watch_stopping(rows)
             case Step.CUT:
@@ -167,6 +194,54 @@ class MotionSequence:
         self.step = step
         self._age = 0
 
+    def _drive(self) -> None:
+        """Through approach and plan; to the plan's begin alone where another mode is wanted for it."""
+        trajectory = self._trajectory(self._target)
+        if self._torque_mode is not None:
+            trajectory, self._plan = trajectory.split()
+        self._setpoints.follow(trajectory)
+        self._enter(Step.MOVING)
+
+    def _go_on(self) -> None:
+        """The axes have settled: at the plan's begin, after the plan, or in position mode again after it."""
+        if self._torque_mode is not None and (self._plan is not None or self._torque_mode.holds):
+            if not self._at_rest():
+                if self._age * self.rig.cycle >= self.rig.supervision.stop_timeout:
+                    self.stop(
+                        StopReason(
+                            StopCause.DRIVE_FAULT, "the axes do not rest, so that the mode cannot be changed"
+                        )
+                    )
+                return
+            if self._plan is not None and self._torque_mode.holds:
+                self._setpoints.follow(self._plan)
+                self._plan = None
+                self._enter(Step.MOVING)
+                return
+            self._setpoints.hold(self._counts.tolist())
+            if self._plan is not None:
+                self._torque_mode.begin(self._command)
+            self._enter(Step.TAKING_OVER if self._plan is not None else Step.HANDING_BACK)
+            return
+        if self.reason is None:
+            self.reason = StopReason(StopCause.PLAN_DONE, "the plan ran to its end")
+        self._power_off()
+
+    def _change_mode(self) -> None:
+        """Once the drives have had targets at the actual position, and the loop's torque, for a few cycles."""
+        assert self._torque_mode is not None
+        if self._age < _BEFORE_A_CHANGE:
+            return
+        try:
+            if self.step is Step.TAKING_OVER:
+                self._torque_mode.take_over()
+            else:
+                self._torque_mode.hand_back()
+        except DriverError as error:
+            self.stop(StopReason(StopCause.DRIVE_FAULT, str(error)))
+            return
+        self._enter(Step.SETTLING)
+
     def remember(self, rows: NDArray[Any]) -> None:
         """Take what the drives said in the next rows; before `stop`, `cut` and `take` of the same turn."""
         if not len(rows):
@@ -178,6 +253,7 @@ class MotionSequence:
             if len(last):
                 self._status[axis] = int(rows["status"][last[-1], axis])
                 self._counts[axis] = rows["position"][last[-1], axis]
+                self._command[axis] = rows["command"][last[-1], axis]
                 self._known[axis] = True
         recent = np.where(came, rows["position"], np.nan)[-len(self._recent) :]
         self._recent = np.concatenate([self._recent[len(recent) :], recent])

@@ -147,6 +147,12 @@ class Axis(_Settings):
     """N m at the motor's shaft (0x6076); where the profile gives the command as a fraction of it"""
     mode: Literal["cyclic-synchronous-position", "interpolated-position"] = "cyclic-synchronous-position"
     """mode of operation in which the axis follows the setpoints"""
+    feedforward: Literal["torque-offset", "cyclic-torque"] = "torque-offset"
+    """how a proof (`coulomb compensate`) sends a model's torque: beside the target position, where the drive's own loops hold the
+    axis (0x60B2); or as target torque of mode 10 (0x6071), where this computer's loop holds it over the bus"""
+    held_by: Literal["brake", "balance"] | None = None
+    """what holds the axis against gravity without power; `feedforward: cyclic-torque` is refused where gravity acts and nothing
+    is stated"""
     homing: Literal["absolute-encoder", "drive"] = "absolute-encoder"
     """whether the drive must have been homed (mode 6) for its counts to mean anything"""
     home: Finite = 0.0
@@ -184,6 +190,9 @@ class Supervision(_Settings):
     parent_timeout: Positive = 1.4
     """s without a sign of life from the process that holds the stop button until the motion is stopped; with the ramp after it
     2.2 s at most until the axes rest (`daq.stopping_watch.longest_stop`)"""
+    torque_timeout: Positive = 0.02
+    """s without a torque setpoint until a drive in cyclic torque mode stops by itself (0x1400:05); we stop it too when positions
+    have come too late for as long"""
     stop_timeout: Positive = 5.0
     """s that an axis may take to come to rest"""
     approach_speed: Annotated[float, Field(gt=0, le=1)] = 0.3
@@ -264,6 +273,8 @@ class Rig(_Settings):
                 raise ValueError(f"gear_matrix must have {n} rows of {n} numbers")
             if is_singular(np.array(self.gear_matrix, dtype=float)):
                 raise ValueError("gear_matrix cannot be inverted: some joint is not driven")
+        if len({axis.feedforward for axis in self.axes}) > 1:
+            raise ValueError("axes: feedforward must be the same for all axes, for they are driven together")
         for index, (axis, profile) in enumerate(zip(self.axes, self.profiles, strict=True)):
             unit = profile.current_reference.unit
             if getattr(axis, _AMPERE[unit][0]) is None:
@@ -277,6 +288,11 @@ class Rig(_Settings):
         if self.pacing == "as-fast-as-answered" and self.simulated is None:
             raise ValueError("pacing: as-fast-as-answered is for simulated rigs; real drives need real-time")
         return self
+
+    @property
+    def held_over_the_bus(self) -> bool:
+        """Whether a proof takes the drives' position loops out and closes one here (`feedforward: cyclic-torque`)."""
+        return self.axes[0].feedforward == "cyclic-torque"
 
     @property
     def motor_gear(self) -> NDArray[np.float64]:

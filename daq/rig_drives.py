@@ -19,7 +19,7 @@ from drivers.cia402 import Mode, State
 from drivers.drive import Drive
 from drivers.emergency import Emergency, code_in_words
 from drivers.errors import DriveError, DriverError
-from drivers.process_data import DriveStream, was_refused
+from drivers.process_data import TARGET_TORQUE, TORQUE_OFFSET, DriveStream, was_refused
 from drivers.safety_output import SafetyOutput
 
 RESTARTED = (
@@ -40,6 +40,8 @@ _LOOK_TWICE = 0.02
 """s between two positions that tell whether an axis moves"""
 _QUICK_STOP = 0.6
 """s in which drives are to rest by their quick stop, before power is cut"""
+_MODE_ANSWER = 0.05
+"""s for a drive's answers while its mode is changed: the axes have power and are watched again only then"""
 _CLOSING_ANSWER = 0.1
 """s for a drive's answers while the bus is left"""
 _ENTER_PRE_OPERATIONAL = 128
@@ -97,17 +99,19 @@ class RigDrives:
         counts = np.array([drive.position() for drive in self.drives])
         return self.rig.position_matrix @ counts + self.rig.position_offset
 
-    def configure(self, torque_offset: bool = False) -> list[DriveStream]:
+    def configure(self, torque: str | None = None) -> list[DriveStream]:
         """Mapping, mode, cycle, heartbeats; every drive stays without power. What each will send and take.
 
-        torque_offset : whether the drives are to take a torque (0x60B2) beside their target
+        torque : the torque that the drives are to take beside their target position: TORQUE_OFFSET (0x60B2), or TARGET_TORQUE
+            (0x6071) for cyclic torque mode, where they must stop by themselves when it stays away
+
         Raises DriveError when a drive refuses.
         """
         streams: list[DriveStream] = []
         for axis, drive in zip(self.rig.axes, self.drives, strict=True):
             drive.expect_no_restart()
             try:
-                streams.append(self._configured(axis, drive, torque_offset))
+                streams.append(self._configured(axis, drive, torque))
             except DriveError as error:
                 if drive.restarted:
                     raise error.with_cause(RESTARTED) from error
@@ -120,17 +124,37 @@ class RigDrives:
             self.heartbeat()
         return streams
 
-    def _configured(self, axis: Axis, drive: Drive, torque_offset: bool) -> DriveStream:
+    def _configured(self, axis: Axis, drive: Drive, torque: str | None) -> DriveStream:
         drive.disable()
         drive.clear_torque_offset()
-        if torque_offset:
+        if torque == TORQUE_OFFSET:
             _require_no_table(drive)
-        stream = drive.map_stream(
-            MODES[axis.mode], temperature=self.rig.record_temperature, torque_offset=torque_offset
-        )
+        stream = drive.map_stream(MODES[axis.mode], temperature=self.rig.record_temperature, torque=torque)
         drive.set_mode(MODES[axis.mode])
         drive.set_cycle(self.rig.cycle)
+        watched = self.rig.supervision.torque_timeout if torque == TARGET_TORQUE else 0.0
+        remark = drive.watch_setpoints(stream, watched)
+        drive.set_up_remarks += [remark] if remark else []
         return stream
+
+    def set_mode(self, mode: Mode | None) -> None:
+        """Switch all drives, at rest, to a mode, or back to each axis's own; 0x6061 confirms it.
+
+        Raises DriveError when a drive refuses, does not show it, or has no mode display.
+        """
+        for axis, drive in zip(self.rig.axes, self.drives, strict=True):
+            wanted = mode or MODES[axis.mode]
+            with drive.sdo.hurried(_MODE_ANSWER, 1):
+                drive.set_mode(wanted)
+                shown = drive.mode()
+            if shown != wanted:
+                raise DriveError(
+                    drive.node,
+                    f"switching to {wanted.words} (mode {int(wanted)})",
+                    index=0x6061,
+                    expected=str(int(wanted)),
+                    received="the drive has no mode display" if shown is None else f"{shown} came",
+                )
 
     def stream(self) -> None:
         """Let the drives exchange process data (NMT OPERATIONAL). Raises DriveError when one does not."""

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from daq.alignment import SyncAlignment
 from daq.foreign_frames import ForeignFrames, ids_of_ours
 from daq.json_object import JsonObject
+from daq.position_input import PositionInput
 from daq.rig import Rig
 from daq.rig_drives import MASTER_NODE
 from daq.ring_buffer import RingWriter
@@ -22,6 +23,7 @@ from daq.safety import LimitMonitor, StopCause, StopReason
 from daq.samples import RowDecoder
 from daq.setpoint_stream import SetpointStream
 from daq.torque_offset import SentAhead
+from daq.torque_stream import Positions, TorqueSetpoints
 from drivers.bus import pass_ids
 from drivers.frames import BUS_OFF, ERROR, FrameReceiver
 from drivers.process_data import DriveStream
@@ -47,6 +49,9 @@ _AFTER_SILENCE = 0.05
 
 _DELIVERY_TIMEOUT = 10.0
 """s to wait until drives in this process have heard a SYNC, while other threads or processes have the cores"""
+
+_SHARE_FOR_POSITIONS = 0.6
+"""of a cycle: after that, what is made of its positions would not reach the drives before the next SYNC"""
 
 _CYCLES_PER_TURN = 16
 """SYNCs between two looks at the samples in simulated time"""
@@ -75,6 +80,7 @@ class SamplingLoop:
 
     rows, frames : the rings
     sent : how many frames with an id went out beside the receiver (`CanopenNetwork.sent`)
+    positions : of each cycle, where `ahead` has a position loop that is closed here
     ahead : torque that is sent beside the setpoints, with which the axes must follow no worse; none where None
     """
 
@@ -87,6 +93,7 @@ class SamplingLoop:
         frames: RingWriter,
         sent: Callable[[int], int],
         ahead: SentAhead | None = None,
+        positions: Positions | None = None,
     ) -> None:
         self.rig = rig
         self._receiver = receiver
@@ -98,7 +105,7 @@ class SamplingLoop:
         ]
         self._decoder = RowDecoder(streams, scales)
         self.alignment = SyncAlignment(self._decoder.columns, rig.cycle)
-        self.setpoints = SetpointStream(streams, receiver.send)
+        self.setpoints = _setpoints(rig, streams, receiver.send, ahead, positions)
         self.monitor = LimitMonitor(rig, ahead)
         self._foreign = ForeignFrames(streams, MASTER_NODE, sent)
         self._foreign_reason: StopReason | None = None
@@ -175,7 +182,8 @@ class SamplingLoop:
                 self._producer.stop()  # raises what SYNC's thread raised
         rows = self._decode(self.alignment.feed(self._receive()))
         reason = self.monitor.check(rows)
-        return rows, self._foreign_reason or self._held_up() or reason or self._bus_trouble(rows)
+        trouble = self._foreign_reason or self._held_up() or self.setpoints.trouble
+        return rows, trouble or reason or self._bus_trouble(rows)
 
     def _held_up(self) -> StopReason | None:
         """Whether this computer let a deadline pass that matters: no SYNC, or nobody looked at the samples."""
@@ -258,6 +266,7 @@ class SamplingLoop:
             "alignment": self.alignment.counters.to_json(),
             "frames_dropped": self._receiver.dropped,
             "foreign_frames": self._foreign.count,
+            **({"late_torques": self.setpoints.late} if isinstance(self.setpoints, TorqueSetpoints) else {}),
             "sync": {
                 "sent": statistics.sent,
                 "missed_deadlines": statistics.missed,
@@ -268,6 +277,26 @@ class SamplingLoop:
                 **self._jitter.to_json(),
             },
         }
+
+
+def open_positions(rig: Rig, streams: Sequence[DriveStream]) -> PositionInput:
+    """The positions of each cycle, received beside everything else, for a loop that is closed here. Raises BusError."""
+    receiver = open_receiver(rig, streams)
+    patience = _SHARE_FOR_POSITIONS * rig.cycle if rig.pacing == "real-time" else _ANSWER_TIMEOUT
+    return PositionInput(receiver, streams, patience)
+
+
+def _setpoints(
+    rig: Rig,
+    streams: Sequence[DriveStream],
+    send: Callable[[int, bytes], None],
+    ahead: SentAhead | None,
+    positions: Positions | None,
+) -> SetpointStream:
+    if ahead is None or ahead.loop is None or positions is None:
+        return SetpointStream(streams, send)
+    late = max(1, round(rig.supervision.torque_timeout / rig.cycle))
+    return TorqueSetpoints(streams, send, ahead.loop, positions, rig.cycle, late)
 
 
 class _Jitter:

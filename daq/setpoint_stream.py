@@ -7,10 +7,12 @@ replaced and never changed.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from daq.safety import StopReason
 from daq.samples import Phase
 from drivers.process_data import DriveStream
 
@@ -35,6 +37,13 @@ class Trajectory:
     def __len__(self) -> int:
         return len(self.counts)
 
+    def split(self) -> tuple["Trajectory", "Trajectory"]:
+        """The way to where the plan begins, with one cycle there, and the plan."""
+        begin = int((self.phase == Phase.PLAN).argmax())
+        way = Trajectory(self.counts[: begin + 1], np.full(begin + 1, Phase.APPROACH, np.uint8))
+        offset = None if self.torque_offset is None else self.torque_offset[begin:]
+        return way, Trajectory(self.counts[begin:], self.phase[begin:], offset)
+
 
 class SetpointStream:
     """Sends the drives' setpoints.
@@ -47,10 +56,10 @@ class SetpointStream:
         n = len(streams)
         self._send = send
         self._receivers = [(stream.receive.can_id, stream.packed) for stream in streams]
-        self._with_offset = [
-            (stream.receive.can_id, stream.packed_with_offset)
+        self._with_torque = [
+            (stream.receive.can_id, stream.packed_with_torque)
             for stream in streams
-            if stream.takes_torque_offset
+            if stream.torque_entry is not None
         ]
         self._controlwords = [0] * n
         self._held: list[int] | None = None
@@ -60,14 +69,17 @@ class SetpointStream:
         self._setpoint_of_cycle = np.zeros((_REMEMBERED, n), np.int32)
         self._phase_of_cycle = np.zeros(_REMEMBERED, np.uint8)
         self.cycle = -1
-        self._length = 0
+        self._length = self._before_plan = 0
         self.done = 0
         """cycles of the trajectory that have been sent"""
+        self.trouble: StopReason | None = None
+        """why the setpoints could not be sent as they should; the axes are being stopped"""
 
     def on_cycle(self, cycle: int) -> None:
         """SYNC `cycle` went out: send what takes effect at the next."""
         self.cycle = cycle
         trajectory = self._trajectory
+        torques: Sequence[int] | None = None
         slot = (cycle + 1) % _REMEMBERED
         if trajectory is not None:
             if self._first_cycle < 0:
@@ -82,22 +94,26 @@ class SetpointStream:
                 phase = Phase.STANDSTILL
             self._held = list(targets)
             if trajectory.torque_offset is not None and place < len(trajectory):
-                self._remember(slot, targets, phase)
-                offsets: Sequence[int] = trajectory.torque_offset[place].tolist()
-                for (identifier, pack), *values in zip(
-                    self._with_offset, self._controlwords, targets, offsets, strict=True
-                ):
-                    self._send(identifier, pack(*values))
-                return
+                torques = cast("Sequence[int]", trajectory.torque_offset[place].tolist())
         else:
             if self._held is None:
                 return
             targets, phase = self._held, self._phase
         self._remember(slot, targets, phase)
-        for (identifier, pack), controlword, target in zip(
-            self._receivers, self._controlwords, targets, strict=True
+        self.tell(targets, torques)
+
+    def tell(self, targets: Sequence[int], torques: Sequence[int] | None) -> None:
+        """Send every axis its controlword, its target, and its torque beside it, nought where None."""
+        if torques is None:
+            for (identifier, pack), controlword, target in zip(
+                self._receivers, self._controlwords, targets, strict=True
+            ):
+                self._send(identifier, pack(controlword, target))
+            return
+        for (identifier, pack), *values in zip(
+            self._with_torque, self._controlwords, targets, torques, strict=True
         ):
-            self._send(identifier, pack(controlword, target))
+            self._send(identifier, pack(*values))
 
     def _remember(self, slot: int, targets: Sequence[int], phase: int) -> None:
         self._setpoint_of_cycle[slot] = targets
@@ -119,6 +135,8 @@ class SetpointStream:
         self._first_cycle = -1
         self.done = 0
         self._length = len(trajectory)
+        planned = trajectory.phase == Phase.PLAN
+        self._before_plan = int(planned.argmax()) if planned.any() else self._length
         self._trajectory = trajectory
 
     @property
@@ -131,6 +149,11 @@ class SetpointStream:
     def began(self) -> int | None:
         """SYNC at which the first target of the last trajectory took effect; None before that is known."""
         return self._first_cycle + 1 if self._length and self._first_cycle >= 0 else None
+
+    @property
+    def before_plan(self) -> int:
+        """Cycles of the last trajectory until its plan begins; all of them where it holds none."""
+        return self._before_plan
 
     @property
     def length(self) -> int:

@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.rig import Rig
+from daq.torque_loop import TorqueLoop
+from drivers.process_data import TARGET_TORQUE, TORQUE_OFFSET
 from identify.recording.errors import InputError
 
 RAMP = 0.5
@@ -33,6 +35,8 @@ class SentAhead:
     counts         : (L, n) int16, per mille of the rated torque, a row for each cycle of the plan
     follows_within : (n,) rad or m: the motion is stopped where a position is further than this from the setpoint of the SYNC
                      before, at which the axis should have arrived
+    loop           : the position loop that this computer closes in mode 10, the counts being added to its torque; None where the
+                     drives' own loops hold the axes and take the counts as torque offset
     without        : (L, n) rad or m: following error of the same plan without torque, NaN where it is not known; the motion is
                      stopped where the torque makes it clearly worse (`daq.following_watch`)
     """
@@ -40,12 +44,20 @@ class SentAhead:
     counts: NDArray[np.int16]
     follows_within: NDArray[np.float64]
     without: NDArray[np.float64]
+    loop: TorqueLoop | None = None
+
+    @property
+    def entry(self) -> str:
+        """The torque that goes beside a target position, by its name in the drives' setpoints."""
+        return TORQUE_OFFSET if self.loop is None else TARGET_TORQUE
 
 
-def torque_offset(rig: Rig, torque: NDArray[np.float64], share: float) -> TorqueOffset:
+def torque_offset(rig: Rig, torque: NDArray[np.float64], share: float, *, faded: bool = True) -> TorqueOffset:
     """Joint torques (L, n), N m or N, as torque offsets: bounded, faded in and out, in the drives' unit.
 
     share : of each axis's current limit, 0 to 1
+    faded : False where the loop that holds the axes is ours, whose integral gives the torque at the beginning and takes it over
+        at the end
 
     Raises InputError: the rig file does not say what a drive's rated torque is, or a torque is not a number.
     """
@@ -59,8 +71,8 @@ def torque_offset(rig: Rig, torque: NDArray[np.float64], share: float) -> Torque
     current = np.linalg.solve(rig.drive_gain, torque.T).T
     limit = share * np.array([axis.limits.current for axis in rig.axes])
     within = np.clip(current, -limit, limit)
-    sent = within * fading(len(torque), rig.cycle)[:, None]
-    counts = np.rint(sent * _per_mille(rig))
+    sent = within * fading(len(torque), rig.cycle)[:, None] if faded else within
+    counts = np.rint(sent * per_mille(rig))
     most = np.iinfo(np.int16).max
     if np.abs(counts).max(initial=0.0) > most:
         raise InputError(
@@ -77,7 +89,7 @@ def fading(cycles: int, period: float) -> NDArray[np.float64]:
     return np.clip(np.minimum(count, count[::-1]) * period / RAMP, 0.0, 1.0)
 
 
-def _per_mille(rig: Rig) -> NDArray[np.float64]:
+def per_mille(rig: Rig) -> NDArray[np.float64]:
     """(n,) per mille of the rated torque for each A of command."""
     factors: list[float] = []
     for axis, profile in zip(rig.axes, rig.profiles, strict=True):

@@ -4,6 +4,10 @@ from enum import Enum, IntEnum
 
 TORQUE_OFFSET = 0x60B2
 """per mille of the rated torque (0x6076), added to what the drive's own controllers ask for"""
+TARGET_TORQUE = 0x6071
+"""per mille of the rated torque, in cyclic synchronous torque mode"""
+ABORT_CONNECTION_OPTION = 0x6007
+"""what a drive does when its master falls silent: 0 nothing, 1 fault, 2 no voltage, 3 quick stop"""
 CONTROLWORD = 0x6040
 STATUSWORD = 0x6041
 QUICK_STOP_OPTION = 0x605A

@@ -24,6 +24,7 @@ from drivers.set_up_forecast import (
     objects_written,
     process_data_in_words,
 )
+from drivers.setpoint_timeout import forget_setpoints, watch_setpoints
 from drivers.standard_stream import TPDO_BASE, wanted_pdos
 from drivers.state_machine import DEFAULT_TIMEOUTS, NO_MODE_DISPLAY, Timeouts
 from drivers.stream_set_up import present_pdos, require_pdos, set_up_stream
@@ -251,7 +252,7 @@ class Drive(ManagedNode):
         *,
         temperature: bool = False,
         transmission_type: int = SYNCHRONOUS,
-        torque_offset: bool = False,
+        torque: str | None = None,
     ) -> DriveStream:
         """Map position, current reference and statusword to synchronous TPDOs, controlword and target to
         RPDO 1.
@@ -259,7 +260,8 @@ class Drive(ManagedNode):
         To be called in PRE-OPERATIONAL. All other PDOs are switched off, and only what differs is written. What is returned
         was read back. Where the drive refuses, its PDOs are used as they stand if they carry what is needed.
 
-        torque_offset : also map 0x60B2 to the RPDO; a drive that does not take it there is refused
+        torque : also map this entry to the RPDO, TORQUE_OFFSET (0x60B2) or TARGET_TORQUE (0x6071) of `process_data`; a drive
+            that does not take it there is refused
 
         Raises DriveError when the drive refuses a mapping and has none that serves, or says something else afterwards.
         """
@@ -269,7 +271,7 @@ class Drive(ManagedNode):
             mode,
             temperature=temperature,
             transmission_type=transmission_type,
-            torque_offset=torque_offset,
+            torque=torque,
         )
         present = present_pdos(self.sdo, self.profile)
         require_pdos(self.node, wanted, present)
@@ -330,6 +332,16 @@ class Drive(ManagedNode):
         """
         if self._has(cia402.TORQUE_OFFSET):
             self._hold(cia402.TORQUE_OFFSET, 0, "int16", 0, "clearing the torque offset")
+
+    def watch_setpoints(self, stream: DriveStream, timeout: float) -> str:
+        """Let the drive stop by itself when no setpoint comes for `timeout` (s), 0 for never; in words what it does then.
+
+        Raises DriveError when it cannot be told to (`setpoint_timeout`).
+        """
+        if timeout:
+            return watch_setpoints(self.sdo, stream.receive, timeout)
+        forget_setpoints(self.sdo, stream.receive)
+        return ""
 
     def _set_interpolation_time(self, spellings: list[tuple[int, int]]) -> bool:
         """Whether 0x60C2 now holds a period; False where the drive has no such object.

@@ -23,6 +23,8 @@ EVENT_DRIVEN = 254
 """Transmission types from here on do not wait for SYNC."""
 TORQUE_OFFSET = "torque offset"
 """name of the entry 0x60B2 of a setpoint"""
+TARGET_TORQUE = "target torque"
+"""name of the entry 0x6071 of a setpoint, beside a target position"""
 
 
 @dataclass(frozen=True)
@@ -118,12 +120,12 @@ class DriveStream:
 
     @cached_property
     def packed(self) -> Callable[[int, int], bytes]:
-        """`setpoint` as a function that is quick to call in every cycle; a torque offset is nought."""
+        """`setpoint` as a function that is quick to call in every cycle; a torque beside the target is nought."""
         pack = self.receive.packer.pack
         names = [entry.name for entry in self.receive.entries]
-        if self.takes_torque_offset:
-            with_offset = self.packed_with_offset
-            return lambda controlword, target: with_offset(controlword, target, 0)
+        if self.torque_entry is not None:
+            with_torque = self.packed_with_torque
+            return lambda controlword, target: with_torque(controlword, target, 0)
         if len(names) == 2 and not self.constants:
             return pack if names[0] != "target" else lambda controlword, target: pack(target, controlword)
         rest = iter(self.constants)
@@ -137,15 +139,16 @@ class DriveStream:
         return packed
 
     @property
-    def takes_torque_offset(self) -> bool:
-        """Whether the RPDO has a torque offset beside the target."""
-        return any(entry.name == TORQUE_OFFSET for entry in self.receive.entries)
+    def torque_entry(self) -> str | None:
+        """Which torque the RPDO has beside the target, by its entry's name; None where it has none."""
+        names = [entry.name for entry in self.receive.entries]
+        return next((name for name in (TORQUE_OFFSET, TARGET_TORQUE) if name in names), None)
 
     @cached_property
-    def packed_with_offset(self) -> Callable[[int, int, int], bytes]:
-        """Controlword, target and torque offset (per mille of the rated torque) as the RPDO's data."""
+    def packed_with_torque(self) -> Callable[[int, int, int], bytes]:
+        """Controlword, target and torque (per mille of the rated torque) as the RPDO's data."""
         pack, constants = self.receive.packer.pack, self.constants
-        names = ["controlword", "target", TORQUE_OFFSET]
+        names = ["controlword", "target", self.torque_entry]
         further = itertools.count(len(names))
         order = [
             names.index(entry.name) if entry.name in names else next(further)

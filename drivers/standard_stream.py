@@ -1,8 +1,11 @@
 """The process data that we ask of a drive, as they stand on the bus: what a log of frames is read by."""
 
-from drivers.cia402 import CONTROLWORD, STATUSWORD, TORQUE_OFFSET, Mode
+from drivers import cia402
+from drivers.cia402 import CONTROLWORD, STATUSWORD, Mode
 from drivers.process_data import (
     SYNCHRONOUS,
+    TARGET_TORQUE,
+    TORQUE_OFFSET,
     DriveStream,
     MappedEntry,
     ProcessData,
@@ -10,7 +13,6 @@ from drivers.process_data import (
     distribute,
     lay_out,
 )
-from drivers.process_data import TORQUE_OFFSET as TORQUE_OFFSET_ENTRY
 from drivers.profile import DriveProfile
 
 # COB-IDs of the predefined connection set, CiA 301 section 7.3.3.
@@ -24,6 +26,9 @@ TARGETS = {
     Mode.CYCLIC_SYNCHRONOUS_TORQUE: (0x6071, 0, "<i2"),
     Mode.INTERPOLATED_POSITION: (0x60C1, 1, "<i4"),
 }
+
+TORQUES = {TORQUE_OFFSET: cia402.TORQUE_OFFSET, TARGET_TORQUE: cia402.TARGET_TORQUE}
+"""by name of the entry: objects that carry a torque beside a target, per mille of the rated torque"""
 
 
 def transmitted_entries(profile: DriveProfile, temperature: bool) -> list[MappedEntry]:
@@ -52,11 +57,11 @@ def wanted_pdos(
     *,
     temperature: bool = False,
     transmission_type: int = SYNCHRONOUS,
-    torque_offset: bool = False,
+    torque: str | None = None,
 ) -> tuple[WantedPdo, ...]:
     """The PDOs that `Drive.map_stream` sets up: TPDOs first, then RPDO 1 with controlword and target.
 
-    torque_offset : also 0x60B2 in the RPDO
+    torque : also this entry in the RPDO: TORQUE_OFFSET (0x60B2) or TARGET_TORQUE (0x6071)
     """
     groups = distribute(transmitted_entries(profile, temperature))
     index, subindex, kind = TARGETS[mode]
@@ -64,8 +69,8 @@ def wanted_pdos(
         MappedEntry("controlword", CONTROLWORD, 0, "<u2"),
         MappedEntry("target", index, subindex, kind),
     ]
-    if torque_offset:
-        setpoint.append(MappedEntry(TORQUE_OFFSET_ENTRY, TORQUE_OFFSET, 0, "<i2"))
+    if torque is not None:
+        setpoint.append(MappedEntry(torque, TORQUES[torque], 0, "<i2"))
     return (
         *(
             WantedPdo("TPDO", number, base + node, transmission_type, lay_out(group))

@@ -10,6 +10,8 @@ from drivers.errors import DriveError
 from drivers.fixed_mapping import constants, own_receive_pdo, own_transmit_pdos, used_as_they_stand
 from drivers.process_data import (
     EVENT_DRIVEN,
+    TARGET_TORQUE,
+    TORQUE_OFFSET,
     DriveStream,
     PdoParameters,
     ProcessData,
@@ -21,12 +23,20 @@ from drivers.process_data import (
 )
 from drivers.profile import DriveProfile
 from drivers.sdo import SdoAccess
-from drivers.standard_stream import TORQUE_OFFSET_ENTRY, TPDO_BASE
+from drivers.standard_stream import TPDO_BASE
 
-_NO_TORQUE_AHEAD = (
-    "feedforward torque is sent as torque offset 0x60B2 beside the target, which this drive does not take there; cyclic torque"
-    " mode (0x6071) would close the position loop over the bus, and is not offered"
-)
+_NO_TORQUE = {
+    TORQUE_OFFSET: (
+        "feedforward torque is sent as torque offset 0x60B2 beside the target, which this drive does not take there; where its"
+        " axis may be held by this computer's position loop instead, axes[].feedforward: cyclic-torque of the rig file says so"
+        " (docs/proof.md)"
+    ),
+    TARGET_TORQUE: (
+        "the rig file has axes[].feedforward: cyclic-torque, for which target torque 0x6071 is sent beside the target position,"
+        " and this drive does not take it there"
+    ),
+}
+"""by name of the entry: what is said of a drive that refuses it"""
 
 
 def present_pdos(sdo: SdoAccess, profile: DriveProfile) -> list[PdoParameters]:
@@ -69,8 +79,9 @@ def set_up_stream(
     try:
         (receive,) = _set_up(sdo, takes, present, remarks)
     except DriveError as refusal:
-        if any(entry.name == TORQUE_OFFSET_ENTRY for entry in takes[0].entries) and was_refused(refusal):
-            raise refusal.with_cause(_NO_TORQUE_AHEAD) from refusal
+        torque = next((entry.name for entry in takes[0].entries if entry.name in _NO_TORQUE), None)
+        if torque is not None and was_refused(refusal):
+            raise refusal.with_cause(_NO_TORQUE[torque]) from refusal
         raise
     used = {pdo.can_id for pdo in (*transmit, receive)}
     on_beside = [f"{pdo.kind} {pdo.number}" for pdo in stay_on if pdo.can_id not in used]

@@ -280,7 +280,7 @@ class Proofs:
         number, drive = _drive(row)
         proof = self._proof(row.experiment, number)
         if drive == "without":
-            return proof.folder, proof.plan, None
+            return proof.folder, proof.plan, proof.first()
         without = self._experiments.drive(row.experiment, number, "without")
         if without is None or not _done(without):
             raise Problem(409, "Run the plan without feedforward torque first.")

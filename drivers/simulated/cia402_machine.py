@@ -47,8 +47,11 @@ class Cia402Machine:
         """Make the transition that a controlword asks for, if the present state has it."""
         command = cia402.command_of(controlword, self._controlword)
         self._controlword = controlword
-        if command is None:
-            return
+        if command is not None:
+            self.obey(command)
+
+    def obey(self, command: Command) -> None:
+        """Make the transition of a command, whoever gives it, if the present state has it."""
         if command is Command.ENABLE_OPERATION and self.state is State.READY_TO_SWITCH_ON:
             # "Enable operation" contains "switch on": the drive goes through SWITCHED ON by itself.
             self._enter(Transition.SWITCH_ON, State.SWITCHED_ON)

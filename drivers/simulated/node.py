@@ -6,7 +6,7 @@ gates SDO and PDOs, boot-up after a reset, heartbeat with the state as it is, EM
 """
 
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 
 import canopen
 from canopen.objectdictionary import ODArray, ODVariable, datatypes
@@ -20,8 +20,8 @@ from drivers.simulated.guarded_node import GuardedNode
 from drivers.simulated.late_boot import boot_after
 from drivers.simulated.oddities import PDOS
 from drivers.simulated.pdo import PDO_OFF, Pdo
-from drivers.simulated.process_image import SLOT_OF_OBJECT, MappedSlots, bits_of
-from drivers.simulated.rating_objects import rating_objects
+from drivers.simulated.process_image import SLOT_OF_OBJECT, bits_of
+from drivers.simulated.rating_objects import rating_objects, tuning_objects
 from drivers.simulated.settings import SimulatedAxis
 from drivers.simulated.simulated_drive import SUPPORTED_MODES, SimulatedDrive
 
@@ -29,6 +29,7 @@ DICTIONARY = "simulated.eds"
 _INITIALISING, _STOPPED, _OPERATIONAL, _PRE_OPERATIONAL = 0, 4, 5, 127
 _NMT_STATE_OF_COMMAND = {1: _OPERATIONAL, 2: _STOPPED, 128: _PRE_OPERATIONAL}
 _FAULT_COMMAND = 0x2010
+_RPDO_TIMEOUT = 0x8250
 
 
 class SimulatedNode(canopen.LocalNode):
@@ -144,11 +145,10 @@ class SimulatedNode(canopen.LocalNode):
         if len(data) < pdo.slots.struct.size:
             self.send_emergency(0x8210)
             return
-        if pdo.synchronous:
-            pdo.received = data
-        else:
+        pdo.take(data)
+        if not pdo.synchronous:
             pdo.slots.unpack(data, self.drive.image)
-            self._act_on_image(pdo.slots)
+            self._act_on_image(pdo.slots.slots)
             self.send_events()
 
     def answer_sync(self, angle: float, temperature: float) -> None:
@@ -232,13 +232,22 @@ class SimulatedNode(canopen.LocalNode):
         """SYNC, second half: what synchronous RPDOs brought becomes effective."""
         if self.faults.frozen:
             return
+        self.miss_setpoints(period)
         self._hear_foreign_setpoint()
         for pdo in self._rpdos:
             if pdo.received is not None and pdo.slots is not None:
                 data, pdo.received = pdo.received, None
                 pdo.slots.unpack(data, self.drive.image)
-                self._act_on_image(pdo.slots)
+                self._act_on_image(pdo.slots.slots)
         self.drive.activate_setpoints(period)
+
+    def miss_setpoints(self, duration: float) -> None:
+        """`duration` s have passed: an RPDO that stays away for its event time is an RPDO timeout, reacted to as 0x6007 says."""
+        missed = [pdo.valid and pdo.missed_after(duration) for pdo in self._rpdos]
+        if any(missed) and self.nmt_state == _OPERATIONAL and not self.faults.frozen:
+            self.send_emergency(_RPDO_TIMEOUT)
+            self.drive.lose_master(self._signed(0x6007, 0), _RPDO_TIMEOUT)
+            self.send_events()
 
     def send_events(self) -> None:
         """Transmit event-driven TPDOs whose data changed, and EMCY when an error came or went."""
@@ -267,10 +276,10 @@ class SimulatedNode(canopen.LocalNode):
             register = self.drive.image[slot.ERROR_REGISTER]
             self.send(0x80 + self.node, struct.pack("<HB5x", code, register))
 
-    def _act_on_image(self, slots: MappedSlots) -> None:
-        if slot.MODE in slots.slots:
+    def _act_on_image(self, slots: Collection[int]) -> None:
+        if slot.MODE in slots:
             self.drive.take_mode()
-        if slot.CONTROLWORD in slots.slots:
+        if slot.CONTROLWORD in slots:
             self.drive.take_controlword()
 
     # ---- the object dictionary over SDO ----
@@ -296,10 +305,7 @@ class SimulatedNode(canopen.LocalNode):
         slot_and_format = SLOT_OF_OBJECT.get((index, subindex))
         if slot_and_format is not None:
             self.drive.image[slot_and_format[0]] = struct.unpack("<" + slot_and_format[1], data)[0]
-            if index == 0x6060:
-                self.drive.take_mode()
-            elif index == 0x6040:
-                self.drive.take_controlword()
+            self._act_on_image({slot_and_format[0]})
         elif check_writable:
             self._written(index, subindex)
 
@@ -348,9 +354,8 @@ class SimulatedNode(canopen.LocalNode):
         if index == 0x1017:
             self.heartbeat_period = self._number(index, 0) * 1e-3
         elif index == 0x1016:
-            entry = self._number(index, 1)
-            period = (entry & 0xFFFF) * 1e-3
-            self.master_heartbeat = (entry >> 16 & 0x7F, period) if period else None
+            node, period = self._number(index, 1) >> 16 & 0x7F, (self._number(index, 1) & 0xFFFF) * 1e-3
+            self.master_heartbeat = (node, period) if period else None
         elif index == 0x100C:
             self.guarding.guard_time = self._number(index, 0) * 1e-3
         elif index == 0x100D:
@@ -397,13 +402,9 @@ class SimulatedNode(canopen.LocalNode):
     def _load_drive_objects(self) -> None:
         """The drive's ratings into the object dictionary."""
         axis = self.axis
-        for (index, subindex), value in rating_objects(axis).items():
+        gains, tables = self.drive.servo.raw, self.drive.compensation.raw
+        for (index, subindex), value in (rating_objects(axis) | tuning_objects(gains, tables)).items():
             self._store(index, subindex, value)
-        for index, value in self.drive.servo.raw.items():
-            self._store(index, 0, value)
-        for index, values in self.drive.compensation.raw.items():
-            for place, value in enumerate(values, 1):
-                self._store(index, 0 if len(values) == 1 else place, value)
         if axis.oddities.fixed_interpolation is not None:
             self._store(0x60C2, 1, axis.oddities.fixed_interpolation)
             self._store(0x60C2, 2, -3)
@@ -445,3 +446,4 @@ class SimulatedNode(canopen.LocalNode):
         entries = [self._number(mapping, position + 1) for position in range(self._number(mapping, 0))]
         slots = [self._slot_of_mapping(entry) for entry in entries]
         pdo.load(self._number(communication, 1), self._number(communication, 2), slots)
+        pdo.event_time = self._number(communication, 5) * 1e-3

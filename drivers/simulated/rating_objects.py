@@ -1,6 +1,7 @@
 """What a simulated drive says of its motor, its limits and its encoder: objects of CiA 402 whose values its settings give."""
 
 import math
+from collections.abc import Mapping, Sequence
 
 from drivers.simulated.settings import SimulatedAxis
 
@@ -21,3 +22,14 @@ def rating_objects(axis: SimulatedAxis) -> dict[tuple[int, int], int]:
         (0x608F, 1): axis.counts_per_turn,  # encoder increments
         (0x608F, 2): 1,  # per revolution of the motor
     }
+
+
+def tuning_objects(
+    gains: Mapping[int, int], tables: Mapping[int, Sequence[int]]
+) -> dict[tuple[int, int], int]:
+    """Index and subindex of the servo's gains and of the compensation's tables, with their raw values."""
+    objects = {(index, 0): value for index, value in gains.items()}
+    for index, values in tables.items():
+        for place, value in enumerate(values, 1):
+            objects[index, 0 if len(values) == 1 else place] = value
+    return objects

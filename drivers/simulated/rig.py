@@ -251,6 +251,10 @@ class SimulatedRig:
                 self._miss_sync(node)
         runs_on = self.settings.run_on_after
         runs_on = runs_on is not None and not never and silent > runs_on
+        if runs_on:
+            # With SYNC the nodes count for themselves how long a setpoint has stayed away.
+            for node in self.nodes:
+                node.miss_setpoints(passed)
         on_its_own = any(
             node.drive.machine.stopping or node.drive.homing or node.drive.free for node in self.nodes
         )

@@ -49,6 +49,10 @@ class Servo:
         self._integral = current
         self.limited = False
 
+    def stand_by(self, current: float) -> None:
+        """Somebody else's loop commands the current (A): the integrator keeps up, so that taking over is no jump."""
+        self._integral = current
+
     def look_anew(self, velocity: float) -> None:
         """What is observed from now on has another zero or direction; `velocity` (counts/s) goes on there."""
         self._last_position = None

@@ -8,7 +8,7 @@ import math
 import random
 
 from drivers import cia402
-from drivers.cia402 import Mode, State
+from drivers.cia402 import Command, Mode, State
 from drivers.simulated import process_image as slot
 from drivers.simulated.cia402_machine import POWERED, Cia402Machine
 from drivers.simulated.compensation import Compensation
@@ -27,9 +27,9 @@ SUPPORTED_MODES = (
 _POSITION_MODES = (Mode.INTERPOLATED_POSITION, Mode.CYCLIC_SYNCHRONOUS_POSITION)
 _MODES_WITH_HALT = (Mode.INTERPOLATED_POSITION, Mode.HOMING)
 """the others among modes 6 to 10 have no halt (CiA 402-2: bit 8 is reserved there)"""
+_ON_LOSS = {2: Command.DISABLE_VOLTAGE, 3: Command.QUICK_STOP}
 _FOLLOWING_ERROR_CODE = 0x8611
-# A stopping axis counts as stopped when it has been this slow for this long; one count per servo period is the
-# least velocity that an encoder shows.
+# A stopping axis is at rest when it has been this slow for this long; an encoder shows one count per servo period at least.
 _AT_REST = 0.05  # rad/s of the motor
 _AT_REST_COUNTS = 1.5  # per servo period
 _AT_REST_TIME = 0.03  # s
@@ -112,8 +112,7 @@ class SimulatedDrive:
         controlword = self.image[slot.CONTROLWORD]
         before = self.machine.state
         self.machine.take_controlword(controlword)
-        after = self.machine.state
-        if after is not before:
+        if (after := self.machine.state) is not before:
             self._entered(before, after)
         if self.image[slot.MODE_DISPLAY] == Mode.HOMING and after is State.OPERATION_ENABLED:
             start = bool(controlword & cia402.START_HOMING)
@@ -134,12 +133,21 @@ class SimulatedDrive:
         mode = self.image[slot.MODE]
         if self.faults.keep_mode or mode == self.image[slot.MODE_DISPLAY]:
             return
-        if mode in SUPPORTED_MODES or mode == 0:
+        if mode == 0 or mode in SUPPORTED_MODES:
             self.image[slot.MODE_DISPLAY] = mode
             self._homing_active = self._told_to_home = False
             if self.machine.enabled:
                 self._start_following()
         self.update_statusword()
+
+    def lose_master(self, option: int, code: int) -> None:
+        """Act on the abort connection option code (0x6007): 1 a fault of this code, 2 no voltage, 3 quick stop."""
+        if option == 1 and self.machine.powered:
+            self.fail(code)
+        elif option in _ON_LOSS and self.machine.enabled:
+            self.machine.obey(_ON_LOSS[option])
+            self._entered(State.OPERATION_ENABLED, self.machine.state)
+            self.update_statusword()
 
     def fail(self, code: int) -> None:
         """A fault: error code and register are set, the fault reaction begins."""
@@ -190,9 +198,9 @@ class SimulatedDrive:
         self._off_for = 0.0
         if self._flipped_at is not None:
             self.servo.look_anew(-self.servo.velocity)
-        at_rest = abs(self.servo.velocity) <= self._slow
-        self._hold = float(self.image[slot.POSITION]) if self.axis.brake and at_rest else None
-        self._settles_for = 0.0 if at_rest else _BRAKE_SETTLES
+        resting = abs(self.servo.velocity) <= self._slow
+        self._hold = float(self.image[slot.POSITION]) if self.axis.brake and resting else None
+        self._settles_for = 0.0 if resting else _BRAKE_SETTLES
 
     @property
     def free(self) -> bool:
@@ -233,8 +241,7 @@ class SimulatedDrive:
         if self.faults.glitch:
             position += self.faults.glitch
             self.faults.glitch = 0
-        image[slot.POSITION] = position
-        image[slot.VELOCITY] = round(self.servo.velocity)
+        image[slot.POSITION], image[slot.VELOCITY] = position, round(self.servo.velocity)
         image[slot.TEMPERATURE] = round(temperature * 10)
 
     def encoder(self, angle: float) -> int:
@@ -317,6 +324,7 @@ class SimulatedDrive:
             reference = (image[slot.TARGET_TORQUE] + image[slot.TORQUE_OFFSET]) * 1e-3 * self.rated_current
             current = min(max(reference, -limit), limit)
             servo.limited = current != reference
+            servo.stand_by(current)
             self._demand = float(position)
             self._demand_velocity = servo.velocity
             return current
@@ -338,10 +346,8 @@ class SimulatedDrive:
         # current a sawtooth in step with the sampling, and what is recorded at SYNC would not be its mean.
         share = min(1.0, since_sync / self._period)
         self._demand_velocity = self._slope_before + (self._slope - self._slope_before) * share
-        image[slot.POSITION_DEMAND] = round(demand)
-        error = demand - position
-        image[slot.FOLLOWING_ERROR] = round(error)
-        self._supervise(error, duration)
+        image[slot.POSITION_DEMAND], image[slot.FOLLOWING_ERROR] = round(demand), round(demand - position)
+        self._supervise(demand - position, duration)
         added = image[slot.TORQUE_OFFSET] * 1e-3 * self.rated_current
         added += self.compensation.current(self._demand_velocity, position)
         return servo.follow_position(demand, self._demand_velocity, position, limit, duration, added)
@@ -356,16 +362,12 @@ class SimulatedDrive:
 
     def _slow_down(self, duration: float) -> None:
         """Let the velocity demand fall along the ramp for `duration` s."""
-        change = self.quick_stop_deceleration * duration
-        velocity = self._demand_velocity
+        velocity, change = self._demand_velocity, self.quick_stop_deceleration * duration
         self._demand_velocity = velocity - math.copysign(min(change, abs(velocity)), velocity)
 
     def _supervise(self, error: float, duration: float) -> None:
         """Following error, objects 0x6065 and 0x6066."""
-        if abs(error) <= self.following_window:
-            self._following_for = 0.0
-            return
-        self._following_for += duration
+        self._following_for = self._following_for + duration if abs(error) > self.following_window else 0.0
         if self._following_for > self.following_time:
             self._following_error_shown = True
             self.fail(_FOLLOWING_ERROR_CODE)
@@ -380,11 +382,11 @@ class SimulatedDrive:
             self._rests_for = 0.0
             return current
         self._rests_for += duration
+        before = self.machine.state
         if self._rests_for >= _AT_REST_TIME:
-            before = self.machine.state
             self.machine.stopped()
-            if self.machine.state is not before:
-                self._entered(before, self.machine.state)
+        if self.machine.state is not before:
+            self._entered(before, self.machine.state)
         return current
 
     def _without_power(self, position: int, duration: float) -> float:

@@ -69,4 +69,9 @@ class CompensationDocument(Document):
         default=None, description="who asked for it; null in documents before it was kept"
     )
     created: str | None = Field(default=None, description="ISO 8601, UTC, when it was asked for")
+    held_by: Literal["drive", "this computer"] = Field(
+        default="drive",
+        description="whose position loop held the axes in both runs; `this computer` in cyclic torque mode (0x6071), where the"
+        " result is of that loop over the bus and not of the drive's own",
+    )
     remarks: tuple[str, ...] = Field(description="what the reader must know")

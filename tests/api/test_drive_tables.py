@@ -25,6 +25,7 @@ from daq.simulated_rig import simulated_rig
 from drivers.bus import BusSettings
 from drivers.cia402 import Command
 from drivers.errors import DriveError, DriverError
+from drivers.process_data import TORQUE_OFFSET
 from drivers.simulated import process_image as slot
 from identify.export.exported_model import Torque, exported_model
 from identify.identification import identify
@@ -160,8 +161,9 @@ def test_a_drive_that_compensates_friction_itself_is_sent_no_torque_ahead(rig):
             try:
                 if value:
                     with pytest.raises(DriveError, match=r"0x2021:03.*would act twice"):
-                        drives.configure(torque_offset=True)
-                assert drives.configure(torque_offset=not value)[0].takes_torque_offset == (not value)
+                        drives.configure(torque=TORQUE_OFFSET)
+                (stream,) = drives.configure(torque=None if value else TORQUE_OFFSET)
+                assert stream.torque_entry == (None if value else TORQUE_OFFSET)
             finally:
                 drives.close()
 

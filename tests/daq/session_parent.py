@@ -1,6 +1,10 @@
-"""Run by test_kills.py as a process of its own: holds a session until it ends, and prints what happens."""
+"""Run by tests as a process of its own: holds a session until it ends, and prints what happens.
+
+session_parent.py FOLDER [RIG [AHEAD]]: AHEAD is a pickled `SentAhead` to be sent along the plan.
+"""
 
 import ctypes
+import pickle
 import signal
 import sys
 from pathlib import Path
@@ -8,6 +12,9 @@ from pathlib import Path
 from daq.excitation.standard_plan import standard_plan
 from daq.rig import Rig
 from daq.session_workflow import PayloadSession
+
+SECONDS = 300.0
+"""of its standard plan"""
 
 
 def gone(process: int) -> bool:
@@ -26,8 +33,10 @@ def hold_interpreter(*_: object) -> None:
 if __name__ == "__main__":
     signal.signal(signal.SIGUSR1, hold_interpreter)
     rig = Rig.load(sys.argv[2] if len(sys.argv) > 2 else "rx130l-joint3-simulated")
-    plan = standard_plan(rig, 300.0)
-    with PayloadSession(rig, Path(sys.argv[1]), plan, rig.payload("none"), "operator") as session:
+    plan = standard_plan(rig, SECONDS)
+    ahead = pickle.loads(Path(sys.argv[3]).read_bytes()) if len(sys.argv) > 3 else None
+    none = rig.payload("none")
+    with PayloadSession(rig, Path(sys.argv[1]), plan, none, "operator", ahead=ahead) as session:
         session.check()
         session.confirm_payload(0.0)
         session.arm()

@@ -93,10 +93,10 @@ def test_what_is_added_up_does_not_depend_on_how_the_rows_come_in(rig, usual, fa
 @pytest.mark.parametrize(
     ("wrong", "latest"),
     [
-        (lambda usual: 2.0 * usual, 0.5),
-        (lambda usual: np.where(usual > 0, 2.0 * usual, 0.2 * usual), 1.5),
-        (lambda usual: np.where(usual < 0, -2.0 * usual, 0.2 * usual), 1.5),
-        (lambda usual: usual + 3e-4, 0.5),
+        (lambda usual: 2.0 * usual, 0.8),
+        (lambda usual: np.where(usual > 0, 2.0 * usual, 0.2 * usual), 2.5),
+        (lambda usual: np.where(usual < 0, -2.0 * usual, 0.2 * usual), 2.5),
+        (lambda usual: usual + 3e-4, 0.8),
     ],
     ids=["wrong sign", "wrong forward", "wrong backward", "another payload"],
 )

@@ -18,7 +18,7 @@ class Sent:
             SimpleNamespace(
                 receive=SimpleNamespace(can_id=0x200 + node),
                 packed=lambda word, target: (word, target),
-                takes_torque_offset=False,
+                torque_entry=None,
             )
             for node in (5, 6)
         ]

@@ -10,6 +10,7 @@ from drivers.canopen_network import NodeWatch
 from drivers.cia402 import Mode, State
 from drivers.drive import Drive
 from drivers.errors import DriveError
+from drivers.process_data import TORQUE_OFFSET
 from drivers.profile import GENERIC
 from drivers.simulated.oddities import OdditySettings
 
@@ -183,24 +184,24 @@ def test_the_stream_is_what_the_drive_confirmed(open_bench):
 
 def test_a_torque_offset_is_mapped_beside_the_target_where_it_is_asked_for(open_bench):
     bench = open_bench()
-    stream = bench.drive.map_stream(CSP, torque_offset=True)
+    stream = bench.drive.map_stream(CSP, torque=TORQUE_OFFSET)
     assert [(entry.index, entry.byte_offset) for entry in stream.receive.entries] == [
         (0x6040, 0),
         (0x607A, 2),
         (0x60B2, 6),
     ]
-    assert stream.packed_with_offset(0x0F, -2, -3) == b"\x0f\x00\xfe\xff\xff\xff\xfd\xff"
+    assert stream.packed_with_torque(0x0F, -2, -3) == b"\x0f\x00\xfe\xff\xff\xff\xfd\xff"
     assert stream.setpoint(0x0F, -2) == b"\x0f\x00\xfe\xff\xff\xff\x00\x00"
-    assert not bench.drive.map_stream(CSP).takes_torque_offset
+    assert bench.drive.map_stream(CSP).torque_entry is None
 
 
 def test_a_drive_that_takes_no_torque_offset_is_refused_with_what_would_be_needed(open_bench, axis):
     bench = open_bench(axis(oddities=OdditySettings(fixed_pdos=True)))
     with pytest.raises(
-        DriveError, match=r"0x60B2 .*cyclic torque mode \(0x6071\) would close the position loop over the bus"
+        DriveError, match=r"0x60B2 .*axes\[\]\.feedforward: cyclic-torque of the rig file says so"
     ):
-        bench.drive.map_stream(CSP, torque_offset=True)
-    assert not bench.drive.map_stream(CSP).takes_torque_offset
+        bench.drive.map_stream(CSP, torque=TORQUE_OFFSET)
+    assert bench.drive.map_stream(CSP).torque_entry is None
 
 
 def test_a_torque_offset_that_a_dead_session_left_is_cleared(open_bench):
