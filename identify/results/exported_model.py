@@ -25,7 +25,7 @@ class ExportedBaseParameter(Part):
     name: str = Field(description="symbol", examples=["ZZ1R"])
     grouping: str = Field(description="standard parameters that it is made of", examples=["ZZ1 + Ia1"])
     value: float = Field(description="in `unit`")
-    unit: str = Field(examples=["kg m^2"])
+    unit: str = Field(description="of `value`", examples=["kg m^2"])
 
 
 class ExportedTorque(Part):
@@ -36,10 +36,10 @@ class ExportedTorque(Part):
     the joints' loads) and motor_share of `motor`.
     """
 
-    effect: str = Field(examples=["viscous"])
+    effect: str = Field(description="name of the effect", examples=["viscous"])
     joint: str = Field(description="that it acts on")
     motor: str = Field(description="joint whose motor owns it")
-    formulas: tuple[str, ...] = Field(examples=[["dq"]])
+    formulas: tuple[str, ...] = Field(description="of the signals above, SI", examples=[["dq"]])
     values: tuple[float, ...] = Field(description="N m or N per unit of the formula")
     presliding_distance: float | None = Field(description="rad or m, of an effect with a memory")
 
@@ -49,8 +49,8 @@ class ExportedModelDocument(Document):
 
     MADE_BY = "coulomb export"
 
-    experiment: str = Field(examples=["rx130l-joint3"])
-    model: str = Field(examples=["usual"])
+    experiment: str = Field(description="name of the experiment", examples=["rx130l-joint3"])
+    model: str = Field(description="the model, as requested", examples=["usual"])
     gravity: tuple[float, float, float] = Field(description="m/s², in the base frame")
     links: tuple[ExportedLink, ...] = Field(description="base to tip")
     base: tuple[ExportedBaseParameter, ...] = Field(description="base parameters, as identified")

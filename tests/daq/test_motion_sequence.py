@@ -40,7 +40,7 @@ class Setpoints:
         self.followed.append(trajectory)
 
 
-class Told:
+class SequenceWithDrive:
     """A sequence and a drive that says what the test has it say."""
 
     def __init__(self, rig: Rig) -> None:
@@ -75,7 +75,7 @@ class Told:
         """How many rows take so long, rounded up."""
         return int(np.ceil(seconds / self.rig.cycle - 1e-9))
 
-    def to(self, step: Step) -> Told:
+    def to(self, step: Step) -> SequenceWithDrive:
         """Go on until a step is reached, all being well."""
         if self.sequence.step is Step.ENABLING and step is not Step.ENABLING:
             assert self.says(ENABLED) is Step.HOLDING
@@ -89,8 +89,8 @@ class Told:
 
 
 @pytest.fixture
-def told(rig: Rig) -> Told:
-    return Told(rig)
+def drive(rig: Rig) -> SequenceWithDrive:
+    return SequenceWithDrive(rig)
 
 
 @pytest.mark.parametrize(
@@ -102,134 +102,134 @@ def told(rig: Rig) -> Told:
         (State.NOT_READY_TO_SWITCH_ON, 0x0F),
     ],
 )
-def test_each_state_is_answered_by_the_command_of_the_standard(told, state, command):
-    assert told.says(state) is Step.ENABLING
-    assert told.setpoints.commands[-1] == [command]
+def test_each_state_is_answered_by_the_command_of_the_standard(drive, state, command):
+    assert drive.says(state) is Step.ENABLING
+    assert drive.setpoints.commands[-1] == [command]
 
 
 @pytest.mark.parametrize("state", [State.FAULT, State.FAULT_REACTION_ACTIVE])
-def test_a_fault_is_not_commanded_away(told, state):
-    assert told.says(state) is Step.ENABLING
-    assert told.setpoints.commands == []
+def test_a_fault_is_not_commanded_away(drive, state):
+    assert drive.says(state) is Step.ENABLING
+    assert drive.setpoints.commands == []
 
 
-def test_the_target_goes_with_an_axis_without_power_and_stands_from_the_command_on_that_gives_it_power(told):
-    told.says(State.READY_TO_SWITCH_ON, 500)
-    assert told.setpoints.held == [500]
-    told.says(State.READY_TO_SWITCH_ON, 480)
-    assert told.setpoints.held == [480]
-    told.says(State.SWITCHED_ON, 470)
-    assert told.setpoints.held == [480]
-    assert told.says(ENABLED, 460) is Step.HOLDING
-    assert told.setpoints.held == [480]
-    told.says(ENABLED, 460, told.rows(0.3))
-    assert told.asked_for == [[480]]
-    assert told.setpoints.followed == ["the plan"]
+def test_the_target_goes_with_an_axis_without_power_and_stands_from_the_command_on_that_gives_it_power(drive):
+    drive.says(State.READY_TO_SWITCH_ON, 500)
+    assert drive.setpoints.held == [500]
+    drive.says(State.READY_TO_SWITCH_ON, 480)
+    assert drive.setpoints.held == [480]
+    drive.says(State.SWITCHED_ON, 470)
+    assert drive.setpoints.held == [480]
+    assert drive.says(ENABLED, 460) is Step.HOLDING
+    assert drive.setpoints.held == [480]
+    drive.says(ENABLED, 460, drive.rows(0.3))
+    assert drive.asked_for == [[480]]
+    assert drive.setpoints.followed == ["the plan"]
 
 
-def test_nothing_is_commanded_before_the_drive_has_said_anything(told):
-    told.says(State.SWITCH_ON_DISABLED, came=False)
-    assert told.setpoints.commands == []
-    assert told.setpoints.held == []
+def test_nothing_is_commanded_before_the_drive_has_said_anything(drive):
+    drive.says(State.SWITCH_ON_DISABLED, came=False)
+    assert drive.setpoints.commands == []
+    assert drive.setpoints.held == []
 
 
-def test_power_must_come_within_three_seconds_and_what_lacks_it_is_named(told):
-    assert told.says(State.SWITCH_ON_DISABLED, count=told.rows(3.0) - 1) is Step.ENABLING
-    assert told.says(State.SWITCH_ON_DISABLED) is Step.POWERING_OFF
-    reason = told.sequence.reason
+def test_power_must_come_within_three_seconds_and_what_lacks_it_is_named(drive):
+    assert drive.says(State.SWITCH_ON_DISABLED, count=drive.rows(3.0) - 1) is Step.ENABLING
+    assert drive.says(State.SWITCH_ON_DISABLED) is Step.POWERING_OFF
+    reason = drive.sequence.reason
     assert reason.cause is StopCause.DRIVE_FAULT
     assert reason.words == "no power within 3 s: joint j3 is in SWITCH ON DISABLED"
-    silent = Told(told.rig)
+    silent = SequenceWithDrive(drive.rig)
     silent.says(State.FAULT, count=silent.rows(3.0), came=False)
     assert silent.sequence.reason.words == "no power within 3 s: joint j3 is silent"
-    odd = Told(told.rig)
+    odd = SequenceWithDrive(drive.rig)
     odd.says(0x0001, count=odd.rows(3.0))
     assert odd.sequence.reason.words == "no power within 3 s: joint j3 is in statusword 0x0001"
 
 
-def test_an_axis_rests_with_power_for_three_tenths_before_and_after_the_plan(told):
-    told.to(Step.HOLDING)
-    assert told.says(ENABLED, count=told.rows(0.3) - 1) is Step.HOLDING
-    assert told.says(ENABLED) is Step.MOVING
-    assert told.sequence.lasted == 0.0
-    told.setpoints.at_end = True
-    assert told.says(ENABLED, phase=Phase.PLAN) is Step.MOVING
-    told.setpoints.at_end = False
-    assert told.says(ENABLED) is Step.MOVING
-    told.to(Step.SETTLING)
-    assert told.says(ENABLED, count=told.rows(0.3) - 1) is Step.SETTLING
-    assert told.sequence.lasted == pytest.approx((told.rows(0.3) - 1) * told.rig.cycle)
-    assert told.says(ENABLED) is Step.POWERING_OFF
-    assert told.sequence.reason.cause is StopCause.PLAN_DONE
-    assert told.setpoints.commands[-1] == [0]
-    assert told.setpoints.stops == [Phase.STANDSTILL]
+def test_an_axis_rests_with_power_for_three_tenths_before_and_after_the_plan(drive):
+    drive.to(Step.HOLDING)
+    assert drive.says(ENABLED, count=drive.rows(0.3) - 1) is Step.HOLDING
+    assert drive.says(ENABLED) is Step.MOVING
+    assert drive.sequence.lasted == 0.0
+    drive.setpoints.at_end = True
+    assert drive.says(ENABLED, phase=Phase.PLAN) is Step.MOVING
+    drive.setpoints.at_end = False
+    assert drive.says(ENABLED) is Step.MOVING
+    drive.to(Step.SETTLING)
+    assert drive.says(ENABLED, count=drive.rows(0.3) - 1) is Step.SETTLING
+    assert drive.sequence.lasted == pytest.approx((drive.rows(0.3) - 1) * drive.rig.cycle)
+    assert drive.says(ENABLED) is Step.POWERING_OFF
+    assert drive.sequence.reason.cause is StopCause.PLAN_DONE
+    assert drive.setpoints.commands[-1] == [0]
+    assert drive.setpoints.stops == [Phase.STANDSTILL]
 
 
 @pytest.mark.parametrize(
     ("state", "seconds"), [(State.SWITCH_ON_DISABLED, 0.1), (State.FAULT_REACTION_ACTIVE, 0.5)]
 )
-def test_the_end_waits_for_the_last_controlword_or_for_the_fault_reaction(told, state, seconds):
-    told.to(Step.SETTLING)
-    told.says(ENABLED, count=told.rows(0.3))
-    assert told.says(state, count=told.rows(seconds) - 1) is Step.POWERING_OFF
-    assert told.sequence.moves
-    assert told.says(state) is Step.ENDED
-    assert not told.sequence.moves
+def test_the_end_waits_for_the_last_controlword_or_for_the_fault_reaction(drive, state, seconds):
+    drive.to(Step.SETTLING)
+    drive.says(ENABLED, count=drive.rows(0.3))
+    assert drive.says(state, count=drive.rows(seconds) - 1) is Step.POWERING_OFF
+    assert drive.sequence.moves
+    assert drive.says(state) is Step.ENDED
+    assert not drive.sequence.moves
 
 
-def test_the_first_reason_counts_and_rest_ends_the_stop(told):
-    told.to(Step.MOVING)
-    told.sequence.stop(OPERATOR)
-    told.sequence.stop(StopReason(StopCause.BUS, "later"))
-    assert told.sequence.reason is OPERATOR
-    assert told.setpoints.commands[-1] == [0x02]
-    assert told.sequence.step is Step.STOPPING
+def test_the_first_reason_counts_and_rest_ends_the_stop(drive):
+    drive.to(Step.MOVING)
+    drive.sequence.stop(OPERATOR)
+    drive.sequence.stop(StopReason(StopCause.BUS, "later"))
+    assert drive.sequence.reason is OPERATOR
+    assert drive.setpoints.commands[-1] == [0x02]
+    assert drive.sequence.step is Step.STOPPING
     # the rows of the same turn came before the stop, and say nothing of it
-    window = told.rows(0.1)
-    assert told.says(State.QUICK_STOP_ACTIVE, count=window) is Step.STOPPING
-    assert told.sequence.rest_seen is None
-    assert told.says(State.QUICK_STOP_ACTIVE) is Step.POWERING_OFF
-    assert told.sequence.rest_seen is True
+    window = drive.rows(0.1)
+    assert drive.says(State.QUICK_STOP_ACTIVE, count=window) is Step.STOPPING
+    assert drive.sequence.rest_seen is None
+    assert drive.says(State.QUICK_STOP_ACTIVE) is Step.POWERING_OFF
+    assert drive.sequence.rest_seen is True
 
 
-def test_without_power_a_stop_takes_none(told):
-    told.says(State.READY_TO_SWITCH_ON)
-    told.sequence.stop(OPERATOR)
-    assert told.sequence.step is Step.POWERING_OFF
-    assert told.setpoints.commands[-1] == [0]
-    begun = Told(told.rig)
+def test_without_power_a_stop_takes_none(drive):
+    drive.says(State.READY_TO_SWITCH_ON)
+    drive.sequence.stop(OPERATOR)
+    assert drive.sequence.step is Step.POWERING_OFF
+    assert drive.setpoints.commands[-1] == [0]
+    begun = SequenceWithDrive(drive.rig)
     begun.says(State.QUICK_STOP_ACTIVE)
     begun.sequence.stop(OPERATOR)
     assert begun.sequence.step is Step.STOPPING
 
 
-def test_a_cut_takes_the_power_once_and_says_whether_rest_was_seen(told):
-    told.to(Step.MOVING)
-    told.sequence.cut("no deceleration")
-    told.sequence.cut("later")
-    assert told.sequence.cut_because == "no deceleration"
-    assert told.sequence.step is Step.CUT
-    assert told.setpoints.commands[-1] == [0]
-    window = told.rows(0.1)
-    told.says(State.SWITCH_ON_DISABLED, count=window)
-    assert told.says(State.SWITCH_ON_DISABLED) is Step.ENDED
-    assert told.sequence.rest_seen is True
+def test_a_cut_takes_the_power_once_and_says_whether_rest_was_seen(drive):
+    drive.to(Step.MOVING)
+    drive.sequence.cut("no deceleration")
+    drive.sequence.cut("later")
+    assert drive.sequence.cut_because == "no deceleration"
+    assert drive.sequence.step is Step.CUT
+    assert drive.setpoints.commands[-1] == [0]
+    window = drive.rows(0.1)
+    drive.says(State.SWITCH_ON_DISABLED, count=window)
+    assert drive.says(State.SWITCH_ON_DISABLED) is Step.ENDED
+    assert drive.sequence.rest_seen is True
 
 
 @pytest.mark.parametrize(("came", "seen"), [(True, False), (False, None)])
-def test_an_axis_that_coasts_is_waited_for_as_long_as_a_stop_may_take(told, came, seen):
-    told.to(Step.MOVING)
-    told.sequence.cut("no deceleration")
-    told.says(State.SWITCH_ON_DISABLED)
-    timeout = told.rows(told.rig.supervision.stop_timeout)
+def test_an_axis_that_coasts_is_waited_for_as_long_as_a_stop_may_take(drive, came, seen):
+    drive.to(Step.MOVING)
+    drive.sequence.cut("no deceleration")
+    drive.says(State.SWITCH_ON_DISABLED)
+    timeout = drive.rows(drive.rig.supervision.stop_timeout)
     moving = 1000.0 * np.arange(timeout)
-    assert told.says(State.SWITCH_ON_DISABLED, moving[:-1], timeout - 1, came=came) is Step.CUT
-    assert told.says(State.SWITCH_ON_DISABLED, moving[-1], came=came) is Step.ENDED
-    assert told.sequence.rest_seen is seen
+    assert drive.says(State.SWITCH_ON_DISABLED, moving[:-1], timeout - 1, came=came) is Step.CUT
+    assert drive.says(State.SWITCH_ON_DISABLED, moving[-1], came=came) is Step.ENDED
+    assert drive.sequence.rest_seen is seen
 
 
 def test_at_standby_there_is_nothing_to_cut_and_a_stop_is_an_end(rig):
-    standing = Told(rig)
+    standing = SequenceWithDrive(rig)
     standing.sequence = MotionSequence(rig, standing.setpoints, standing.trajectory)  # type: ignore[arg-type]
     assert not standing.sequence.moves
     standing.sequence.cut("nothing")
@@ -243,11 +243,11 @@ def test_at_standby_there_is_nothing_to_cut_and_a_stop_is_an_end(rig):
     assert standing.sequence.step is Step.ENDED
 
 
-def test_an_axis_is_silent_when_its_newest_samples_hold_no_position(told):
-    few = max(5, round(told.rig.supervision.silence / told.rig.cycle))
-    told.says(ENABLED, count=few)
-    assert not told.sequence.silent
-    told.says(ENABLED, count=few - 1, came=False)
-    assert not told.sequence.silent
-    told.says(ENABLED, came=False)
-    assert told.sequence.silent
+def test_an_axis_is_silent_when_its_newest_samples_hold_no_position(drive):
+    few = max(5, round(drive.rig.supervision.silence / drive.rig.cycle))
+    drive.says(ENABLED, count=few)
+    assert not drive.sequence.silent
+    drive.says(ENABLED, count=few - 1, came=False)
+    assert not drive.sequence.silent
+    drive.says(ENABLED, came=False)
+    assert drive.sequence.silent

@@ -1,29 +1,24 @@
 """Documents of results: what any of them promises."""
 
+import importlib
 import json
 import math
+import pkgutil
 
 import pytest
 from pydantic import BaseModel, ValidationError
 
-from identify.results.comparison import ComparisonDocument
-from identify.results.diagnosis import DiagnosisDocument, JointDiagnosis, Where
+import identify.results
+from identify.results.diagnosis import JointDiagnosis, Where
 from identify.results.document import Document, Part
 from identify.results.effect import CatalogueEffect, EffectOnJoint
-from identify.results.identification import EffectConstants, IdentificationDocument, JointError, SpeedError
+from identify.results.identification import EffectConstants, JointError, SpeedError
 from identify.results.improvement import ImprovementDocument, Step
-from identify.results.next_experiment import NextExperimentDocument
-from identify.results.simulation import SimulationDocument
 
-WHOLE = (
-    IdentificationDocument,
-    DiagnosisDocument,
-    ImprovementDocument,
-    NextExperimentDocument,
-    ComparisonDocument,
-    SimulationDocument,
-    CatalogueEffect,
-)
+for _module in pkgutil.iter_modules(identify.results.__path__):
+    importlib.import_module(f"identify.results.{_module.name}")
+WHOLE = (*Document.__subclasses__(), CatalogueEffect)
+"""every document there is"""
 
 
 def parts_of(kind: type[BaseModel]) -> dict[str, dict]:
