@@ -23,7 +23,9 @@ explanation: The arm leans on a rubber bumper. Check the end stops.
 ```
 
 with the signals q, dq, ddq, load, torque, t, temp, direction (the sign of dq, without the noise at reversals), q1, q2, … (the
-positions of all joints) and the functions sign, abs, exp, log, sqrt, sin, cos, tan, tanh, atan, min, max. What the diagnosis
+positions of all joints) and the functions sign, abs, exp, log, sqrt, sin, cos, tan, tanh, atan, min, max and
+finite. A column that is no number somewhere (a root of what is negative, a quotient by 0) counts as 0 there, in fits and in
+exports alike; `finite(x)` says so of a part of one. What the diagnosis
 learns where the catalogue ends (`coulomb diagnose EXPERIMENT --keep-learned`) is such a file too. Or a subclass of
 `identify.effects.effect.Effect` that an installed package offers under the entry point `coulomb.effects`
 (`how-to/add-an-effect.md`). A parameter's range is that of the value as fitted; of a ratio that is its deviation from 1.

@@ -40,6 +40,13 @@ SIGNALS: Mapping[str, str] = {
 }
 NEIGHBOUR = re.compile(r"q[1-9][0-9]?")
 """Position of the joint of that number, rad or m: `q2` is the second joint's."""
+
+
+def finite(values: Array) -> Array:
+    """The values, and 0 where they are no finite number."""
+    return np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0)
+
+
 FUNCTIONS: Mapping[str, Callable[..., Array]] = {
     "sign": np.sign,
     "abs": np.abs,
@@ -53,6 +60,7 @@ FUNCTIONS: Mapping[str, Callable[..., Array]] = {
     "atan": np.arctan,
     "min": np.minimum,
     "max": np.maximum,
+    "finite": finite,
 }
 OPERATORS: Mapping[type[ast.operator], Callable[[Array, Array], Array]] = {
     ast.Add: np.add,
@@ -144,7 +152,9 @@ class OwnEffect(Effect):
     def formulas(self, constants: Constants) -> tuple[str, ...] | None:
         if self.neighbours:
             return None  # exported code knows a joint's own signals
-        return tuple(with_constants(text, constants) for text in self.settings.columns)
+        texts = [with_constants(text, constants) for text in self.settings.columns]
+        # as the columns below: a program that is given this formula must not make a torque of what is no number
+        return tuple(f"finite({text})" if _may_have_no_value(text) else text for text in texts)
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         values: dict[str, Array] = {
@@ -166,7 +176,7 @@ class OwnEffect(Effect):
                 np.broadcast_to(parse(text, self.settings.constants)(values), motion.q.shape)
                 for text in self.settings.columns
             ]
-        return np.nan_to_num(np.column_stack(columns), nan=0.0, posinf=0.0, neginf=0.0)
+        return finite(np.column_stack(columns))
 
 
 def load_own_effect(path: Path) -> OwnEffect:
@@ -192,6 +202,22 @@ def load_own_effect(path: Path) -> OwnEffect:
 def with_constants(text: str, constants: Constants) -> str:
     """A formula with its constants put in as numbers."""
     return ast.unparse(_PutIn(constants).visit(ast.parse(text, mode="eval")))
+
+
+def _may_have_no_value(text: str) -> bool:
+    """Whether a formula with numbers for constants can be other than a finite number: a root, a quotient, an overflow."""
+    for node in ast.walk(ast.parse(text, mode="eval")):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+            if node.func.id in ("log", "sqrt", "exp", "tan"):
+                return True
+        elif isinstance(node, ast.BinOp) and isinstance(node.op, ast.Div):
+            if not (isinstance(node.right, ast.Constant) and node.right.value):
+                return True
+        elif isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow):
+            exponent = node.right.value if isinstance(node.right, ast.Constant) else -1
+            if not (isinstance(exponent, int | float) and exponent >= 0 and float(exponent).is_integer()):
+                return True
+    return False
 
 
 class _PutIn(ast.NodeTransformer):

@@ -66,7 +66,7 @@ static const double SHARES[N][N] = {{
 }};
 {memory_table}
 static double sign_of(double x) {{ return (x > 0.0) - (x < 0.0); }}
-
+{finite}
 static void cross(const double a[3], const double b[3], double out[3]) {{
     const double x = a[1] * b[2] - a[2] * b[1], y = a[2] * b[0] - a[0] * b[2], z = a[0] * b[1] - a[1] * b[0];
     out[0] = x;
@@ -239,6 +239,9 @@ def c_code(model: ExportedModel, stem: str) -> tuple[str, str]:
         links=_rows(model.standard.reshape(model.joints, -1).tolist()),
         shares=_rows(model.shares.tolist()),
         memory_table=table,
+        finite="static double finite_of(double x) { return isfinite(x) ? x : 0.0; }\n"
+        if model.may_have_no_value
+        else "",
         at_start=start,
         after=after,
         body="".join(f"{line}\n" for line in lines),

@@ -44,6 +44,7 @@ def document_torque(path: Path) -> TorqueOf:
     except np.linalg.LinAlgError:  # motors that cannot be told apart share the load alike
         carried = np.linalg.pinv(shares)
 
+    @np.errstate(all="ignore")  # what is no number counts as 0
     def torque_of(motion: Motion) -> Array:
         q, dq, ddq = motion.q, motion.dq, motion.ddq
         (bare,) = arm.torques(q, dq, ddq)

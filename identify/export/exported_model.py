@@ -22,7 +22,10 @@ Array = NDArray[np.float64]
 RIGID = "rigid body"
 """what certificates call the inertial and gravity part of the model"""
 
-STRUCTURED = "the structured estimate of eq. (30): one value for each parameter of arm and gear"
+STRUCTURED = (
+    "the structured estimate of eq. (30): one value for each parameter of arm and gear; the error stated of the model is that of"
+    " the linear form, in which their products are parameters of their own"
+)
 LINKS_ALONE = (
     "identified from torques measured on the links' side (link-side): rotor inertia and the friction of motor and gear are not"
     " in the model, so that it is no torque of the motors"
@@ -98,6 +101,11 @@ class ExportedModel:
     def memories(self) -> tuple[Torque, ...]:
         """The torques that have a memory, in the order of their states."""
         return tuple(torque for torque in self.torques if torque.distance is not None)
+
+    @property
+    def may_have_no_value(self) -> bool:
+        """Whether a formula is no finite number somewhere, where it counts as 0."""
+        return any("finite(" in torque.formula for torque in self.torques)
 
     @property
     def in_order(self) -> tuple[tuple[Torque, ...], tuple[Torque, ...]]:

@@ -58,7 +58,8 @@ PYTHON = Dialect(
             "min": "minimum",
             "max": "maximum",
         }.items()
-    },
+    }
+    | {"finite": "_finite"},
     "np.power",
     _SIGNALS,
 )
@@ -76,6 +77,7 @@ C = Dialect(
         "atan": "atan",
         "min": "fmin",
         "max": "fmax",
+        "finite": "finite_of",
     },
     "pow",
     _SIGNALS,
@@ -94,6 +96,7 @@ STRUCTURED_TEXT = Dialect(
         "atan": "ATAN",
         "min": "MIN",
         "max": "MAX",
+        "finite": "FINITE_OF",
     },
     "EXPT",
     {

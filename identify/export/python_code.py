@@ -24,7 +24,7 @@ MEMORIES = {memories}
 """for each state of presliding: joint and distance, rad or m"""
 
 
-def torque(q, dq, ddq, t=0.0, temperature=None, memory=None, payload=None):
+{guard}def torque(q, dq, ddq, t=0.0, temperature=None, memory=None, payload=None):
     """Torque that the motors must give, as the current reference times the drive gain.
 
     t           : s since the machine began to move, for friction that warms up
@@ -114,6 +114,12 @@ def _back(turn, vector):
     return np.einsum("ji...,j...->i...", turn, vector)
 '''
 
+FINITE = """
+
+def _finite(values):
+    return np.where(np.isfinite(values), values, 0.0)
+"""
+
 
 def python_code(model: ExportedModel) -> str:
     """The text of the module."""
@@ -139,8 +145,9 @@ def python_code(model: ExportedModel) -> str:
         links=_array(model.standard.reshape(model.joints, -1)),
         shares=_array(model.shares),
         memories=[(torque.row, torque.distance) for torque in model.memories],
+        guard='@np.errstate(all="ignore")\n' if model.may_have_no_value else "",
         body="".join(f"{line}\n" for line in lines),
-    )
+    ) + (FINITE if model.may_have_no_value else "")
 
 
 def _line(model: ExportedModel, torque: Torque) -> str:

@@ -33,6 +33,20 @@ TANH_OF := SIGN_OF(X) * (1.0 - E) / (1.0 + E);
 END_FUNCTION
 """
 
+FINITE = """
+FUNCTION FINITE_OF : LREAL
+VAR_INPUT
+    X : LREAL;
+END_VAR
+(* no comparison holds with what is no number *)
+IF ABS(X) < 1.0E308 THEN
+    FINITE_OF := X;
+ELSE
+    FINITE_OF := 0.0;
+END_IF;
+END_FUNCTION
+"""
+
 TAKEN = frozenset(
     re.findall(
         r"\w+",
@@ -41,7 +55,7 @@ TAKEN = frozenset(
     ELSIF EQ EXIT EXP EXPT FALSE FIND FOR FROM FUNCTION GE GT IF INSERT INT LE LEFT LEN LIMIT LINT LN LOG LREAL LT LWORD MAX MID
     MIN MOD MOVE MUL MUX NE NOT NULL OF ON OR PROGRAM REAL REF REPEAT REPLACE RESOURCE RETURN RIGHT ROL ROR SEL SHL SHR SIN SINT
     SQRT STEP STRING STRUCT SUB TAN TASK THEN TIME TO TOD TRANSITION TRUE TRUNC TYPE UDINT UINT ULINT UNTIL USINT VAR WHILE WITH
-    WORD WSTRING XOR SIGN_OF TANH_OF X E
+    WORD WSTRING XOR SIGN_OF TANH_OF FINITE_OF X E
     Q DQ DDQ T TEMP PAYLOAD TORQUE LAST GRAVITY DH_ALPHA DH_D DH_THETA DH_R PRISMATIC BODY LINK LOAD DIRECTION WHOLE MOTOR_DQ
     MOTOR_DDQ TURN PLACE FORCE MOMENT RATE CHANGE ACCELERATION WA WB ANGLE ALONG COS_A SIN_A COS_T SIN_T AX AY AZ UX UY UZ J K
     STATE BEFORE BEGUN TRAVEL
@@ -170,7 +184,7 @@ def structured_text(model: ExportedModel, stem: str) -> str:
     declared = f"""(* Inverse dynamics of {_comment(model.experiment)}, model {_comment(model.name)}:
    torque of each joint from its motion. Written by coulomb.
    SI units, joint space: rad or m, s, kg, N m or N. Joints from the base: {names}. *)
-{FUNCTIONS}
+{FUNCTIONS}{FINITE if model.may_have_no_value else ""}
 FUNCTION_BLOCK {block_name(stem)}
 VAR_INPUT
     Q : {one};

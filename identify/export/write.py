@@ -48,6 +48,12 @@ KINDS = {
 ROUNDING = 1e-6
 """of the torque's root mean square: a difference beyond is none of rounding, save where a load of nought decides on a sign"""
 
+NO_VALUE = (
+    "a formula has no value somewhere (a root, a logarithm, a quotient); it counts as 0 there, but a controller that stops on an"
+    " invalid floating-point operation stops"
+)
+
+
 Parts = Sequence[tuple[Sequence[str], Sequence[str], Sequence[str]]]
 """of each joint the effects that are kept, approximated and lost"""
 
@@ -220,7 +226,8 @@ def _code(model: ExportedModel, target: Path, ending: str) -> _Export:
         case ".fmu":
             return _unit(model, target, parts)
         case ".st":
-            return _Export({target.name: structured_text(model, target.stem)}, parts)
+            remarks = (NO_VALUE,) if model.may_have_no_value else ()
+            return _Export({target.name: structured_text(model, target.stem)}, parts, remarks)
         case _:
             return _Export({target.name: model_document(model).json_text(indent=1) + "\n"}, parts)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 
-from identify.export.iec61131.program import Expression, Frame, Unit, Variable, read
+from identify.export.iec61131.program import NONE, Expression, Frame, RunFault, Unit, Variable, read
 from identify.export.iec61131.tokens import KEYWORDS, Token, tokens
 from identify.export.iec61131.values import (
     COMPARISONS,
@@ -175,13 +175,32 @@ class ExpressionParser:
             return self._typed_number()
         if word.text in STANDARD or word.text in self.known:
             return self._call()
-        variable, index = self.variable()
+        return self._read(*self.variable())
+
+    def _read(self, variable: Variable, index: tuple[Expression, ...]) -> Expression:
         name = variable.name
+        place = self.constant_place(variable, index)
+        if place is not None:
+            return Expression(
+                variable.kind, lambda frame: read(frame, name, place), frozenset({(name, place)})
+            )
 
         def value(frame: Frame) -> Value:
-            return read(frame, name, variable.place([each.value(frame) for each in index]) if index else 0)
+            return read(frame, name, variable.place([each.value(frame) for each in index]))
 
-        return Expression(variable.kind, value, frozenset({name}).union(*(each.reads for each in index)))
+        return Expression(variable.kind, value, variable.elements().union(*(each.reads for each in index)))
+
+    def constant_place(self, variable: Variable, index: tuple[Expression, ...]) -> int | None:
+        """Where the element of an index is held, if that is known before the text runs.
+
+        Raises InputError: there is no such element.
+        """
+        if any(each.reads for each in index):
+            return None
+        try:
+            return variable.place([each.value({}) for each in index])
+        except RunFault as fault:
+            raise self.wrong(str(fault)) from None
 
     def _number(self, word: Token) -> Expression:
         text = word.text.replace("_", "")
@@ -245,7 +264,7 @@ class ExpressionParser:
         self.take(")")
         kinds = [each.kind for each in arguments]
         values = [each.value for each in arguments]
-        reads = frozenset[str]().union(*(each.reads for each in arguments))
+        reads = NONE.union(*(each.reads for each in arguments))
         if name in STANDARD:
             try:
                 kind = result_kind(STANDARD[name], kinds)

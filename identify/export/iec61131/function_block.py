@@ -10,8 +10,11 @@ from numpy.typing import NDArray
 from identify.export.iec61131.parser import Parser
 from identify.export.iec61131.program import (
     EARLIER,
+    NONE,
     Cell,
     DiffersByCall,
+    Element,
+    Elements,
     Frame,
     KeepsState,
     RunFault,
@@ -50,8 +53,8 @@ class FunctionBlock:
         self.unit: Unit = blocks[0]
         self.source = source
         self._variables = new_frame(self.unit.variables)
-        self._written = frozenset[str]().union(*(statement.writes for statement in self.unit.body))
-        self._kept: frozenset[str] = frozenset()
+        self._written = NONE.union(*(statement.writes for statement in self.unit.body))
+        self._kept: Elements = NONE
 
     def inputs(self) -> list[str]:
         """Names of the inputs."""
@@ -98,60 +101,61 @@ class FunctionBlock:
                     look = slice(part.start, min(part.start + FIRST_LOOK, part.stop))
                     self._attempt(rows, look)
                 frame, after = self._attempt(rows, part)
+                cells = [read(frame, output, place) for place in range(len(frame[output]))]
                 break
             except KeepsState as state:
-                self._kept |= {state.variable}
+                self._kept |= {state.element}
             except DiffersByCall:
                 return self._one_by_one(rows, part, output)
         length = part.stop - part.start
-        columns = [np.broadcast_to(np.asarray(cell, float), (length,)) for cell in frame[output]]
-        for name in self._written:
-            self._variables[name] = [_last(cell) for cell in frame[name]]
-        self._variables |= after
-        return np.column_stack(columns)
+        for name, place in self._written:
+            cell = frame[name][place]
+            if cell is not EARLIER:
+                self._variables[name][place] = _last(cell)
+        for (name, place), cell in after.items():
+            self._variables[name][place] = cell
+        return np.column_stack([np.broadcast_to(np.asarray(cell, float), (length,)) for cell in cells])
 
-    def _attempt(self, rows: Mapping[str, list[Array]], part: slice) -> tuple[Frame, Frame]:
-        """The frame after these calls, all of them at once, and the kept variables after the last.
+    def _attempt(self, rows: Mapping[str, list[Array]], part: slice) -> tuple[Frame, Mapping[Element, Cell]]:
+        """The frame after these calls, all of them at once, and the kept elements after the last.
 
-        Raises KeepsState: a variable is read that is not yet known to be kept.
+        Raises KeepsState: an element is read that is not yet known to be kept.
         """
         before, after = self._kept_before_each(rows, part)
-        frame: Frame = {}
-        for name, cells in self._variables.items():
-            if name in rows:
-                frame[name] = [self._given(name, column[part]) for column in rows[name]]
-            elif name in before:
-                frame[name] = before[name]
-            else:
-                frame[name] = [EARLIER] * len(cells) if name in self._written else list(cells)
+        frame: Frame = {name: list(cells) for name, cells in self._variables.items()}
+        for name, place in self._written:
+            frame[name][place] = EARLIER
+        for (name, place), values in before.items():
+            frame[name][place] = values
+        for name, columns in rows.items():
+            frame[name] = [self._given(name, column[part]) for column in columns]
         self.unit.run(frame, self.source)
         return frame, after
 
     def _given(self, name: str, values: Value) -> Cell:
         return held(values, self.unit.variables[name].kind)
 
-    def _kept_before_each(self, rows: Mapping[str, list[Array]], part: slice) -> tuple[Frame, Frame]:
-        """Values of the kept variables before each of some calls, and after the last."""
+    def _kept_before_each(
+        self, rows: Mapping[str, list[Array]], part: slice
+    ) -> tuple[Mapping[Element, Array], Mapping[Element, Cell]]:
+        """Values of the kept elements before each of some calls, and after the last."""
         if not self._kept:
             return {}, {}
         body, needed = self._what_they_follow_from()
         frame: Frame = {name: list(cells) for name, cells in self._variables.items()}
-        history: dict[str, list[list[Cell]]] = {name: [] for name in self._kept}
-        columns = {name: [column[part].tolist() for column in rows[name]] for name in needed if name in rows}
-        by_call = {name: list(zip(*given, strict=True)) for name, given in columns.items()}
+        history: dict[Element, list[Cell]] = {element: [] for element in self._kept}
+        given = {(name, place): rows[name][place][part].tolist() for name, place in needed if name in rows}
         for call in range(part.stop - part.start):
-            for name, given in by_call.items():
-                frame[name] = [self._given(name, value) for value in given[call]]
-            for name, kept in history.items():
-                kept.append(list(frame[name]))
+            for (name, place), values in given.items():
+                frame[name][place] = self._given(name, values[call])
+            for (name, place), values in history.items():
+                values.append(frame[name][place])
             run_all(body, frame, None, self.source)
-        before: Frame = {
-            name: [np.array(cells) for cells in zip(*kept, strict=True)] for name, kept in history.items()
-        }
-        return before, {name: list(frame[name]) for name in self._kept}
+        before = {element: np.array(values) for element, values in history.items()}
+        return before, {(name, place): frame[name][place] for name, place in self._kept}
 
-    def _what_they_follow_from(self) -> tuple[Sequence[Statement], frozenset[str]]:
-        """The statements that give the kept variables their values, and those that these need; and all that they read."""
+    def _what_they_follow_from(self) -> tuple[Sequence[Statement], Elements]:
+        """The statements that give the kept elements their values, and those that these need; and all that they read."""
         needed = self._kept
         while True:
             body = [statement for statement in self.unit.body if statement.writes & needed]

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 from identify.export.iec61131.expressions import ExpressionParser
 from identify.export.iec61131.program import (
+    NONE,
     Branch,
     Expression,
     Frame,
@@ -29,7 +30,6 @@ from identify.export.iec61131.values import (
 )
 
 SECTIONS = ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_TEMP")
-NOTHING: frozenset[str] = frozenset()
 
 
 class Parser(ExpressionParser):
@@ -126,7 +126,7 @@ class Parser(ExpressionParser):
         """The value of an expression without variables, as a type holds it."""
         expression = self.expression()
         if expression.reads:
-            raise self.wrong(f"a constant was to stand here and not the variable {min(expression.reads)}")
+            raise self.wrong(f"a constant was to stand here and not the variable {min(expression.reads)[0]}")
         self._require_fit(expression, kind, "the value")
         try:
             return held(expression.value(new_frame({})), kind)
@@ -175,13 +175,22 @@ class Parser(ExpressionParser):
         expression = self.expression()
         self._require_fit(expression, variable.kind, f"what {variable.name} is given")
 
-        def run(frame: Frame, mask) -> None:
-            place = variable.place([each.value(frame) for each in index])
-            assign(frame, variable, place, expression.value(frame), mask)
+        place = self.constant_place(variable, index)
+        if place is not None:
+            written = frozenset({(variable.name, place)})
+            return (
+                lambda frame, mask: assign(frame, variable, place, expression.value(frame), mask),
+                expression.reads,
+                written,
+            )
 
-        reads = expression.reads.union(*(each.reads for each in index))
-        # other elements of an array stay as they were
-        return run, reads | ({variable.name} if index else NOTHING), frozenset({variable.name})
+        def run(frame: Frame, mask) -> None:
+            somewhere = variable.place([each.value(frame) for each in index])
+            assign(frame, variable, somewhere, expression.value(frame), mask)
+
+        # other elements stay as they were
+        reads = expression.reads.union(variable.elements(), *(each.reads for each in index))
+        return run, reads, variable.elements()
 
     def _condition(self) -> Expression:
         condition = self.expression()
@@ -245,9 +254,9 @@ class Parser(ExpressionParser):
 
     def _chosen(self, branches: list[Branch], otherwise: list[Statement]):
         bodies = [*(body for _, body in branches), otherwise]
-        conditions = frozenset[str]().union(*(condition.reads for condition, _ in branches))
+        conditions = NONE.union(*(condition.reads for condition, _ in branches))
         reads = conditions.union(*(each.reads for body in bodies for each in body))
-        writes = frozenset[str]().union(*(each.writes for body in bodies for each in body))
+        writes = NONE.union(*(each.writes for body in bodies for each in body))
         # a branch that is not taken leaves its variables as they were
         return (
             lambda frame, mask: choose(branches, otherwise, frame, mask, self.source),
@@ -272,11 +281,12 @@ class Parser(ExpressionParser):
             self._require_fit(limit, variable.kind, f"a limit of {variable.name}")
         body = self._statements("END_FOR")
         self.take("END_FOR")
-        if any(variable.name in each.writes for each in body):
+        counter = variable.elements()
+        if any(counter & each.writes for each in body):
             raise self.wrong(f"FOR: {variable.name} is written to inside its own loop")
-        inner = frozenset[str]().union(*(each.reads for each in body), *(limit.reads for limit in limits))
-        writes = frozenset({variable.name}).union(*(each.writes for each in body))
-        reads = (inner - {variable.name}) | (writes - {variable.name})
+        inner = NONE.union(*(each.reads for each in body), *(limit.reads for limit in limits))
+        writes = counter.union(*(each.writes for each in body))
+        reads = (inner | writes) - counter
         return lambda frame, mask: count(variable, limits, body, frame, mask, self.source), reads, writes
 
 

@@ -18,12 +18,18 @@ Mask = NDArray[np.bool_] | None
 """which of the calls a statement is for; None for all"""
 
 
-class KeepsState(Exception):
-    """A variable is read that still has the value of the call before."""
+Element = tuple[str, int]
+"""name of a variable and where in it an element is held; 0 of a single value"""
+Elements = frozenset[Element]
+NONE: Elements = frozenset()
 
-    def __init__(self, variable: str) -> None:
-        super().__init__(variable)
-        self.variable = variable
+
+class KeepsState(Exception):
+    """An element is read that still has the value of the call before."""
+
+    def __init__(self, element: Element) -> None:
+        super().__init__(element)
+        self.element = element
 
 
 class DiffersByCall(Exception):
@@ -59,6 +65,10 @@ class Variable:
     section: str
     constant: bool = False
 
+    def elements(self) -> Elements:
+        """All of them."""
+        return frozenset((self.name, place) for place in range(len(self.initial)))
+
     def place(self, index: Sequence[Value]) -> int:
         """Where an element is held.
 
@@ -87,21 +97,21 @@ def new_frame(variables: Mapping[str, Variable]) -> Frame:
 
 @dataclass(frozen=True)
 class Expression:
-    """Something with a value: its type, how it is computed, and the variables that it reads."""
+    """Something with a value: its type, how it is computed, and the elements that it reads."""
 
     kind: str
     value: Callable[[Frame], Value]
-    reads: frozenset[str] = frozenset()
+    reads: Elements = NONE
 
 
 @dataclass(frozen=True)
 class Statement:
-    """What it does to a frame, and the variables that it reads and writes."""
+    """What it does to a frame, and the elements that it may read and write."""
 
     line: int
     run: Callable[[Frame, Mask], None]
-    reads: frozenset[str]
-    writes: frozenset[str]
+    reads: Elements
+    writes: Elements
 
 
 @dataclass
@@ -154,7 +164,7 @@ def read(frame: Frame, name: str, place: int) -> Value:
     """
     value = frame[name][place]
     if isinstance(value, _Earlier):
-        raise KeepsState(name)
+        raise KeepsState((name, place))
     return value
 
 

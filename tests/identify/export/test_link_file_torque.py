@@ -100,3 +100,16 @@ def test_a_text_that_is_no_xml_is_refused_with_the_file_s_name(tmp_path):
     (tmp_path / "arm.sdf").write_text("<sdf")
     with pytest.raises(InputError, match=r"^arm\.sdf: is not XML: "):
         arm_torque(tmp_path / "arm.sdf", GRAVITY)
+
+
+def test_mujoco_opens_the_urdf_and_finds_the_same_torques(tmp_path):
+    """Dry friction apart, which MuJoCo has as a constraint; it leaves out the gravity that a URDF does not state."""
+    mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed")
+    file = written(tmp_path, "urdf", 'friction="3.0"', 'friction="0.0"')
+    model = mujoco.MjModel.from_xml_path(str(file))
+    model.opt.gravity[:] = GRAVITY
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:], data.qacc[:] = 0.4, 0.2, -1.0
+    mujoco.mj_inverse(model, data)
+    exact = arm_torque_by_own_reader(file, GRAVITY)(np.array([[0.4]]), np.array([[0.2]]), np.array([[-1.0]]))
+    assert data.qfrc_inverse == pytest.approx(exact[0], rel=1e-6)
