@@ -69,7 +69,7 @@ def torque_ahead(
     loop = None
     if rig.held_over_the_bus:
         loop = position_loop(model, rig, motion, share)
-        remarks.append(loop.words)
+        remarks.append(f"both runs are {loop.words}; of those nothing is proved")
     return TorqueAhead(offset, sent, motion.q, motion.dq, torque.rigid, tuple(remarks), loop)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from fastapi import APIRouter, Form, Query, Request
 from fastapi.responses import HTMLResponse, Response
 
+from api.compensation_text import HELD_OVER_THE_BUS
 from api.pages.choices import JointChoice, RigChoice, VersionChoice, chosen_model
 from api.pages.error_figures import JointUnits
 from api.pages.experiment_frame import experiment_context, no_model_page
@@ -236,7 +237,7 @@ def _result(service: Service, stored: StoredExperiment, state: ProofState, joint
     if result is None:
         return None
     if errors_of_joint is None:
-        return {"reason": result.reason, "completed": result.completed, "rows": None}
+        return {"reason": result.reason, "completed": result.completed, "rows": None, "held_over_the_bus": ""}
     place = stored.joint_names.index(joint)
     units = JointUnits.of(stored.declared.robot.joints[place].type)
     small = "mrad" if units.position == "rad" else "mm"
@@ -258,6 +259,7 @@ def _result(service: Service, stored: StoredExperiment, state: ProofState, joint
         "completed": result.completed,
         "reason": result.reason,
         "rows": joint_rows(errors_of_joint),
+        "held_over_the_bus": HELD_OVER_THE_BUS if result.held_by != "drive" else "",
         "own": errors_of_joint,
         "small": small,
         "figure": figure,
