@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 from api.compensation import torque_ahead
+from api.position_loop import position_loop
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.rig import Rig
+from identify.export.exported_model import exported_model
+from identify.export.record_error import Motion
 from identify.identification import Identification, identify
 from identify.recording import InputError, load_experiment
 from tests.api.driven_arm import INERTIA, short_plan, write_driven_arm
@@ -68,3 +71,11 @@ def test_what_a_careful_person_would_not_hold_over_the_bus_is_refused_in_words(
         changed = changed.model_copy(update={"supervision": slow})
     with pytest.raises(InputError, match=words):
         torque_ahead(result, changed, plan, rig.payload("none"), "whole", 0.6)
+
+
+def test_axes_that_share_a_motor_are_refused(result, plan):
+    wrist = held_by_us(Rig.load("tx40-simulated"))
+    q, dq, ddq = np.zeros((3, 10, 6))
+    motion = Motion(np.arange(10.0), q, dq, ddq, None, wrist.payload("none"))
+    with pytest.raises(InputError, match="for axes with a motor each; here one motor moves several joints"):
+        position_loop(exported_model(result), wrist, motion, 0.6)

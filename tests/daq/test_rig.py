@@ -175,3 +175,16 @@ def test_an_axis_whose_limits_leave_it_no_way_is_refused(position):
     (axis,) = Rig.load("rx130l-joint3-simulated").axes
     with pytest.raises(ValueError, match="must lie below the highest"):
         type(axis.limits).model_validate({**axis.limits.model_dump(), "position": position})
+
+
+def test_all_axes_of_a_rig_send_their_feedforward_alike(tmp_path):
+    data = simulated_rig_data()
+    data["robot"]["joints"] = [{"name": "j5"}, {"name": "j6"}]
+    data["axes"] = [
+        {**data["axes"][0], "joint": "j5", "node": 5, "feedforward": "cyclic-torque"},
+        {**data["axes"][0], "joint": "j6", "node": 6},
+    ]
+    with pytest.raises(InputError, match="feedforward must be the same for all axes"):
+        Rig.load(write(tmp_path, data))
+    data["axes"][1]["feedforward"] = "cyclic-torque"
+    assert Rig.load(write(tmp_path, data)).held_over_the_bus
