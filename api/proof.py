@@ -30,6 +30,7 @@ from identify.recording import load_experiment
 from identify.recording.atomic_file import write_atomically
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import Payload
+from identify.recording.first_fault import first_fault
 from identify.results.compensation import CompensationDocument
 from identify.results.reading import read_document
 
@@ -321,9 +322,7 @@ def read_settings(folder: Path) -> ProofSettings:
     try:
         return ProofSettings.model_validate_json(file.read_bytes())
     except ValidationError as error:
-        first = error.errors()[0]
-        place = ".".join(str(part) for part in first["loc"])
-        raise InputError(f"{file}: {place}: {first['msg']}") from error
+        raise InputError(f"{file}: {first_fault(error)}") from error
 
 
 def read_conclusion(folder: Path) -> CompensationDocument | None:

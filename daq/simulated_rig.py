@@ -19,6 +19,7 @@ from drivers.simulated.rig import SimulatedRig
 from drivers.simulated.settings import SimulatedAxis, SimulatedDrivesSettings
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import Payload
+from identify.recording.first_fault import first_fault
 
 
 class SimulatedSection(BaseModel):
@@ -50,9 +51,7 @@ def simulated_rig(rig: Rig, payload: Payload, bus: BusSettings | None = None, se
         drives = _drives(rig, section, in_process=bus.interface == "virtual", seed=seed)
         return SimulatedRig(drives, bus, _mechanism(section, payload, drives.seed))
     except ValidationError as error:
-        problem = error.errors(include_url=False)[0]
-        field = ".".join(str(part) for part in ("simulated", "drives", *problem["loc"]))
-        raise InputError(f"rig {rig.name}: {field}: {problem['msg']}") from None
+        raise InputError(f"rig {rig.name}: {first_fault(error, 'simulated', 'drives')}") from None
     except ValueError as error:
         raise InputError(f"rig {rig.name}: {error}") from None
 
@@ -63,9 +62,7 @@ def _section(rig: Rig) -> SimulatedSection:
     try:
         return SimulatedSection.model_validate(rig.simulated)
     except ValidationError as error:
-        problem = error.errors(include_url=False)[0]
-        field = ".".join(str(part) for part in ("simulated", *problem["loc"]))
-        raise InputError(f"rig {rig.name}: {field}: {problem['msg']}") from None
+        raise InputError(f"rig {rig.name}: {first_fault(error, 'simulated')}") from None
 
 
 def _mechanism(section: SimulatedSection, payload: Payload, seed: int) -> Mechanism:

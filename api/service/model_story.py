@@ -26,6 +26,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from api.service.problems import Problem, not_found
 from identify.recording.atomic_file import write_atomically
 from identify.recording.errors import InputError
+from identify.recording.first_fault import first_fault
 from identify.results.diagnosis import DiagnosisDocument
 from identify.results.identification import IdentificationDocument
 from identify.results.next_experiment import NextExperimentDocument
@@ -158,9 +159,7 @@ class ModelStory:
         except FileNotFoundError:
             return Story()
         except ValidationError as error:
-            first = error.errors()[0]
-            place = ".".join(str(part) for part in first["loc"])
-            raise InputError(f"{self._file}: {place}: {first['msg']}") from error
+            raise InputError(f"{self._file}: {first_fault(error)}") from error
 
     @contextmanager
     def alone(self) -> Generator[None]:

@@ -17,6 +17,7 @@ from daq.excitation.sinusoid import Sinusoids
 from daq.excitation.trapezoid import Dwell, Move
 from daq.json_object import JsonObject
 from identify.recording.errors import InputError
+from identify.recording.first_fault import first_fault
 from identify.recording.plain_text import LONGEST_NAME, Name, check_printable
 
 PlanName = Annotated[str, Field(max_length=LONGEST_NAME), AfterValidator(check_printable)]
@@ -138,7 +139,4 @@ class ExcitationPlan(BaseModel):
         try:
             return cls.model_validate(document)
         except ValidationError as error:
-            problem = error.errors(include_url=False)[0]
-            field = ".".join(str(part) for part in problem["loc"])
-            fault = problem["msg"].removeprefix("Value error, ")
-            raise InputError(f"{path}: {field + ': ' if field else ''}{fault}") from None
+            raise InputError(f"{path}: {first_fault(error)}") from None

@@ -18,6 +18,7 @@ from pydantic import ValidationError
 
 from identify.recording.controller_file import ControllerFile
 from identify.recording.errors import InputError
+from identify.recording.first_fault import first_fault
 from identify.recording.interpolation import interpolate
 from identify.recording.samples import RawSamples, SampleColumns
 from identify.recording.sampling import largest_bridged_step
@@ -115,9 +116,7 @@ def read_hdf5_controller(path: Path) -> ControllerFile | None:
     try:
         return ControllerFile.model_validate_json(_text(held))
     except ValidationError as error:
-        first = error.errors()[0]
-        field = ".".join(str(part) for part in first["loc"])
-        raise InputError(f"{path}: attribute '{CONTROLLER}': {field}: {first['msg']}") from None
+        raise InputError(f"{path}: attribute '{CONTROLLER}': {first_fault(error)}") from None
 
 
 def _opened(path: Path) -> h5py.File:

@@ -13,6 +13,7 @@ from typing import TypeVar, cast
 from pydantic import ValidationError
 
 from identify.recording.errors import InputError
+from identify.recording.first_fault import first_fault
 from identify.results.document import FORMAT, Document, Json
 from identify.results.next_experiment import NextExperimentDocument
 
@@ -59,9 +60,7 @@ def document_of(kind: type[Kind], values: object, source: str) -> Kind:
     try:
         return kind.model_validate(fields)
     except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        place = ".".join(str(part) for part in first["loc"])
-        raise InputError(f"{source}: not a result of `{kind.MADE_BY}`: {place}: {first['msg']}") from None
+        raise InputError(f"{source}: not a result of `{kind.MADE_BY}`: {first_fault(error)}") from None
 
 
 def _from_format_1(kind: type[Document], values: Json) -> Json:
