@@ -6,6 +6,7 @@ from urllib.parse import parse_qs, urlsplit
 import pytest
 
 from api.service.accounts import Role
+from api.service.job_documents import JobResult
 from api.service.jobs import JobState
 
 KEPT = {"rig": "bench", "experiment": "arm", "payload": "disk-7"}
@@ -38,7 +39,7 @@ def test_a_planning_is_polled_with_what_the_form_held(followed):
 
 
 def test_a_plan_that_was_made_is_chosen_in_the_form_as_it_was(followed):
-    there = urlsplit(followed(JobState.DONE, result={"plan": "bench-60-s"}).headers["HX-Redirect"])
+    there = urlsplit(followed(JobState.DONE, result=JobResult(plan="bench-60-s")).headers["HX-Redirect"])
     assert there.path == "/pages/new-session"
     assert parse_qs(there.query) == {name: [value] for name, value in {**KEPT, "plan": "bench-60-s"}.items()}
 

@@ -6,6 +6,7 @@ import pytest
 
 from api.pages.session_words import STATES, outcome
 from daq.session_events import SessionState
+from identify.recording.experiment_file import Payload
 
 
 def row(state: str, file: str | None = "session-00.h5", reason: str | None = None, payload: str = "none"):
@@ -17,7 +18,7 @@ def row(state: str, file: str | None = "session-00.h5", reason: str | None = Non
         state=state,
         file=file,
         reason=reason,
-        payload={"name": payload},
+        payload=Payload(name=payload, mass=1.0),
     )
 
 
