@@ -19,7 +19,15 @@ def _lines(certificate: Certificate) -> Iterator[str]:
     for joint in certificate.joints:
         file = "not measured" if certificate.not_measured else _percent(joint.relative_error_export)
         yield ""
-        yield f"{joint.joint}: relative error of the model {_percent(joint.relative_error_model)}, of the file {file}"
+        apart = (
+            ""
+            if joint.relative_difference is None
+            else f"; {joint.relative_difference:.1g} off the model's torque"
+        )
+        yield (
+            f"{joint.joint}: relative error of the model {_percent(joint.relative_error_model)},"
+            f" of the file {file}{apart}"
+        )
         for word, effects in (
             ("kept", joint.kept),
             ("approximated", joint.approximated),

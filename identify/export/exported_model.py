@@ -22,10 +22,7 @@ Array = NDArray[np.float64]
 RIGID = "rigid body"
 """what certificates call the inertial and gravity part of the model"""
 
-STRUCTURED = (
-    "the structured estimate of eq. (30): one value for each parameter of arm and gear; the error stated of the model is that of"
-    " the linear form, in which their products are parameters of their own"
-)
+STRUCTURED = "the structured estimate of eq. (30): one value for each parameter of arm and gear"
 LINKS_ALONE = (
     "identified from torques measured on the links' side (link-side): rotor inertia and the friction of motor and gear are not"
     " in the model, so that it is no torque of the motors"

@@ -48,6 +48,10 @@ KINDS = {
 ROUNDING = 1e-6
 """of the torque's root mean square: a difference beyond is none of rounding, save where a load of nought decides on a sign"""
 
+LINEAR_S_ERROR = (
+    "the relative error of the model is that of the linear form of eq. (30), in which products of arm and gear are parameters of"
+    " their own"
+)
 NO_VALUE = (
     "a formula has no value somewhere (a root, a logarithm, a quotient); it counts as 0 there, but a controller that stops on an"
     " invalid floating-point operation stops"
@@ -187,6 +191,7 @@ def _certificate(
         )
         for joint, (kept, approximated, lost), before, error in listed
     )
+    linear = [LINEAR_S_ERROR] if result.structured is not None and result.form == "linear" else []
     return Certificate(
         target=target.name,
         kind=KINDS[target.suffix],
@@ -195,7 +200,7 @@ def _certificate(
         joints=joints,
         checked_with=measured.by,
         not_measured=measured.not_measured,
-        remarks=(*model.remarks, *made.remarks, *_disagreements(joints)),
+        remarks=(*model.remarks, *linear, *made.remarks, *_disagreements(joints)),
     )
 
 
