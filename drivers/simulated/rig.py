@@ -251,14 +251,13 @@ class SimulatedRig:
                 self._miss_sync(node)
         runs_on = self.settings.run_on_after
         runs_on = runs_on is not None and not never and silent > runs_on
-        if runs_on:
-            # With SYNC the nodes count for themselves how long a setpoint has stayed away.
-            for node in self.nodes:
-                node.miss_setpoints(passed)
         on_its_own = any(
             node.drive.machine.stopping or node.drive.homing or node.drive.free for node in self.nodes
         )
         if runs_on or (missed and (on_its_own or self._goes_on_without_sync())):
+            for node in self.nodes:
+                # With SYNC they count for themselves how long a setpoint has stayed away.
+                node.miss_setpoints(passed)
             self._pass_time(passed)
             self._sample()
             for node in self.nodes:

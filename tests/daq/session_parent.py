@@ -42,7 +42,8 @@ if __name__ == "__main__":
         session.arm()
         print(session.processes.acquisition.pid, session.processes.recorder.pid, flush=True)
         session.start()
-        while session.progress.cycle == 0:
+        while session.progress.cycle == 0 and not session.state.ended:
             session.wait(0.01)
-        print("moving", flush=True)
+        if not session.state.ended:
+            print("moving", flush=True)
         print(session.wait().value, session.reason, flush=True)
