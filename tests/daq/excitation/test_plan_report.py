@@ -2,7 +2,8 @@
 
 import pytest
 
-from daq.excitation.plan_report import make_plan
+from daq.excitation import plan_report
+from daq.excitation.plan_report import GENTLER, GENTLEST, make_plan
 from identify.recording.errors import InputError
 from tests.daq.excitation.planned_pendulum import Pendulum, request_of
 
@@ -25,3 +26,18 @@ def test_an_assumed_load_forbids_nothing_but_is_remarked_upon(rig):
     too_heavy = Pendulum(values=(31.0, 120.0, 48.0, 20.0), is_identified=False)
     report = make_plan(request_of(rig, model=too_heavy))
     assert any("predicted current" in remark and "measured on a bench" in remark for remark in report.remarks)
+
+
+def test_a_plan_becomes_no_gentler_than_the_gentlest(rig, monkeypatch):
+    """A current that stays beyond its limit, however slowly the arm moves."""
+    shares = []
+    monkeypatch.setattr(
+        plan_report, "optimal_plan", lambda request, progress: shares.append(request.dynamic_share)
+    )
+    monkeypatch.setattr(plan_report, "current_violations", lambda request, plan: True)
+    monkeypatch.setattr(plan_report, "too_heavy_at_rest", lambda request, plan: False)
+    monkeypatch.setattr(plan_report, "judge", lambda request, plan: request)
+    gentlest = make_plan(request_of(rig, model=Pendulum()))
+    assert shares == pytest.approx([GENTLER**step for step in range(len(shares))])
+    assert gentlest.dynamic_share == shares[-1]
+    assert GENTLER * shares[-1] < GENTLEST <= shares[-1]
