@@ -33,20 +33,27 @@ def torque_of_the_arm(motion):
     return torque[:, None]
 
 
+def errors_of(result, torque_of):
+    """Of the only joint: the error of an exported thing, and its difference from the arm that is exported."""
+    (error,) = errors_on_record(result, torque_of, torque_of_the_arm)
+    return error.relative, error.difference
+
+
 def test_the_arm_itself_errs_by_the_noise_that_passes_the_filters(result):
-    (error,) = errors_on_record(result, torque_of_the_arm)
+    error, difference = errors_of(result, torque_of_the_arm)
     (of_model,) = errors_of_model(result)
     assert 0 < error < 0.02
     assert error == pytest.approx(
         of_model, rel=0.1
     )  # the model was fitted to the same noise, with few parameters
+    assert difference == 0.0
 
 
-def test_what_predicts_nothing_errs_by_all_and_what_predicts_twice_as_much_too(result):
-    (nothing,) = errors_on_record(result, lambda motion: np.zeros_like(motion.q))
-    (twice,) = errors_on_record(result, lambda motion: 2.0 * torque_of_the_arm(motion))
-    assert nothing == pytest.approx(1.0, abs=1e-12)
-    assert twice == pytest.approx(1.0, abs=0.02)
+@pytest.mark.parametrize(("factor", "missed"), [(0.0, 1.0), (2.0, 1.0), (1.25, 0.25)])
+def test_what_predicts_a_part_or_a_multiple_errs_by_what_it_misses(result, factor, missed):
+    error, difference = errors_of(result, lambda motion: factor * torque_of_the_arm(motion))
+    assert error == pytest.approx(missed, abs=1e-12 if factor == 0 else 0.02)
+    assert difference == pytest.approx(missed, rel=1e-9)
 
 
 def test_the_models_error_is_that_of_the_fit_which_took_out_whatever_it_could(result):
@@ -61,7 +68,7 @@ def test_time_counts_from_the_beginning_of_each_session_and_rows_follow_each_oth
         seen.append(motion)
         return np.zeros_like(motion.q)
 
-    errors_on_record(result, torque_of)
+    errors_on_record(result, torque_of, torque_of_the_arm)
     assert [motion.payload.mass for motion in seen] == [0.0, 0.0, 3.0, 3.0]
     for first, second in (seen[:2], seen[2:]):
         assert 0 <= first.t[0] < 0.5
