@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drivers import cia402
 from drivers.cia402 import TRANSITIONS, Command, State, Transition, command_of, state_of
 
 # IEC 61800-7-201, statusword: bits 6, 5, 3, 2, 1, 0; x does not matter.
@@ -92,3 +93,25 @@ def test_transitions_have_the_standard_s_numbers():
         " QUICK_STOP DISABLE_VOLTAGE_FROM_QUICK_STOP FAULT_REACTION FAULT FAULT_RESET ENABLE_OPERATION_FROM_QUICK_STOP"
     )
     assert [(one.name, one.value) for one in Transition] == [(n, k) for k, n in enumerate(names.split())]
+
+
+# IEC 61800-7-201 and -301, bits beside the state: of the statusword, and of the controlword.
+BITS = {
+    "VOLTAGE_ENABLED": 4,
+    "WARNING": 7,
+    "REMOTE": 9,
+    "TARGET_REACHED": 10,
+    "INTERNAL_LIMIT_ACTIVE": 11,
+    "FOLLOWS_COMMAND": 12,
+    "HOMING_ATTAINED": 12,
+    "FOLLOWING_ERROR": 13,
+    "HOMING_ERROR": 13,
+    "START_HOMING": 4,
+    "ENABLE_INTERPOLATION": 4,
+    "HALT": 8,
+}
+
+
+@pytest.mark.parametrize(("name", "bit"), BITS.items())
+def test_bits_beside_the_state_stand_where_the_standard_has_them(name, bit):
+    assert getattr(cia402, name) == 1 << bit

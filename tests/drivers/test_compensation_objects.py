@@ -23,6 +23,14 @@ def test_values_are_in_counts_and_those_that_do_not_fit_are_named_with_their_obj
         row(points=1, largest=2.0).raw(np.array([3.0]))
 
 
+def test_a_row_of_which_no_number_is_stated_is_one_object_at_its_first_sub_index():
+    stated = {"index": 0x2023, "type": "int16", "scale": 0.001, "unit": "A", "source": "manual"}
+    one = CurrentRow.model_validate(stated)
+    assert (one.points, one.subindex, one.largest) == (1, 1, None)
+    with pytest.raises(ValueError, match="0x2023:01: 40 does not fit int16"):
+        one.raw(np.array([40.0]))
+
+
 def test_every_speed_has_its_current():
     speeds = {"index": 0x2020, "points": 3, "type": "int32", "scale": 0.01, "unit": "rpm", "source": "manual"}
     assert SpeedRow.model_validate(speeds).radians == pytest.approx(2.0 * np.pi / 60.0)
