@@ -206,3 +206,14 @@ def test_a_damaged_file_never_ends_in_a_traceback(tmp_path):
         path.write_bytes(bytes(data[: chance.randrange(len(data))] if chance.random() < 0.1 else data))
         passed_over(path, 5)
         mismatches(profile, 5)
+
+
+@pytest.mark.parametrize(
+    ("count", "shown"), [(4, "2001, 2002, 2003, 2004)"), (6, "2001, 2002, 2003, 2004 ...)")]
+)
+def test_of_many_fields_without_a_value_the_first_are_named_and_all_are_counted(tmp_path, count, shown):
+    odd = "".join(
+        f"[{0x2000 + k:X}]\nParameterName=p\nObjectType=what\nDataType=0x7\n" for k in range(1, count + 1)
+    )
+    found = read(tmp_path, WHOLE + odd)
+    assert f"fields without a readable value in {count} of its objects ({shown}" in found.passed_over

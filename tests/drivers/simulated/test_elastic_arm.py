@@ -105,3 +105,13 @@ def test_dry_friction_holds_the_motor_up_to_its_torque_while_the_link_swings():
     # the link alone on its spring
     expected = 0.0005 * np.cos(math.sqrt(STIFFNESS / LINK) * 1e-3 * np.arange(1, 301))
     np.testing.assert_allclose(rows[:, 2] - rows[:, 0], expected, atol=1e-5)
+
+
+def test_friction_warms_the_gear_while_the_motor_turns_and_no_more_once_it_sticks():
+    made = arm(dry_driving=30.0, dry_backdriving=30.0)
+    made._v = made._link_v = 0.5
+    made.step(np.array([0.0]), 1e-3)
+    assert made._heat_flow == pytest.approx(30.0 * 0.5, rel=0.1)  # W
+    course(made, 2.0)
+    assert made._v == 0.0
+    assert made._heat_flow == 0.0
