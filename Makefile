@@ -82,8 +82,9 @@ PART ?= 1/1
 blind: setup-test
 	$(BIN)/python -m tests.blind --record build/blind-$(subst /,-of-,$(PART)).jsonl --part $(PART) --write docs/blind.md
 
-# What other scripts import or start in a process of their own, and what wants another checkout:
-COMPANIONS := benchmarks/process_cost.py benchmarks/same_figures.py benchmarks/figaroh_on_a_record.py benchmarks/refit_per_candidate.py benchmarks/pysindy_on_a_record.py
+# What other scripts import or start in a process of their own, and what wants another checkout or interpreter:
+COMPANIONS := benchmarks/process_cost.py benchmarks/same_figures.py benchmarks/figaroh_on_a_record.py benchmarks/refit_per_candidate.py benchmarks/pysindy_on_a_record.py \
+	benchmarks/mujoco_on_a_record.py benchmarks/peers_on_the_bench.py
 
 # Every constant of the diagnosis halved and doubled on a reduced bench; half an hour.
 sensitivity: setup-test

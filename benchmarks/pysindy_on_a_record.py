@@ -42,7 +42,10 @@ def main(folder: Path) -> None:
         targets.append(kept[:, -1])
         folds.append(np.arange(len(kept)) * FOLDS // len(kept))
     table, target, fold = np.concatenate(tables), np.concatenate(targets), np.concatenate(folds)
-    table = table / np.linalg.norm(table, axis=0)
+    size = np.linalg.norm(table, axis=0)
+    there = size > 0  # a hat over a range that the joint does not reach is zero throughout
+    names = [name for name, kept in zip(names, there, strict=True) if kept]
+    table = table[:, there] / size[there]
     target = target / np.linalg.norm(target)
 
     def fitted(rows: np.ndarray, threshold: float) -> pysindy.SINDy:
