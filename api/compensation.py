@@ -59,6 +59,11 @@ def torque_ahead(
     _possible(result, motion, torque)
     sent = torque.whole if part == "whole" else torque.beside
     offset = torque_offset(rig, sent, share, faded=not rig.held_over_the_bus)
+    if not np.any(offset.counts):
+        raise InputError(
+            f"{'the model' if part == 'whole' else 'the friction of the model'}: nothing would be sent along this plan, at most"
+            f" {100 * share:.3g} % of each current limit; take a larger share, or a model with torque of its own"
+        )
     remarks = [*model.remarks, *_shared_motors_without_friction(result)]
     if model.lost:
         lost = ", ".join(f"{effect}@{names[joint]}" for effect, joint in model.lost)

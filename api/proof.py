@@ -2,6 +2,7 @@
 
 compensation/00/proof.json            what is proved, and who asked
 compensation/00/plan.json, ahead.npz  the plan, and what is sent along it
+compensation/00/rig.json              the rig that both were made for
 compensation/00/session-00.h5 …       its drives, listed in an experiment.yaml of their own as validation sessions
 compensation/00/compensation.json     the following errors, once both drives have ended
 compensation/00/errors.npz            the same cycle by cycle, which pictures are drawn from
@@ -32,6 +33,7 @@ from identify.recording.errors import InputError
 from identify.recording.experiment_file import Payload
 from identify.recording.first_fault import first_fault
 from identify.results.compensation import CompensationDocument
+from identify.results.document import Json
 from identify.results.reading import read_document
 
 Array = NDArray[np.float64]
@@ -39,7 +41,7 @@ Part = Literal["whole", "friction"]
 
 FOLDER = "compensation"
 """inside the experiment's folder; a folder for each proof, which is an experiment of its own with two validation sessions"""
-SETTINGS, PLAN, AHEAD = "proof.json", "plan.json", "ahead.npz"
+SETTINGS, PLAN, AHEAD, RIG = "proof.json", "plan.json", "ahead.npz", "rig.json"
 _LOOP = "loop_"
 DOCUMENT, ERRORS = "compensation.json", "errors.npz"
 
@@ -153,6 +155,7 @@ class Proof:
         self.folder.mkdir(parents=True, exist_ok=True)
         write_atomically(self.folder / PLAN, self.plan.to_json().encode())
         write_atomically(self.folder / AHEAD, self.ahead.to_bytes())
+        write_atomically(self.folder / RIG, self.rig.model_dump_json().encode())
         write_atomically(self.folder / SETTINGS, self.settings.model_dump_json(indent=1).encode())
 
     @classmethod
@@ -195,13 +198,13 @@ class Proof:
         """Raises InputError: the rig file was changed since the first run, so that the second would not be the same."""
         with h5py.File(without, "r") as file:
             before = json.loads(str(file.attrs["rig"]))
-        now = json.loads(self.rig.model_dump_json())
-        changed = [name for name in now if now[name] != before.get(name)]
-        if changed:
-            raise InputError(
-                f"rig {self.rig.name}: {', '.join(changed)} changed since the run without feedforward torque; prepare"
-                " another proof"
-            )
+        _require_same(self.rig, before, "the run without feedforward torque")
+
+    def require_prepared_for(self, rig: Rig) -> None:
+        """Raises InputError: `rig` is not the one that the torque was computed for; its file was changed since."""
+        then = prepared_rig(self.folder)
+        if then is not None:
+            _require_same(rig, json.loads(then.model_dump_json()), "the proof was prepared")
 
     def first(self) -> SentAhead | None:
         """What the first drive sends: nothing, or where this computer's loop holds the axes its torque alone."""
@@ -217,6 +220,7 @@ class Proof:
         Raises InputError: the rig is not what it was.
         """
         self.require_same_rig(without)
+        self.require_prepared_for(self.rig)
         error, counts = self.error(without), self.ahead.offset.counts
         return SentAhead(counts, self.limits(error), error.over(len(counts)), self.ahead.loop)
 
@@ -277,6 +281,24 @@ class Proof:
             after=after.over(cycles).astype(np.float32),
         )
         return written.getvalue()
+
+
+def _require_same(rig: Rig, before: Json, since: str) -> None:
+    now = json.loads(rig.model_dump_json())
+    changed = [name for name in now if now[name] != before.get(name)]
+    if changed:
+        raise InputError(f"rig {rig.name}: {', '.join(changed)} changed since {since}; prepare another proof")
+
+
+def prepared_rig(folder: Path) -> Rig | None:
+    """The rig that a proof's torque was computed for; None for one of an earlier version. Raises InputError where damaged."""
+    file = folder / RIG
+    try:
+        return Rig.model_validate_json(file.read_bytes())
+    except FileNotFoundError:
+        return None
+    except ValidationError as error:
+        raise InputError(f"{file}: cannot be read; prepare another proof") from error
 
 
 def following_limits(rig: Rig, without: FollowingError) -> Array:

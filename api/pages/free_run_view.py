@@ -11,6 +11,7 @@ from api.pages.number_format import significant
 from api.pages.rendering import Context
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.service.model_use import ModelUse
+from identify.recording.errors import InputError
 from identify.results.simulation import JointMotionError, SimulationDocument
 
 
@@ -28,7 +29,10 @@ def free_run_context(
 ) -> Context:
     """Context of the panel: of the session that the page shows, or of the one with the largest error where it shows all; empty
     where there is no free run."""
-    document = use.simulation(stored.id, shown.version.id)
+    try:
+        document = use.simulation(stored.id, shown.version.id)
+    except InputError:
+        document = None  # said where its other figures stand
     sessions = [] if document is None else _sessions(document, stored, shown, joint)
     if not sessions:
         return {"free_run": None}
@@ -88,7 +92,10 @@ def _figures(
     use: ModelUse, stored: StoredExperiment, shown: ShownModel, joint: str, drawn: _Session
 ) -> Context | None:
     """The picture, wide and for a phone; None where its curves were not kept."""
-    curves = use.free_run(stored.id, shown.version.id, drawn.file, stored.joint_names.index(joint))
+    try:
+        curves = use.free_run(stored.id, shown.version.id, drawn.file, stored.joint_names.index(joint))
+    except InputError:
+        return None  # damaged, or of an earlier version: a picture that can be made again hides no page
     if curves is None:
         return None
     unit = drawn.errors.unit

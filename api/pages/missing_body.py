@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from urllib.parse import urlencode
 
 from api.pages.catalogue_words import effect_titles
+from api.pages.effect_motion import effects_on_motion
 from api.pages.error_figures import JointUnits
 from api.pages.evidence_view import joint_diagnosis, selected_evidence
 from api.pages.layout import experiment_link
@@ -98,6 +99,9 @@ def body_context(
         "by_probability": any(row.candidate.probability is not None for row in candidates),
         "further": candidates[SHOWN_CANDIDATES:],
         "superfluous": [titles.get(name, name) for name in superfluous],
+        "effects_motion": effects_on_motion(stored.models.diagnosis(shown.version.id), joint),
+        "judge_motion_link": step_link(stored, "diagnose", joint, motion="true"),
+        "may_judge_motion": diagnosis is not None and bool(diagnosis.missing),
         "missing_effects": _missing_effects(diagnosis, titles),
         "structure": structure_words(diagnosis),
         "no_candidates": "No effect of the catalogue would help."

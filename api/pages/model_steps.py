@@ -5,11 +5,13 @@ from urllib.parse import urlencode
 
 from markupsafe import Markup
 
+from api.pages.effect_motion import motion_of_step
 from api.pages.figures.step_chart import ModelStep, draw_step_chart
 from api.pages.layout import experiment_link
 from api.pages.motion_table import figure
 from api.pages.stored_models import StoredExperiment
 from api.service.model_use import SIMULATION_FILE
+from identify.recording.errors import InputError
 from identify.results.reading import read_document
 from identify.results.simulation import SimulationDocument
 
@@ -17,6 +19,7 @@ from identify.results.simulation import SimulationDocument
 def step_chart(stored: StoredExperiment, joint: str, floor: float | None) -> Markup:
     """The staircase of one joint: the versions that stand, then those that were undone."""
     steps = []
+    before = None
     data = stored.story.current.fit.data if stored.story.current else ""
     for identifier in stored.story.shown:
         model = stored.model(identifier)
@@ -24,6 +27,11 @@ def step_chart(stored: StoredExperiment, joint: str, floor: float | None) -> Mar
         if part.relative_error is None:
             continue  # nothing was measured on this joint
         motion, worse = _motion(model.folder, joint)
+        if before is not None:
+            added = set(model.version.add) - set(before.version.add)
+            by_step, hurts = motion_of_step(stored.models.diagnosis(before.version.id), added, joint)
+            motion, worse = motion or by_step, worse or hurts
+        before = model
         steps.append(
             ModelStep(
                 label=model.words.replace(f"@{joint}", ""),
@@ -50,7 +58,7 @@ def _motion(folder: Path, joint: str) -> tuple[str | None, bool]:
     model's."""
     try:
         unseen = read_document(SimulationDocument, folder / SIMULATION_FILE).unseen
-    except FileNotFoundError:
+    except (FileNotFoundError, InputError):  # damaged figures are said on the model's own page
         return None, False
     if unseen is None:
         return None, False

@@ -8,6 +8,7 @@ from api.pages.number_format import THIN, percent
 from api.pages.rendering import Context
 from api.service.model_use import ENDINGS, Driven, Ending, ModelUse
 from api.simulation_text import GAINS
+from identify.recording.errors import InputError
 from identify.results.certificate import Certificate
 from identify.results.simulation import SimulationDocument
 
@@ -72,11 +73,16 @@ def figure(value: float | None, unit: str) -> str:
 
 def motion_panel(use: ModelUse, experiment: str, version: str, joint: str) -> Context:
     """Context of the panel: the rows with what drove the model, and where to ask for them."""
-    document = use.simulation(experiment, version)
+    document, problem = None, ""
+    try:
+        document = use.simulation(experiment, version)
+    except InputError:  # figures that can be computed again hide no page
+        problem = "The figures of the last simulation cannot be read; predict the motion again."
     query = urlencode({"version": version})
     return {
         "motion_rows": None if document is None else motion_table(document, joint),
         "motion_driven": None if document is None else driven_words(document),
+        "motion_problem": problem,
         "motion_link": f"{experiment_link(experiment, 'use/simulation')}?{query}",
         "motion_choices": CHOICES,
     }

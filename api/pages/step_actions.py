@@ -35,12 +35,13 @@ def fit(request: Request, user: access.Operator, experiment: str) -> Response:
 
 @router.post("/steps/diagnose")
 def diagnose(
-    request: Request, user: access.Operator, experiment: str, joint: JointChoice = None
+    request: Request, user: access.Operator, experiment: str, joint: JointChoice = None, motion: bool = False
 ) -> HTMLResponse:
-    """Ask what the current model misses. The page asks by itself: what is computed already is followed."""
+    """Ask what the current model misses, and with `motion` what its missing effects do to predicted motion. The page asks by
+    itself: what is computed already is followed."""
     service = access.service_of(request)
     if all(job.kind == FIT_AGAIN for job in service.jobs.unfinished(experiment)):
-        service.models.diagnose(experiment, user.name)
+        service.models.diagnose(experiment, user.name, motion=motion)
     return body(request, user, experiment, joint)
 
 

@@ -17,6 +17,7 @@ from api.proof import (
     TorqueAhead,
     first_recording,
     next_folder,
+    prepared_rig,
     proof_folders,
     read_conclusion,
     read_errors,
@@ -248,6 +249,7 @@ class Proofs:
             )
         settings = self._rigs.rig(state.settings.rig)
         self._require_same_joints(experiment, settings)
+        self._proof(experiment, number).require_prepared_for(settings)
         self._operators.take(state.settings.rig, user)
         row = SessionRow(
             experiment=experiment,
@@ -279,6 +281,7 @@ class Proofs:
         """Where a drive is recorded, its plan, and its feedforward torque."""
         number, drive = _drive(row)
         proof = self._proof(row.experiment, number)
+        proof.require_prepared_for(self._rigs.rig(proof.settings.rig))
         if drive == "without":
             return proof.folder, proof.plan, proof.first()
         without = self._experiments.drive(row.experiment, number, "without")
@@ -319,7 +322,9 @@ class Proofs:
     def _proof(self, experiment: str, number: str) -> Proof:
         folder = self._folder(experiment, number)
         try:
-            return Proof.load(folder, self._rigs.rig(read_settings(folder).rig))
+            # What was driven is compared by the rig that it was driven on, whatever its file says now.
+            rig = prepared_rig(folder) or self._rigs.rig(read_settings(folder).rig)
+            return Proof.load(folder, rig)
         except InputError as error:
             raise InputError(self._experiments.shown(str(error))) from error
 

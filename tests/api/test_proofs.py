@@ -7,6 +7,7 @@ import pytest
 from api.client import Client, ServiceError
 from api.proof import read_errors
 from api.service.accounts import Role
+from daq.rig import RIGS
 from daq.session_events import SessionState
 from tests.api.driven_arm import short_plan, write_driven_arm
 
@@ -45,8 +46,24 @@ def refuses_what_may_do_harm_or_does_not_go_together(client, http, finished, exp
         client.prepare_proof(experiment, "tx40-simulated", "short", "none")
     with pytest.raises(ServiceError, match="m9"):
         client.prepare_proof(experiment, RIG, "short", "none", model="m9")
-    assert http.post(f"/experiments/{experiment}/proofs", json={"share": 2.0}).status_code == 422
+    wanted = {"rig": RIG, "plan": "short", "payload": "none"}
+    for wrong in ({"share": 2.0}, {"share": True}, {"joints": ["j3"]}, {"version": "m1"}, {"plan": None}):
+        answer = http.post(f"/experiments/{experiment}/proofs", json=wanted | wrong)
+        assert (answer.status_code, next(iter(wrong)) in answer.json()["detail"]) == (422, True), answer.text
     assert client.proofs(experiment) == []
+
+
+def refuses_a_rig_whose_file_was_changed(service, client, experiment):
+    """The torque was computed for cycles and currents of the rig as it was: at another cycle it would not fit the motion."""
+    changed = service.service.settings.data_folder / "rigs" / f"{RIG}.yaml"
+    changed.parent.mkdir(exist_ok=True)
+    changed.write_text((RIGS / f"{RIG}.yaml").read_text().replace("cycle: 0.002", "cycle: 0.004"))
+    with pytest.raises(
+        ServiceError, match="cycle changed since the proof was prepared; prepare another proof"
+    ):
+        client.prepare_drive(experiment, "00", "without")
+    assert client.proof(experiment, "00")["without"] is None
+    changed.unlink()
 
 
 def takes_the_standard_plan_where_there_is_none(http, experiment):
@@ -74,6 +91,7 @@ def test_a_proof_is_prepared_driven_twice_and_listed_with_what_it_did(arm, servi
         client.prepare_drive(experiment, "00", "with")
     assert client.proof(experiment, "00")["next"] == "without"
 
+    refuses_a_rig_whose_file_was_changed(service, client, experiment)
     first = client.prepare_drive(experiment, "00", "without")
     assert first["id"] == "proof-00-without"
     assert client.prepare_drive(experiment, "00", "without")["id"] == first["id"]  # it is gone on with

@@ -31,7 +31,7 @@ class ModelStep:
     motion: str | None = None
     """error of predicted motion, with its unit; None where nobody asked"""
     motion_worse: bool = False
-    """whether motion is predicted worse than by the usual model"""
+    """whether motion is predicted worse than by the usual model, or than by the version before"""
 
     @property
     def on_the_line(self) -> float | None:

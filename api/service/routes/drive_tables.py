@@ -3,7 +3,7 @@
 from typing import Annotated
 
 from fastapi import APIRouter, Path, Query, Request, Response
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, ConfigDict, Field
 
 from api.service import access
 from api.service.access import client_address, service_of
@@ -21,7 +21,9 @@ WritingNumber = Annotated[str, Path(pattern=r"^[0-9]{2,6}$")]
 
 
 class TablesOfModel(BaseModel):
-    """Which model's tables, for which rig."""
+    """Which model's tables, for which rig. A field that is none of these is refused: it would not do what it says."""
+
+    model_config = ConfigDict(extra="forbid")
 
     rig: Annotated[
         str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$", examples=["rx130l-joint3-simulated"])

@@ -3,7 +3,7 @@
 from typing import Annotated, Literal
 
 from fastapi import APIRouter, Path, Request, Response
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, ConfigDict, Field
 
 from api.service import access
 from api.service.access import service_of
@@ -22,7 +22,9 @@ ProofNumber = Annotated[str, Path(pattern=r"^[0-9]{2,6}$")]
 
 
 class NewProof(BaseModel):
-    """What is to be proved, and on what."""
+    """What is to be proved, and on what. A field that is none of these is refused: it would not do what it says."""
+
+    model_config = ConfigDict(extra="forbid")
 
     rig: Annotated[
         str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$", examples=["rx130l-joint3-simulated"])
@@ -40,7 +42,13 @@ class NewProof(BaseModel):
     )
     share: Annotated[
         float,
-        Field(gt=0, le=1, description="of each current limit: no more than that is sent", examples=[0.6]),
+        Field(
+            gt=0,
+            le=1,
+            strict=True,
+            description="of each current limit: no more than that is sent",
+            examples=[0.6],
+        ),
     ] = 0.6
 
 

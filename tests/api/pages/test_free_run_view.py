@@ -6,7 +6,9 @@ import numpy as np
 
 from api.pages.choices import ALL_SESSIONS
 from api.pages.free_run_view import free_run_context
+from api.pages.motion_table import motion_panel
 from api.service.free_run_curves import FreeRunCurves, MotionCurves
+from identify.recording import InputError
 from identify.results.simulation import (
     HorizonErrors,
     JointMotionError,
@@ -80,6 +82,17 @@ def test_every_session_stands_with_its_errors_in_the_order_of_the_tabs() -> None
     assert [row["left"] for row in rows] == ["at 3.25 s", "never", "never"]
     assert rows[2]["error"] == "2 µrad"
     assert "session=b.csv&version=m3#free-run" in rows[0]["link"]
+
+
+def test_a_damaged_file_hides_no_page() -> None:
+    def damaged(*_asked: object) -> None:
+        raise InputError("simulation.json: not JSON")
+
+    use = SimpleNamespace(simulation=damaged, free_run=damaged)
+    assert free_run_context(use, STORED, SHOWN, "j1", ALL_SESSIONS)["free_run"] is None
+    assert "cannot be read" in motion_panel(use, "e", "m3", "j1")["motion_problem"]
+    use.simulation = lambda _experiment, _model: DOCUMENT
+    assert free_run_context(use, STORED, SHOWN, "j1", ALL_SESSIONS)["free_run"]["figures"] is None
 
 
 def test_without_a_simulation_there_is_no_panel_and_without_curves_no_picture() -> None:

@@ -1,0 +1,43 @@
+"""A proof in its folder: what it is compared by, and the rig that its torque was computed for."""
+
+import numpy as np
+import pytest
+
+from api.proof import Proof, TorqueAhead, prepared_rig
+from daq.rig import Rig
+from daq.torque_offset import TorqueOffset
+from identify.recording import InputError
+from tests.api.driven_arm import short_plan
+from tests.api.proof_settings import proof_settings
+
+
+@pytest.fixture
+def proof(tmp_path):
+    rig = Rig.load("rx130l-joint3-simulated")
+    nothing = np.zeros((4, 1))
+    offset = TorqueOffset(np.ones((4, 1), np.int64), np.ones(1), np.zeros(1))
+    ahead = TorqueAhead(offset, nothing, nothing, nothing, nothing, ())
+    kept = Proof(
+        tmp_path / "00", proof_settings(rig, "arm", rig.payload("none")), rig, short_plan("short"), ahead
+    )
+    kept.store()
+    return kept
+
+
+def test_a_rig_whose_file_was_changed_since_drives_neither_run(proof):
+    proof.require_prepared_for(proof.rig)
+    assert prepared_rig(proof.folder) == proof.rig
+    other = proof.rig.model_copy(update={"cycle": 0.004})
+    with pytest.raises(
+        InputError, match=r"rig .*: cycle changed since the proof was prepared; prepare another proof"
+    ):
+        proof.require_prepared_for(other)
+
+
+def test_a_proof_of_an_earlier_version_says_nothing_of_its_rig_and_a_damaged_one_is_named(proof):
+    file = proof.folder / "rig.json"
+    file.write_text('{"name": 3}')
+    with pytest.raises(InputError, match=r"rig\.json: cannot be read; prepare another proof"):
+        prepared_rig(proof.folder)
+    file.unlink()
+    proof.require_prepared_for(proof.rig.model_copy(update={"cycle": 0.004}))
