@@ -11,10 +11,12 @@ from api.service.drive_table_writings import TablesWriting
 from identify.results.drive_tables import DriveTable, DriveTablesDocument, JointTables
 
 STATES = {
-    "begun": ("fault", "did not come to its end: the drives may hold some of both"),
+    "begun": ("fault", "cut off"),
     "written": ("good", "written and read back"),
     "refused": ("warn", "refused; all as before"),
 }
+
+CUT_OFF = "it did not come to its end: the drives may hold some of both"
 
 
 def joint_tables(tables: DriveTablesDocument, joint: str) -> Context | None:
@@ -98,7 +100,7 @@ def writing_row(experiment: str, writing: TablesWriting) -> Context:
         "rig": writing.rig,
         "tone": tone,
         "outcome": outcome,
-        "reason": writing.reason,
+        "reason": CUT_OFF if writing.state == "begun" else writing.reason,
         "operator": writing.operator,
         "created": writing.created,
         "back_link": experiment_link(experiment, f"drive-tables/writings/{writing.number}/back")

@@ -24,7 +24,7 @@ NAMES: dict[Ending, str] = {
 }
 
 CHOICES: tuple[tuple[Driven, str], ...] = (
-    ("known", "in closed loop where the gains were read, else by the torque"),
+    ("known", "in closed loop if its gains are known"),
     ("torque", "by the recorded torque"),
     ("drives", "in closed loop, gains read from the drives"),
     ("estimate", "in closed loop, gains told from the record"),

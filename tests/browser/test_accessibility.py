@@ -13,7 +13,15 @@ PATIENCE = 120_000  # ms for what computes
 
 def addresses(experiment: str) -> list[str]:
     """Every page, with something to show."""
-    of_experiment = ("model", "model?session=session-00.csv", "missing", "results", "sessions", "report")
+    of_experiment = (
+        "model",
+        "model?session=session-00.csv",
+        "missing",
+        "results",
+        "drive-tables",
+        "sessions",
+        "report",
+    )
     return [
         "rig?rig=bench",
         "new-session?rig=bench",

@@ -75,12 +75,16 @@ def draw_free_run(joint: str, drawn: FreeRun, width: float = 860, height: float 
         middle = (lower + upper) / 2
         content.append(text(12, middle, strip.label, "middle title", transform=f"rotate(-90 12 {middle:g})"))
         upper = lower + gap
-    marks = ((drawn.left, "leaves the record"), (drawn.left_usual, "the usual model leaves it"))
-    for row, (at, label) in enumerate((at, label) for at, label in marks if at is not None):
-        content.append(line(x(at), top, x(at), bottom, "limit"))
-        late = x(at) > (left + right) / 2
-        place = x(at) + (-5 if late else 5)
-        content.append(text(place, top + 9 + 13 * row, label, f"{'end ' if late else ''}limit-text"))
+    marks = (
+        (drawn.left, "the model leaves the record", "limit", "limit-text"),
+        (drawn.left_usual, "the usual model leaves it", "curve before", "faint"),
+    )
+    for row, (at, label, of_line, of_text) in enumerate(mark for mark in marks if mark[0] is not None):
+        across = x(at or 0.0)
+        content.append(line(across, top, across, bottom, of_line))
+        late = across > (left + right) / 2
+        place = across + (-5 if late else 5)
+        content.append(text(place, top + 9 + 13 * row, label, f"{'end ' if late else ''}{of_text}"))
     ticks = round_ticks(x.low, x.high, 10 if width > 500 else 5)
     content += [text(x(tick), bottom + 15, tick_text(tick, ticks), "middle") for tick in ticks]
     content.append(line(left, bottom, right, bottom, "axis"))

@@ -13,6 +13,7 @@ PAGES = (
     "experiments/rx130l-joint3/model",
     "experiments/rx130l-joint3/missing",
     "experiments/rx130l-joint3/results",
+    "experiments/rx130l-joint3/drive-tables",
     "account",
 )
 
