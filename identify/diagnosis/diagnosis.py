@@ -12,12 +12,13 @@ from identify.diagnosis.description import Describer
 from identify.diagnosis.finding import Finding
 from identify.diagnosis.joint_diagnosis import JointDiagnosis
 from identify.diagnosis.motion_judgement import effects_on_motion
+from identify.diagnosis.moves import Fits, State, exchanged, verified, without_harmful
 from identify.diagnosis.probability import independent_samples, joint_probabilities
-from identify.diagnosis.refusals import Refusals
+from identify.diagnosis.refusals import Key, Refusals
 from identify.diagnosis.sampling_hold import made_by_recording
 from identify.diagnosis.screening import Screening
 from identify.diagnosis.structure import Structure, bounded, leftover_structures
-from identify.diagnosis.unseen_sessions import fails_on_unseen, worse_on_unseen
+from identify.diagnosis.unseen_sessions import fails_on_unseen
 from identify.diagnosis.verdict import MOST, acts_like, imitated, left_over, part_of_free, verdict
 from identify.diagnosis.where import where_it_fails
 from identify.effects.model import Model, Term
@@ -125,42 +126,49 @@ def diagnose_record(
     """
     report = progress or (lambda fraction, step: None)
     report(0.0, "fitting the model")
-    fitted = present = fit_model(record, model)
-    added: list[tuple[Term, int]] = []
+    fitted = fit_model(record, model)
+    fits = Fits(fitted)
     refusals = Refusals(set(without))
-    harmful: set[tuple[str, int]] = set()
-    evidence: dict[tuple[str, int], Finding] = {}
-    forward: dict[tuple[str, int], Finding] = {}
-    doubts: dict[tuple[str, int], tuple[str, ...]] = {}
-    contested: dict[tuple[str, int], tuple[Finding, ...]] = {}
-    screening = first = Screening.of(present)
-    least = [screening.least(joint) for joint in range(record.joints)]
-    listed, chosen = screening.selection.search(refusals.present(added), least)
-    first_findings = listed
-    exchanged: list[tuple[Term, int]] | None = None
+    harmful: set[Key] = set()
+    forward: dict[Key, Finding] = {}
+    doubts: dict[Key, tuple[str, ...]] = {}
+    contested: dict[Key, tuple[Finding, ...]] = {}
+    tried: set[tuple[Key, Key]] = set()
+    first = Screening.of(fitted)
+    least = [first.least(joint) for joint in range(record.joints)]
+    here = State.of(first, [], {}, refusals, least)
+    first_findings = here.listed
+    best: State | None = here
     for index in count():
         done = 0.9 - 0.8 * (1 - STEP_OF_PROGRESS) ** index
         report(done, "judging every candidate on motion that the fit did not see")
-        if index:
-            screening, present, added, evidence = _verified(fitted, present, added, refusals, least)
-            listed, chosen = screening.selection.search(refusals.present(added), least)
-        if not chosen:
-            present, staying = _without_harmful(fitted, present, added, refusals, harmful)
-            exchanged = None if len(staying) < len(added) else _exchanged(screening, added, refusals, doubts)
-            if exchanged is None and len(staying) == len(added):
-                break
-            added = exchanged or staying
-        for candidate, variant in chosen:
-            findings = listed[candidate.judged]
-            doubts[candidate.key] = _rivals(screening, _finding(findings, candidate.name), findings)
+        present, added = here.present, list(here.added)
+        for candidate, variant in here.chosen:
+            findings = here.listed[candidate.judged]
+            doubts[candidate.key] = _rivals(here.screening, _finding(findings, candidate.name), findings)
             forward[candidate.key] = _finding(findings, candidate.name)
             contested[candidate.key] = tuple(
                 _finding(findings, name) for name in (candidate.name, *doubts[candidate.key])
             )
             added.append((candidate.term.chosen(candidate.constants[variant]), candidate.judged))
-        if chosen or exchanged is not None:
-            present = _fit_with(fitted, added, present)
-            added = _settled(present, added)
+        if here.chosen:
+            present, added = fits(added, present)
+        else:
+            present, added = without_harmful(fits, present, added, refusals, harmful)
+            if len(added) < len(here.added):
+                best = None  # the search was no better off with what does harm
+            elif best is not None and best.better_than(here):
+                here = best = best.again(refusals, least)
+                continue
+            else:
+                other = exchanged(here, refusals, doubts, tried)
+                if other is None:
+                    break
+                present, added = fits(other, present)
+        here = verified(fits, present, added, refusals, least)
+        if best is None or here.better_than(best):
+            best = here
+    screening, present, added = here.screening, here.present, list(here.added)
     held = {term.key: reason for term, _ in added if (reason := made_by_recording(present, term))}
     added.sort(key=lambda row: row[0].key in held)
     floors = noise_floors(
@@ -181,9 +189,9 @@ def diagnose_record(
             first_findings[joint],
             tuple(t for t, judged in added if judged == joint),
             held,
-            evidence,
+            here.evidence,
             forward,
-            screening.with_evidence(joint, listed[joint], least[joint]),
+            screening.with_evidence(joint, here.listed[joint], least[joint]),
             floors[joint],
             unseen[joint],
             {name: named for (name, judged), named in doubts.items() if judged == joint},
@@ -222,92 +230,6 @@ def with_descriptions(diagnosis: Diagnosis, of_doubted_only: bool = False) -> Di
             joints[place] = joints[place].described(offered.document, names)
     added = tuple(term for term in diagnosis.added if term.key not in gone)
     return replace(diagnosis, joints=tuple(joints), added=added)
-
-
-def _verified(
-    fitted: FittedModel,
-    present: FittedModel,
-    added: list[tuple[Term, int]],
-    refusals: Refusals,
-    least: Sequence[float],
-) -> tuple[Screening, FittedModel, list[tuple[Term, int]], dict[tuple[str, int], Finding]]:
-    """The screening of the model with the added terms, without those that are not justified beside all the others.
-
-    Returns the screening, its model, the terms that stay, and what each is worth beside the others. What was taken out
-    does not come back while these stay.
-    """
-    while True:
-        screening = Screening.of(present, only_justified=True)
-        kept = screening.beside_the_others(added, least)
-        if len(kept) == len(added):
-            return screening, present, added, {finding.candidate.key: finding for finding, _ in kept}
-        staying = {term.key for _, term in kept}
-        for term, judged in added:
-            if term.key not in staying:
-                refusals.refuse(term, judged, [row for row in added if row[0].key in staying])
-        added = [(term, judged) for term, judged in added if term.key in staying]
-        present = _fit_with(fitted, added, present)
-        added = _settled(present, added)
-
-
-def _without_harmful(
-    fitted: FittedModel,
-    present: FittedModel,
-    added: list[tuple[Term, int]],
-    refusals: Refusals,
-    harmful: set[tuple[str, int]],
-) -> tuple[FittedModel, list[tuple[Term, int]]]:
-    """The model and its added terms without those that raise the error on validation sessions, the most harmful first: of
-    effects that stand for one another, or share what two joints share, the others may do good without it."""
-    while worse := worse_on_unseen(present, added):
-        term, judged = worse[0]
-        refusals.refuse(term, judged, added)
-        harmful.add(term.key)
-        added = [row for row in added if row != worse[0]]
-        present = _fit_with(fitted, added, present)
-        added = _settled(present, added)
-    return present, added
-
-
-def _fit_with(fitted: FittedModel, added: Sequence[tuple[Term, int]], start: FittedModel) -> FittedModel:
-    """The diagnosed model with the added terms, their constants searched around what was found, from the load of `start`."""
-    return fit_model(
-        fitted.record, fitted.model.with_terms(term for term, _ in added), refine=True, start=start
-    )
-
-
-def _exchanged(
-    screening: Screening,
-    added: Sequence[tuple[Term, int]],
-    refusals: Refusals,
-    doubts: dict[tuple[str, int], tuple[str, ...]],
-) -> list[tuple[Term, int]] | None:
-    """The added terms with one that imitated another effect exchanged for it; None where there is none.
-
-    doubts : for an added effect those that explained the data alike when it was added; what is exchanged for one that
-             only a change of load would tell from it stays its rival
-
-    What was exchanged does not come back while what stands in its place stays.
-    """
-    for place, (term, judged) in enumerate(added):
-        named = doubts.get((term.effect.name, judged), ())
-        better = screening.replacement(term, named) if len(added) > 1 else None
-        if better is not None and better[0].key not in refusals.present(added):
-            refusals.refuse(term, judged, [*added, better])
-            known, summary = (
-                known_effects(screening.fitted.record.experiment),
-                screening.fitted.record.summaries[judged],
-            )
-            siblings = load_siblings(better[0].effect, known, summary)
-            doubts[better[0].effect.name, better[1]] = tuple({term.effect.name} & set(siblings))
-            return [*added[:place], better, *added[place + 1 :]]
-    return None
-
-
-def _settled(present: FittedModel, added: Sequence[tuple[Term, int]]) -> list[tuple[Term, int]]:
-    """The added terms with the constants of the present fit."""
-    constants = {term.key: term for term in present.model.terms}
-    return [(constants[term.key], judged) for term, judged in added]
 
 
 def _finding(findings: Sequence[Finding], name: str) -> Finding:
@@ -357,8 +279,8 @@ def _conclude(
     findings: Sequence[Finding],
     missing: tuple[Term, ...],
     held: dict[tuple[str, int], str],
-    evidence: dict[tuple[str, int], Finding],
-    forward: dict[tuple[str, int], Finding],
+    evidence: dict[Key, Finding],
+    forward: dict[Key, Finding],
     last: Sequence[Finding],
     floor: NoiseFloor | None,
     unseen: Sequence[Prediction],
@@ -417,7 +339,7 @@ def _conclude(
 
 def _part_of_free(
     missing: Sequence[Term],
-    evidence: dict[tuple[str, int], Finding],
+    evidence: dict[Key, Finding],
     joint: int,
     free: float,
 ) -> float:

@@ -1,6 +1,7 @@
 """Whether a model that suits the sessions of its fit fails on those that it did not see."""
 
 from collections.abc import Sequence
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,10 @@ from identify.estimation.block_errors import block_errors
 from identify.estimation.constrained import admissible_columns, admissible_fit
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.least_squares import least_squares
+from identify.estimation.observation import Observation
 from identify.estimation.prediction import Prediction, mean_error
+
+Array = NDArray[np.float64]
 
 WORSE = 2.0
 """Times the error of the fit's sessions, relative to the torque and absolute, that noise and the parameters' deviations
@@ -29,9 +33,21 @@ def fails_on_unseen(known: Sequence[Prediction], unseen: Sequence[Prediction]) -
     return min(absolute, relative) > WORSE
 
 
-def _residual(parts: Sequence[Prediction]) -> NDArray[np.float64]:
+def _residual(parts: Sequence[Prediction]) -> Array:
     """Of the samples in motion."""
     return np.concatenate([part.residual[part.moving] for part in parts])
+
+
+def errors_on_unseen(fitted: FittedModel) -> Array | None:
+    """(joints,) squared errors of a model on the validation sessions, computed once; None where there are none."""
+    unseen = _unseen(fitted)
+    return None if unseen is None else unseen[1]
+
+
+def lowers_on_unseen(fitted: FittedModel, other: FittedModel, joint: int) -> bool:
+    """Whether a model has a lower error on the validation sessions than another: of a joint, or of all together."""
+    errors, others = errors_on_unseen(fitted), errors_on_unseen(other)
+    return errors is not None and others is not None and _lower(errors, others, joint)
 
 
 def worse_on_unseen(fitted: FittedModel, added: Sequence[tuple[Term, int]]) -> list[tuple[Term, int]]:
@@ -40,12 +56,11 @@ def worse_on_unseen(fitted: FittedModel, added: Sequence[tuple[Term, int]]) -> l
 
     Each is compared with the model without it, all constants as they are.
     """
-    entries = fitted.record.entries("validation")
-    if not entries or not added:
+    known = _unseen(fitted) if added else None
+    if known is None:
         return []
-    unseen = fitted.observe(entries)
+    unseen, present = known
     bounds = admissible_columns(fitted.observation, fitted.record.summaries)
-    present = block_errors(unseen, fitted.fit.chi).sum(axis=0)[:, 0]
     worse: list[tuple[float, tuple[Term, int]]] = []
     for term, judged in added:
         for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True):
@@ -54,6 +69,23 @@ def worse_on_unseen(fitted: FittedModel, added: Sequence[tuple[Term, int]]) -> l
                 other = least_squares(fitted.observation, rest, weights=fitted.fit.weights)
                 other = admissible_fit(fitted.observation, other, bounds)
                 left = block_errors(unseen, other.chi).sum(axis=0)[:, 0]
-                if left[judged] < present[judged] or left.sum() < present.sum():
+                if _lower(left, present, judged):
                     worse.append((float(left.sum()), (term, judged)))
     return [row for _, row in sorted(worse, key=lambda each: each[0])]
+
+
+def _lower(errors: Array, others: Array, joint: int) -> bool:
+    return bool(errors[joint] < others[joint] or errors.sum() < others.sum())
+
+
+def _unseen(fitted: FittedModel) -> tuple[Observation, Array] | None:
+    """The validation sessions, and the squared errors there of every joint."""
+    entries = fitted.record.entries("validation")
+    if not entries:
+        return None
+    held = fitted.held.get("validation sessions")
+    if held is None:
+        unseen = fitted.observe(entries)
+        held = unseen, block_errors(unseen, fitted.fit.chi).sum(axis=0)[:, 0]
+        fitted.held["validation sessions"] = held
+    return cast("tuple[Observation, Array]", held)

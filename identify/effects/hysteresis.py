@@ -1,5 +1,7 @@
 """Effects that remember where the joint came from: presliding and backlash."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,6 +17,7 @@ from identify.effects.effect import Constants, Effect, finer, geometric_grid
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter, Relation
 from identify.effects.picture import AROUND_REVERSALS, OVER_TRAVEL
+from identify.effects.transmission import LARGEST_DEFLECTION
 from identify.effects.viscous import Stribeck
 
 
@@ -104,10 +107,14 @@ class Backlash(Effect):
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
         lowest = max(4.0 * summary.position_resolution, 5e-4 * summary.span)
-        play = geometric_grid("play", lowest, 0.05 * summary.span, 4)
+        play = geometric_grid("play", lowest, LARGEST_DEFLECTION * summary.span, 4)
         largest = max(abs(summary.load_range[0]), abs(summary.load_range[1]), 1e-9)
         flank = geometric_grid("flank_load", 0.02 * largest, 0.3 * largest, 4)
         return play + [{**place, **rotor} for place in flank for rotor in rotor_grid(summary)[:3]]
+
+    def parameters_of(self, summary: JointSummary, constants: Constants) -> tuple[EffectParameter, ...]:
+        gap, inertia = self.parameters
+        return replace(gap, upper=LARGEST_DEFLECTION * summary.span), inertia
 
     def refine(self, constants: Constants, summary: JointSummary) -> list[dict[str, float]]:
         if "play" in constants:

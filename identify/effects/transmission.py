@@ -1,12 +1,18 @@
 """Effects of the drive chain: elasticity, rotor inertia, friction on shared motors."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from identify.effects.conditions import ENCODER_ON_THE_MOTOR, SHARED_MOTOR, Condition
 from identify.effects.effect import Constants, Effect
-from identify.effects.motion import Array, JointMotion
+from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter
 from identify.effects.picture import OVER_ACCELERATION, OVER_SPEED
+
+LARGEST_DEFLECTION = 0.05
+"""Part of the range of motion by which link and motor can be apart, by play or by wind-up under the largest load. The columns
+are of the first order in it; a large one is a torque over position or load, which springs and other effects make."""
 
 
 class Elasticity(Effect):
@@ -31,6 +37,11 @@ class Elasticity(Effect):
     from_derivatives = True
     uses_load = True
     simulated = "record"
+
+    def parameters_of(self, summary: JointSummary, constants: Constants) -> tuple[EffectParameter, ...]:
+        inertia, compliance = self.parameters
+        largest = max(abs(summary.load_range[0]), abs(summary.load_range[1]), 1e-9)
+        return inertia, replace(compliance, upper=LARGEST_DEFLECTION * summary.span / largest)
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         rate = np.gradient(motion.load, motion.period)

@@ -163,3 +163,16 @@ def test_friction_of_a_shared_motor_opposes_that_motor_whatever_the_joint_s_own_
     assert bounds.violation(np.array([9.0, 1.0, 2.0, 0.1, 0.0, 0.0, 4.1])) > 0.0
     apart = admissible_values(columns, [summary_of(coupled_motors=())])
     assert apart.violation(np.array([9.0, 1.0, 2.0, 0.1, 0.0, 0.0, 4.1])) == 0.0
+
+
+@pytest.mark.parametrize("span", [0.2, 2.0])
+def test_link_and_motor_are_not_further_apart_than_a_twentieth_of_the_motion(span):
+    summary = summary_of(position_range=(0.0, span))
+    known = effects()
+    gap, _ = known["backlash"].parameters_of(summary, {"flank_load": 1.0, "rotor_inertia": 0.0})
+    _, compliance = known["elasticity"].parameters_of(summary, {})
+    assert gap.upper == pytest.approx(span / 20)
+    # wound up under the largest load, to either side
+    assert compliance.upper * LARGEST_LOAD == pytest.approx(span / 20)
+    widest = max(each.get("play", 0.0) for each in known["backlash"].grid(summary))
+    assert widest == pytest.approx(gap.upper)

@@ -1,0 +1,186 @@
+"""The moves of a search other than adding: taking out what does not hold, exchanging what only imitated, and going back."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from identify.diagnosis.caution import load_siblings
+from identify.diagnosis.finding import Finding
+from identify.diagnosis.refusals import Key, Refusals
+from identify.diagnosis.screening import Screening
+from identify.diagnosis.selection import Addition
+from identify.diagnosis.unseen_sessions import lowers_on_unseen, worse_on_unseen
+from identify.effects.model import Term
+from identify.estimation.fitted_model import FittedModel
+from identify.estimation.fitting import fit_model
+from identify.estimation.requested_model import known_effects
+
+Added = list[tuple[Term, int]]
+"""Terms that a search added, each with the joint that it is judged on."""
+
+
+@dataclass(frozen=True)
+class State:
+    """Where a search stands.
+
+    added    : what the model has beside the diagnosed one
+    evidence : what each of these is worth beside the others
+    listed   : of every joint all candidates beside the model
+    chosen   : what is to be added
+    """
+
+    screening: Screening
+    added: Added
+    evidence: dict[Key, Finding]
+    listed: list[list[Finding]]
+    chosen: list[Addition]
+
+    @classmethod
+    def of(
+        cls,
+        screening: Screening,
+        added: Added,
+        evidence: dict[Key, Finding],
+        refusals: Refusals,
+        least: Sequence[float],
+    ) -> "State":
+        """Look at every candidate beside a model; `least` is for every joint the gain that an effect must have."""
+        listed, chosen = screening.selection.search(refusals.present(added), least)
+        return cls(screening, added, evidence, listed, chosen)
+
+    @property
+    def present(self) -> FittedModel:
+        """The model."""
+        return self.screening.fitted
+
+    def again(self, refusals: Refusals, least: Sequence[float]) -> "State":
+        """The same without what was to be added: it led to nothing better."""
+        for candidate, _ in self.chosen:
+            refusals.refuse(candidate.term, candidate.judged, self.added)
+        return State.of(self.screening, self.added, self.evidence, refusals, least)
+
+    def better_than(self, other: "State") -> bool:
+        """Whether it makes motion that the fits did not see more probable, and by what each added effect must bring to have a
+        name."""
+        return self._cost < other._cost
+
+    @cached_property
+    def _cost(self) -> float:
+        """Sum over the joints of the logarithm of the held-out squared error, and of what the least gain of each added effect
+        takes from that: but for a factor and a constant the negative logarithm of the predictive density."""
+        selection = self.screening.selection
+        errors = [
+            selection.motion.alone(joint, selection.base()).total
+            for joint in range(self.present.record.joints)
+        ]
+        least = [1 - each.least_gain / max(each.before.total, 1e-300) for each in self.evidence.values()]
+        return float(np.sum(np.log(np.maximum(errors, 1e-300))) - np.sum(np.log(np.maximum(least, 1e-300))))
+
+
+@dataclass
+class Fits:
+    """The fits of a search: the diagnosed model with terms added, each set of terms fitted once.
+
+    The columns of some effects follow the load and the torque of the fit before, so that a fit depends on where it starts. What a
+    model is worth must not depend on what was added and taken out since it was fitted.
+    """
+
+    fitted: FittedModel
+    _known: dict[frozenset[tuple[Key, int]], FittedModel] = field(default_factory=dict)
+
+    def __call__(self, added: Added, start: FittedModel) -> tuple[FittedModel, Added]:
+        """The diagnosed model with the added terms, their constants searched around what was found, from the load of `start`;
+        and the terms with the constants of this fit."""
+        model = self.fitted.model.with_terms(term for term, _ in added)
+        present = self._known[_keys(added)] = fit_model(self.fitted.record, model, refine=True, start=start)
+        return present, _settled(present, added)
+
+    def without_others(self, added: Added, start: FittedModel) -> tuple[FittedModel, Added]:
+        """The same for terms that are left of more, as they were fitted before there were more."""
+        present = self._known.get(_keys(added))
+        return self(added, start) if present is None else (present, _settled(present, added))
+
+
+def _keys(added: Added) -> frozenset[tuple[Key, int]]:
+    return frozenset((term.key, judged) for term, judged in added)
+
+
+def _settled(present: FittedModel, added: Added) -> Added:
+    constants = {term.key: term for term in present.model.terms}
+    return [(constants[term.key], judged) for term, judged in added]
+
+
+def verified(
+    fits: Fits, present: FittedModel, added: Added, refusals: Refusals, least: Sequence[float]
+) -> State:
+    """Where a search stands with a model and its added terms, without those that are not justified beside all the others.
+
+    What was taken out does not come back while these stay.
+    """
+    while True:
+        screening = Screening.of(present, only_justified=True)
+        kept = screening.beside_the_others(added, least)
+        if len(kept) == len(added):
+            evidence = {finding.candidate.key: finding for finding, _ in kept}
+            return State.of(screening, added, evidence, refusals, least)
+        staying = {term.key for _, term in kept}
+        for term, judged in added:
+            if term.key not in staying:
+                refusals.refuse(term, judged, [row for row in added if row[0].key in staying])
+        added = [(term, judged) for term, judged in added if term.key in staying]
+        present, added = fits.without_others(added, present)
+
+
+def without_harmful(
+    fits: Fits, present: FittedModel, added: Added, refusals: Refusals, harmful: set[Key]
+) -> tuple[FittedModel, Added]:
+    """The model and its added terms without those that raise the error on validation sessions, the most harmful first: of
+    effects that stand for one another, or share what two joints share, the others may do good without it.
+
+    A term is harmful where the model that is fitted without it, load and constants following, does better there.
+    """
+    while True:
+        for term, judged in worse_on_unseen(present, added):
+            rest = [row for row in added if row != (term, judged)]
+            narrower, rest = fits.without_others(rest, present)
+            if lowers_on_unseen(narrower, present, judged):
+                refusals.refuse(term, judged, added)
+                harmful.add(term.key)
+                present, added = narrower, rest
+                break
+        else:
+            return present, added
+
+
+def exchanged(
+    state: State,
+    refusals: Refusals,
+    doubts: dict[Key, tuple[str, ...]],
+    tried: set[tuple[Key, Key]],
+) -> Added | None:
+    """The added terms with one that imitated another effect exchanged for it; None where there is none.
+
+    doubts : for an added effect those that explained the data alike when it was added; what is exchanged for one that
+             only a change of load would tell from it stays its rival
+    tried  : exchanges that the search made; none is made twice
+
+    What was exchanged does not come back while what stands in its place stays.
+    """
+    screening, added = state.screening, state.added
+    for place, (term, judged) in enumerate(added):
+        named = doubts.get((term.effect.name, judged), ())
+        better = screening.replacement(term, named) if len(added) > 1 else None
+        if better is None or better[0].key in refusals.present(added) or (term.key, better[0].key) in tried:
+            continue
+        tried.add((term.key, better[0].key))
+        refusals.refuse(term, judged, [*added, better])
+        known, summary = (
+            known_effects(screening.fitted.record.experiment),
+            screening.fitted.record.summaries[judged],
+        )
+        siblings = load_siblings(better[0].effect, known, summary)
+        doubts[better[0].effect.name, better[1]] = tuple({term.effect.name} & set(siblings))
+        return [*added[:place], better, *added[place + 1 :]]
+    return None

@@ -1,0 +1,59 @@
+"""A model is worth what it was when it was fitted, whatever was added and taken out since."""
+
+from __future__ import annotations
+
+import pytest
+
+from identify.diagnosis import moves
+from identify.diagnosis.moves import Fits, without_harmful
+from identify.diagnosis.refusals import Refusals
+from identify.effects.model import Term
+from identify.effects.position import JointSpring
+from identify.effects.viscous import ViscousAsymmetric
+from identify.estimation.fitting import fit_model
+from identify.estimation.requested_model import open_record, requested_model
+from identify.recording import load_experiment
+from tests.plants.single_joint import record, write_experiment
+
+SPRING, LEAN = (Term(JointSpring(), 0), 0), (Term(ViscousAsymmetric(), 0), 0)
+
+
+@pytest.fixture(scope="module")
+def fitted(tmp_path_factory):
+    made = record({"joint-spring": 1.0}, duration=6.0, rate=100.0, repeats=1, payload_masses=(0.0,))
+    opened = open_record(load_experiment(write_experiment(tmp_path_factory.mktemp("moves"), made)), "usual")
+    return fit_model(opened, requested_model(opened, "usual", ()))
+
+
+def test_terms_that_are_left_of_more_are_taken_as_they_were_fitted(fitted):
+    fits = Fits(fitted)
+    alone, added = fits([SPRING], fitted)
+    wider, _ = fits([*added, LEAN], alone)
+    assert wider.fit.relative_error < alone.fit.relative_error
+    again, left = fits.without_others(added, wider)
+    assert again is alone
+    assert left == added
+    # in whatever order they stand, and only these
+    other, _ = fits.without_others([LEAN], wider)
+    assert [term.key for term in other.model.terms if term.key == SPRING[0].key] == []
+    assert fits.without_others([LEAN, SPRING], alone)[0] is wider
+
+
+def test_a_term_that_is_added_once_more_is_fitted_once_more(fitted):
+    fits = Fits(fitted)
+    alone, added = fits([SPRING], fitted)
+    again, _ = fits(added, alone)
+    assert again is not alone
+    assert again.fit.relative_error == pytest.approx(alone.fit.relative_error, rel=1e-6)
+
+
+@pytest.mark.parametrize("better", [True, False])
+def test_only_what_the_fit_without_it_does_better_without_does_harm(fitted, monkeypatch, better):
+    fits, refusals, harmful = Fits(fitted), Refusals(), set()
+    present, added = fits([SPRING, LEAN], fitted)
+    monkeypatch.setattr(moves, "worse_on_unseen", lambda model, terms: terms[:1] if len(terms) > 1 else [])
+    monkeypatch.setattr(moves, "lowers_on_unseen", lambda narrower, wider, joint: better)
+    _, left = without_harmful(fits, present, added, refusals, harmful)
+    assert [term.key for term, _ in left] == [LEAN[0].key] if better else [SPRING[0].key, LEAN[0].key]
+    assert harmful == ({SPRING[0].key} if better else set())
+    assert set(refusals.present(left)) == harmful
