@@ -154,7 +154,7 @@ def driving(ahead):
         lambda ahead: -2.0 * ahead.torque,
         lambda ahead: np.where(driving(ahead), -ahead.torque, ahead.torque),
         lambda ahead: np.where(driving(ahead), ahead.torque, -ahead.torque),
-        lambda ahead: 2.5 * ahead.torque,
+        lambda ahead: 3.0 * ahead.torque,
     ],
     ids=["wrong sign", "wrong sign, twice over", "wrong driving", "wrong driven", "far too much"],
 )

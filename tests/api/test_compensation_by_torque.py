@@ -101,9 +101,8 @@ def test_the_model_makes_our_loop_follow_better_and_the_result_says_whose_loop_i
     (half.folder / "compensation.json").unlink()
 
 
-@pytest.mark.parametrize("factor", [-1.0, 2.5], ids=["wrong sign", "far too much"])
-def test_a_wrong_model_is_stopped_in_this_loop_too(half, factor):
-    offset = torque_offset(half.rig, factor * half.ahead.torque, 0.6, faded=False)
+def test_a_model_with_the_wrong_sign_is_stopped_in_this_loop_too(half):
+    offset = torque_offset(half.rig, -half.ahead.torque, 0.6, faded=False)
     run = CompensationRun.continued(replace(half, ahead=replace(half.ahead, offset=offset)), seed=7)
     session = run.with_torque()
     assert drive(session) is SessionState.FAULTED

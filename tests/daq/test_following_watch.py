@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from daq.following_watch import TOLERATED, FollowingWatch
+from daq.following_watch import CLEARLY, TOLERATED, FollowingWatch
 from daq.rig import Rig
 from daq.samples import COMMAND_CAME, POSITION_CAME, Phase, joint_positions, sample_dtype
 from daq.torque_offset import RAMP, SentAhead
@@ -65,7 +65,9 @@ def by_hand(rig, usual, error):
     least = TOLERATED * (np.mean(usual[list(live), 0] ** 2) + resolution**2)
     excess = 0.0
     for place in live:
-        excess = max(0.0, excess + rig.cycle * (error[place, 0] ** 2 - usual[place, 0] ** 2 - resolution**2))
+        excess = max(
+            0.0, excess + rig.cycle * (error[place, 0] ** 2 - CLEARLY * usual[place, 0] ** 2 - resolution**2)
+        )
         if excess > least:
             return place
     return None
@@ -109,8 +111,8 @@ def test_torque_that_makes_an_axis_follow_worse_ends_the_motion_soon(rig, usual,
 
 
 @pytest.mark.parametrize("seed", range(6))
-@pytest.mark.parametrize("share", [0.1, 0.9, 1.0])
-def test_torque_that_helps_or_does_nothing_is_never_stopped_by_noise(rig, usual, seed, share):
+@pytest.mark.parametrize("share", [0.1, 1.0, 1.2])
+def test_torque_that_helps_or_does_little_is_never_stopped_by_noise(rig, usual, seed, share):
     """Measurement noise as large as the error itself, of both drives."""
     random = np.random.default_rng(seed)
     first, second = random.normal(0.0, 1.5e-4, (2, CYCLES, 1))
