@@ -38,6 +38,18 @@ def test_the_torque_is_that_of_the_paper_in_all_quadrants(load, velocity):
     assert GEAR.torque(load, abs(velocity), direction) == pytest.approx(torque(load, velocity), rel=1e-12)
 
 
+@pytest.mark.parametrize("load", [100.0, -100.0])
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_share_factor_and_extra_act_on_dry_friction_alone_and_always_against_the_motion(load, direction):
+    whole = GEAR.torque(load, 0.02, direction) - load
+    assert whole * direction > 0
+    assert GEAR.torque(load, 0.02, direction, factor=1.5) - load == pytest.approx(1.5 * whole)
+    assert GEAR.torque(load, 0.02, direction, extra=7.0) - load == pytest.approx(whole + 7.0 * direction)
+    assert GEAR.torque(load, 0.02, direction, 0.5, 1.5, 7.0) - load == pytest.approx(
+        0.5 * (1.5 * whole + 7.0 * direction)
+    )
+
+
 @given(
     drive=st.floats(-400, 400),
     static=st.floats(-200, 200),
