@@ -167,3 +167,8 @@ def test_request_stop_from_the_callback_ends_after_that_cycle():
 def test_a_period_of_zero_is_refused():
     with pytest.raises(ValueError, match="must be positive"):
         SyncProducer(lambda *frame: None, 0.0, RealTime())
+
+
+def test_the_classes_of_lateness_go_by_one_two_five_from_ten_microseconds_to_ten_milliseconds():
+    decades = [step * 10**power for power in (1, 2, 3) for step in (1, 2, 5)]
+    assert list(LATENESS_CLASSES_US) == [*decades, 10_000]
