@@ -253,3 +253,11 @@ def test_a_master_reads_the_ratings_of_the_drive_as_the_profile_scales_them(open
     assert value(0x6072) == value(0x6073) == 1500
     assert (value(0x6075), value(0x6076)) == (2500, 400)
     assert value(0x6080) == round(100.0 * 60 / (2 * np.pi))  # rpm
+
+
+def test_a_drive_may_hold_other_values_and_objects_that_others_do_not_have(open_bench, axis):
+    sdo = open_bench(axis(oddities={"holds": {"0x6502": 0x81, "0x2F42": 0x12345678}})).drive.sdo
+    assert sdo.read(0x6502, 0, "uint32") == 0x81
+    assert sdo.read_bytes(0x2F42, 0) == (0x12345678).to_bytes(4, "little")
+    with pytest.raises(DriveError, match="only|read"):
+        sdo.write(0x2F42, 0, "uint32", 1)
