@@ -6,6 +6,7 @@ import zipfile
 import pytest
 
 from api.service.accounts import Role
+from api.service.archive_members import readings
 from identify.recording import load_experiment
 
 UTF8_NAME = 0x800
@@ -207,3 +208,25 @@ def test_the_page_says_what_was_passed_over_until_it_is_put_away(operator):
         assert "Not taken from the archive:</strong> &lt;b&gt;.txt." in operator.get(page, headers=html).text
     assert operator.post(f"{page}/passed-over/dismiss", headers=html).status_code == 200
     assert "Not taken" not in operator.get(page, headers=html).text
+
+
+def field(kind, content):
+    return kind.to_bytes(2, "little") + len(content).to_bytes(2, "little") + content
+
+
+@pytest.mark.parametrize(
+    ("extra", "first"),
+    [
+        (field(0x7075, b"\x01" + bytes(4) + "Maß.csv".encode()), "Maß.csv"),
+        (field(0x5455, b"\x01" + bytes(4) + b"times") + field(0x7075, b"\x01" + bytes(4) + b"true"), "true"),
+        (field(0x5455, b"\x01" + bytes(4) + b"times"), "a.csv"),
+        (field(0x7075, b"\x02" + bytes(4) + b"later version"), "a.csv"),
+        (field(0x7075, b"\x01" + bytes(4)), "a.csv"),
+        (field(0x7075, b"\x01" + bytes(4) + b"\xff\xfe"), "a.csv"),
+        (b"\x75", "a.csv"),
+    ],
+)
+def test_the_name_in_the_unicode_field_goes_before_the_plain_one_where_it_is_one(extra, first):
+    member = zipfile.ZipInfo("a.csv")
+    member.extra = extra
+    assert readings(member)[0] == first
