@@ -259,5 +259,5 @@ def test_a_drive_may_hold_other_values_and_objects_that_others_do_not_have(open_
     sdo = open_bench(axis(oddities={"holds": {"0x6502": 0x81, "0x2F42": 0x12345678}})).drive.sdo
     assert sdo.read(0x6502, 0, "uint32") == 0x81
     assert sdo.read_bytes(0x2F42, 0) == (0x12345678).to_bytes(4, "little")
-    with pytest.raises(DriveError, match="only|read"):
+    with pytest.raises(DriveError, match="read"):
         sdo.write(0x2F42, 0, "uint32", 1)
