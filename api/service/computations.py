@@ -5,7 +5,7 @@ measured torques, which are as long as the recordings, go into files beside the 
 that it shows.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import identify
@@ -83,9 +83,13 @@ def diagnose(
     from identify.diagnosis.with_candidate import predictions_with, shown_findings
 
     loaded = load_experiment(Path(experiment))
-    diagnosis = identify.diagnose(
-        loaded, model=model, add=add, progress=_part(progress, 0.0, 0.85), motion=motion
-    )
+    searched = 0.5 if motion else 0.85
+    diagnosis = identify.diagnose(loaded, model=model, add=add, progress=_part(progress, 0.0, searched))
+    if motion:
+        from identify.diagnosis.motion_judgement import effects_on_motion
+
+        progress(searched, "predicting motion that the fits did not see")
+        diagnosis = replace(diagnosis, motion=effects_on_motion(diagnosis.fitted, diagnosis.added))
     looks = [
         (joint, finding)
         for joint in range(len(diagnosis.joints))

@@ -72,7 +72,7 @@ def test_a_diagnosis_has_looked_at_every_candidate_of_every_joint_before_it_is_d
 
     joints = [SimpleNamespace(findings=["a", "b", "c"]), SimpleNamespace(findings=["d"])]
 
-    def diagnosed(loaded, model, add, progress, motion):
+    def diagnosed(loaded, model, add, progress):
         told_all(progress)
         return SimpleNamespace(joints=joints, document=lambda: "document")
 
