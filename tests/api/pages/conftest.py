@@ -435,6 +435,6 @@ def browser_client(stored_laboratory: Path) -> Iterator[httpx.Client]:
     headers = {"Accept": "text/html"}
     with (
         served(create_application(settings)) as address,
-        httpx.Client(base_url=address, headers=headers) as client,
+        httpx.Client(base_url=address, headers=headers, timeout=60.0) as client,
     ):
         yield client
