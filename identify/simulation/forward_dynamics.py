@@ -20,8 +20,9 @@ Mask = NDArray[np.bool_]
 SETTLED = 1e-9
 """part of the torque's size below which what is left of the equation of motion counts as solved"""
 MOST_ITERATIONS = 8
-"""Newton steps; friction that follows the load is linear within a quadrant of Fig. 2, so that two or three do. Where the
-load passes through zero, friction with a step there (beta_m − beta_g) has no exact solution: the load rests at zero"""
+"""Newton steps; friction that follows the load is linear within a quadrant of Fig. 2, so that two or three do"""
+MOST_HALVINGS = 20
+"""of the way between two iterates that Newton's method goes to and fro between"""
 
 
 def accelerations(model: TorqueModel, windows: Windows, applied: Array, guess: Array) -> tuple[Array, Array]:
@@ -66,12 +67,20 @@ def _breaking_away(
 
 
 def _solved(model: TorqueModel, windows: Windows, applied: Array, guess: Array, stuck: Mask) -> Array:
-    """Newton's method on torque(acceleration) = applied, stuck joints held at rest."""
+    """Newton's method on torque(acceleration) = applied, stuck joints held at rest.
+
+    Friction α |load| has a kink where the load is zero; the torque grows with the acceleration on both sides as long as α < 1, so
+    that the solution is the only one and Newton's method finds it. Friction with a step up there (beta_m − beta_g of eq. 29)
+    leaves torques between its sides without a solution: Newton's method goes to and fro across the step, and the load rests
+    at zero (Filippov), which the way between the iterates is halved to find. Between the sides of a step down there are two
+    solutions, either of which may be found.
+    """
     acceleration = np.where(stuck, 0.0, guess)
     torque, slope = model.with_slope(windows, acceleration)
     held = stuck[:, :, None] | stuck[:, None, :]
     size = SETTLED * np.maximum(1e-12, np.max(np.abs(applied), initial=0.0))
     best, least = acceleration, np.full(len(acceleration), np.inf)
+    before = acceleration
     for iteration in range(MOST_ITERATIONS):
         left = np.where(stuck, 0.0, applied - torque)
         worst = np.max(np.abs(left), axis=1)
@@ -82,6 +91,7 @@ def _solved(model: TorqueModel, windows: Windows, applied: Array, guess: Array, 
             return best
         inertia = np.where(held, 0.0, slope)
         inertia += np.where(stuck, 1.0, 0.0)[:, :, None] * np.eye(stuck.shape[1])
+        before = acceleration
         acceleration = acceleration + np.linalg.solve(inertia, left[:, :, None])[:, :, 0]
         if model.linear:
             return acceleration
@@ -89,7 +99,36 @@ def _solved(model: TorqueModel, windows: Windows, applied: Array, guess: Array, 
         if iteration == MOST_ITERATIONS - 1:
             worst = np.max(np.abs(np.where(stuck, 0.0, applied - torque)), axis=1)
             best = np.where((worst < least)[:, None], acceleration, best)
-    return best
+            least = np.minimum(least, worst)
+    return _across_a_step(model, windows, applied, (before, acceleration), stuck, best, least > size)
+
+
+def _across_a_step(
+    model: TorqueModel,
+    windows: Windows,
+    applied: Array,
+    iterates: tuple[Array, Array],
+    stuck: Mask,
+    best: Array,
+    unsolved: Mask,
+) -> Array:
+    """The accelerations at which what is left of the torque turns round between the last two iterates of unsolved windows."""
+    below, above = iterates
+    way = above - below
+
+    def ahead(acceleration: Array) -> Array:
+        """(windows,) whether what is left of the torque points along the way."""
+        left = np.where(stuck, 0.0, applied - model.torque(windows, acceleration))
+        return (left * way).sum(axis=1)
+
+    crossed = unsolved & (ahead(below) > 0.0) & (ahead(above) < 0.0)
+    if not crossed.any():
+        return best
+    for _ in range(MOST_HALVINGS):
+        middle = 0.5 * (below + above)
+        further = (ahead(middle) > 0.0)[:, None]
+        below, above = np.where(further, middle, below), np.where(further, above, middle)
+    return np.where(crossed[:, None], 0.5 * (below + above), best)
 
 
 def step(

@@ -118,3 +118,35 @@ def test_motion_that_turns_keeps_its_second_order():
     after = 2.0 - stop
     assert course[-1, 0] == pytest.approx(turned - 0.5 * 1.0 * after**2, abs=1e-6)
     assert course[-1, 1] == pytest.approx(-after, abs=1e-6)
+
+
+@settings(deadline=None, max_examples=25)
+@given(
+    alpha=st.floats(0.0, 0.9),
+    step=st.floats(0.0, 20.0),
+    guess=st.floats(-50.0, 50.0),
+    torque=st.floats(-60.0, 60.0),
+    way=st.sampled_from([-1.0, 1.0]),
+)
+def test_where_the_load_crosses_zero_it_rests_there_or_the_only_solution_is_found(
+    alpha, step, guess, torque, way
+):
+    """load + way (2 + α |load| + step [it drives]) = torque, load = 3 q'' + 7, by hand: three cases of the load's sign."""
+    inertia, gravity, least = 3.0, 7.0, 2.0
+
+    def formula(q, dq, ddq, direction):
+        out = inertia * ddq + gravity
+        drives = np.sign(out) * direction > 0
+        return out + direction * (least + alpha * np.abs(out) + step * drives)
+
+    left = torque - way * least
+    if way * left > step:
+        load = (left - way * step) / (1.0 + alpha)
+    elif way * left < 0.0:
+        load = left / (1.0 - alpha)
+    else:
+        load = 0.0
+    model = OneJoint(formula, linear=False)
+    windows = at(0.0, way * 0.5)
+    found, _ = accelerations(model, windows, np.array([[torque]]), np.array([[guess]]))
+    assert inertia * found[0, 0] + gravity == pytest.approx(load, abs=2e-4 * (1.0 + abs(load)))
