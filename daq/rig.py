@@ -275,6 +275,11 @@ class Rig(_Settings):
                 raise ValueError("gear_matrix cannot be inverted: some joint is not driven")
         if len({axis.feedforward for axis in self.axes}) > 1:
             raise ValueError("axes: feedforward must be the same for all axes, for they are driven together")
+        if self.held_over_the_bus and self.supervision.torque_timeout < 2 * self.cycle:
+            raise ValueError(
+                f"supervision.torque_timeout: two cycles at least ({2 * self.cycle:g} s), else a drive in torque mode stops"
+                " between two setpoints"
+            )
         for index, (axis, profile) in enumerate(zip(self.axes, self.profiles, strict=True)):
             unit = profile.current_reference.unit
             if getattr(axis, _AMPERE[unit][0]) is None:

@@ -132,9 +132,8 @@ class RigDrives:
         stream = drive.map_stream(MODES[axis.mode], temperature=self.rig.record_temperature, torque=torque)
         drive.set_mode(MODES[axis.mode])
         drive.set_cycle(self.rig.cycle)
-        watched = self.rig.supervision.torque_timeout if torque == TARGET_TORQUE else 0.0
-        remark = drive.watch_setpoints(stream, watched)
-        drive.set_up_remarks += [remark] if remark else []
+        if torque == TARGET_TORQUE:
+            drive.set_up_remarks.append(drive.watch_setpoints(stream, self.rig.supervision.torque_timeout))
         return stream
 
     def set_mode(self, mode: Mode | None) -> None:
@@ -232,6 +231,7 @@ class RigDrives:
                         drive.watch_master(MASTER_NODE, 0)
                     drive.set_nmt_state("PRE-OPERATIONAL")
                     drive.produce_heartbeat(0)
+                    drive.end_setpoint_watch()
         finally:
             self.network.close()
             if self.output is not None:

@@ -24,7 +24,7 @@ from drivers.set_up_forecast import (
     objects_written,
     process_data_in_words,
 )
-from drivers.setpoint_timeout import forget_setpoints, watch_setpoints
+from drivers.setpoint_timeout import SetpointWatch, end_watch, watch_setpoints
 from drivers.standard_stream import TPDO_BASE, wanted_pdos
 from drivers.state_machine import DEFAULT_TIMEOUTS, NO_MODE_DISPLAY, Timeouts
 from drivers.stream_set_up import present_pdos, require_pdos, set_up_stream
@@ -73,6 +73,7 @@ class Drive(ManagedNode):
         self.profile = profile
         self.passed_over = passed_over(profile.object_dictionary, node)
         """What of the drive's EDS could not be read, in words."""
+        self._setpoint_watch: SetpointWatch | None = None
 
     # ---- who it is and how it is ----
 
@@ -334,14 +335,21 @@ class Drive(ManagedNode):
             self._hold(cia402.TORQUE_OFFSET, 0, "int16", 0, "clearing the torque offset")
 
     def watch_setpoints(self, stream: DriveStream, timeout: float) -> str:
-        """Let the drive stop by itself when no setpoint comes for `timeout` (s), 0 for never; in words what it does then.
+        """Let the drive stop by itself when no setpoint comes for `timeout` (s); in words what it does then.
 
         Raises DriveError when it cannot be told to (`setpoint_timeout`).
         """
-        if timeout:
-            return watch_setpoints(self.sdo, stream.receive, timeout)
-        forget_setpoints(self.sdo, stream.receive)
-        return ""
+        self._setpoint_watch = watch_setpoints(self.sdo, stream.receive, timeout)
+        return self._setpoint_watch.words
+
+    def end_setpoint_watch(self) -> None:
+        """Give the drive the watch over its setpoints back that it had before `watch_setpoints`, where that was called.
+
+        Raises DriveError when the drive does not answer, or keeps what it holds.
+        """
+        watch, self._setpoint_watch = self._setpoint_watch, None
+        if watch is not None:
+            end_watch(self.sdo, watch)
 
     def _set_interpolation_time(self, spellings: list[tuple[int, int]]) -> bool:
         """Whether 0x60C2 now holds a period; False where the drive has no such object.

@@ -6,6 +6,7 @@ driven so.
 """
 
 import math
+from dataclasses import dataclass
 
 from drivers.cia402 import ABORT_CONNECTION_OPTION
 from drivers.errors import DriveError
@@ -20,8 +21,22 @@ _REACTIONS = {1: "a fault", 2: "no voltage", QUICK_STOP: "a quick stop"}
 """0x6007; 0 is no reaction"""
 
 
-def watch_setpoints(sdo: SdoAccess, receive: ProcessData, timeout: float) -> str:
-    """Let a drive stop by itself when its RPDO stays away for `timeout` (s); in words what it does then.
+@dataclass(frozen=True)
+class SetpointWatch:
+    """A drive's watch over its setpoints, as it was told to.
+
+    words    : what the drive does by itself
+    timer    : index of the parameters of the RPDO that is watched
+    before   : its event timer (ms) and reaction (0x6007) as they were before
+    """
+
+    words: str
+    timer: int
+    before: tuple[int, int]
+
+
+def watch_setpoints(sdo: SdoAccess, receive: ProcessData, timeout: float) -> SetpointWatch:
+    """Let a drive stop by itself when its RPDO stays away for `timeout` (s).
 
     Raises DriveError: the drive does not take the timer, or would do nothing.
     """
@@ -29,6 +44,10 @@ def watch_setpoints(sdo: SdoAccess, receive: ProcessData, timeout: float) -> str
     milliseconds = max(1, math.ceil(1e3 * timeout - 1e-9))
     communication = _communication(sdo, receive)
     try:
+        before = (
+            sdo.read(communication, EVENT_TIMER, "uint16", what),
+            sdo.read(ABORT_CONNECTION_OPTION, 0, "int16", what),
+        )
         sdo.write_verified(communication, EVENT_TIMER, "uint16", milliseconds, what)
         reaction = _reaction(sdo, what)
     except DriveError as refusal:
@@ -46,23 +65,17 @@ def watch_setpoints(sdo: SdoAccess, receive: ProcessData, timeout: float) -> str
             received=f"{reaction} came: it would go on with the last torque",
         )
     timer = f"0x{communication:04X}:05"
-    return f"stops by itself after {milliseconds} ms without a torque setpoint ({timer}), with {_REACTIONS[reaction]}"
+    words = f"stops by itself after {milliseconds} ms without a torque setpoint ({timer}), with {_REACTIONS[reaction]}"
+    return SetpointWatch(words, communication, before)
 
 
-def forget_setpoints(sdo: SdoAccess, receive: ProcessData) -> None:
-    """No watch over the setpoints, where the drive has one: an earlier session in torque mode may have left it.
-
-    Raises DriveError when the drive does not answer, or keeps it.
-    """
-    communication, what = _communication(sdo, receive), "ending its watch over the setpoints"
-    try:
-        held = sdo.read(communication, EVENT_TIMER, "uint16", what)
-    except DriveError as refusal:
-        if was_refused(refusal):
-            return
-        raise
-    if held:
-        sdo.write_verified(communication, EVENT_TIMER, "uint16", 0, what)
+def end_watch(sdo: SdoAccess, watch: SetpointWatch) -> None:
+    """Leave the drive as it was before `watch_setpoints`. Raises DriveError when it does not answer, or keeps what it holds."""
+    what = "ending its watch over the torque setpoints"
+    timer, reaction = watch.before
+    sdo.write_verified(watch.timer, EVENT_TIMER, "uint16", timer, what)
+    if sdo.read(ABORT_CONNECTION_OPTION, 0, "int16", what) != reaction:
+        sdo.write_verified(ABORT_CONNECTION_OPTION, 0, "int16", reaction, what)
 
 
 def _reaction(sdo: SdoAccess, what: str) -> int:

@@ -188,3 +188,6 @@ def test_all_axes_of_a_rig_send_their_feedforward_alike(tmp_path):
         Rig.load(write(tmp_path, data))
     data["axes"][1]["feedforward"] = "cyclic-torque"
     assert Rig.load(write(tmp_path, data)).held_over_the_bus
+    data["supervision"] = {"torque_timeout": 1.5 * Rig.load(write(tmp_path, data)).cycle}
+    with pytest.raises(InputError, match=r"torque_timeout: two cycles at least \(0\.\d+ s\)"):
+        Rig.load(write(tmp_path, data))

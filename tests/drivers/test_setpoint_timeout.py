@@ -47,8 +47,21 @@ def test_the_timer_is_rounded_up_to_milliseconds_and_a_quick_stop_is_asked_for(o
     assert words == "stops by itself after 5 ms without a torque setpoint (0x1400:05), with a quick stop"
     assert bench.drive.sdo.read(0x1400, 5, "uint16", "looking") == 5
     assert bench.drive.sdo.read(0x6007, 0, "int16", "looking") == 3
-    assert bench.drive.watch_setpoints(stream, 0.0) == ""
-    assert bench.drive.sdo.read(0x1400, 5, "uint16", "looking") == 0
+
+
+def test_the_watch_that_a_drive_had_before_is_given_back_to_it(open_bench):
+    bench = open_bench()
+    drive = bench.drive
+    stream = drive.map_stream(CSP, torque=TARGET_TORQUE)
+    drive.sdo.write(0x1400, 5, "uint16", 70)
+    drive.sdo.write(0x6007, 0, "int16", 2)
+    drive.watch_setpoints(stream, 0.0041)
+    drive.end_setpoint_watch()
+    assert drive.sdo.read(0x1400, 5, "uint16", "looking") == 70
+    assert drive.sdo.read(0x6007, 0, "int16", "looking") == 2
+    drive.sdo.write(0x1400, 5, "uint16", 80)
+    drive.end_setpoint_watch()
+    assert drive.sdo.read(0x1400, 5, "uint16", "looking") == 80
 
 
 @pytest.mark.parametrize(
