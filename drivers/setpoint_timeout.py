@@ -65,8 +65,11 @@ def watch_setpoints(sdo: SdoAccess, receive: ProcessData, timeout: float) -> Set
             received=f"{reaction} came: it would go on with the last torque",
         )
     timer = f"0x{communication:04X}:05"
-    words = f"stops by itself after {milliseconds} ms without a torque setpoint ({timer}), with {_REACTIONS[reaction]}"
-    return SetpointWatch(words, communication, before)
+    return SetpointWatch(
+        f"stops by itself after {milliseconds} ms without a torque setpoint ({timer}), with {_REACTIONS[reaction]}",
+        communication,
+        before,
+    )
 
 
 def end_watch(sdo: SdoAccess, watch: SetpointWatch) -> None:

@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from api.client.connection import Connection, ServiceError, Signals
 from api.service.job_documents import JobView
+from identify.recording.controller_file import ControllerFile
 from identify.results.certificate import Certificate
 from identify.results.diagnosis import DiagnosisDocument
 from identify.results.document import Json
@@ -97,10 +98,18 @@ class ModelCalls(Connection):
         wanted = {"joint": joint, "proposal": proposal, "rig": rig}
         return self._post(f"/experiments/{experiment}/models/{model}/next-experiment/plan", wanted)
 
-    def simulate(self, experiment: str, model: str, driven_by: str = "torque") -> JobView:
-        """Run a model version forward along its record (a job): by the recorded torque, or in closed loop with the gains of the
-        `drives`, or those that the record tells (`estimate`); `known`: those of the drives where the record holds them."""
-        return self._begin(f"/experiments/{experiment}/models/{model}/simulation?driven_by={driven_by}")
+    def simulate(
+        self, experiment: str, model: str, driven_by: str = "torque", gains: ControllerFile | None = None
+    ) -> JobView:
+        """Run a model version forward along its record (a job): by the recorded torque, or in closed loop.
+
+        gains : closes the loop where given; else `driven_by` says whose do: those of the `drives`, or what the record tells
+            (`estimate`); `known` takes those of the drives where the record holds them, else the torque
+        """
+        address = f"/experiments/{experiment}/models/{model}/simulation"
+        if gains is not None:
+            return self._begin(address, gains.model_dump(mode="json"))
+        return self._begin(f"{address}?driven_by={driven_by}")
 
     def simulation(self, experiment: str, model: str) -> SimulationDocument:
         """How well a model version predicts motion."""

@@ -1,6 +1,7 @@
 """What the pages show of a model's use: errors of predicted motion by horizon, exports with their certificates in words."""
 
 from collections.abc import Collection
+from typing import Literal
 from urllib.parse import urlencode
 
 from api.pages.layout import experiment_link
@@ -23,11 +24,12 @@ NAMES: dict[Ending, str] = {
     "json": "data (JSON)",
 }
 
-CHOICES: tuple[tuple[Driven, str], ...] = (
+CHOICES: tuple[tuple[Driven | Literal["file"], str], ...] = (
     ("known", "in closed loop if its gains are known"),
     ("torque", "by the recorded torque"),
     ("drives", "in closed loop, gains read from the drives"),
     ("estimate", "in closed loop, gains told from the record"),
+    ("file", "in closed loop, gains of the file chosen here"),
 )
 
 

@@ -1,15 +1,20 @@
 """What a model is used for, on the pages: motion predicted beside the torque, and files for other programs with certificates."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
-from fastapi import APIRouter, Form, Query, Request
+from fastapi import APIRouter, File, Form, Query, Request, UploadFile
 from fastapi.responses import HTMLResponse, Response
 
+from api.pages.form_input import input_errors_as_problems
 from api.pages.job_views import follow
 from api.pages.layout import experiment_link
 from api.pages.rendering import PREFIX
 from api.service import access
 from api.service.model_use import Driven, Ending
+from api.service.problems import Problem
+from identify.recording.controller_file import ControllerFile
+from identify.recording.strict_yaml import LARGEST_FILE
+from identify.simulation.controller import decode_controllers
 
 router = APIRouter(prefix=f"{PREFIX}/experiments/{{experiment}}/use", include_in_schema=False)
 
@@ -22,11 +27,21 @@ def simulate(
     user: access.Operator,
     experiment: str,
     version: Version,
-    driven_by: Annotated[Driven, Form()] = "torque",
+    driven_by: Annotated[Driven | Literal["file"], Form()] = "torque",
+    gains: Annotated[UploadFile | None, File()] = None,
 ) -> HTMLResponse:
     """Run a version forward along its record."""
-    job = access.service_of(request).model_use.simulate(experiment, user.name, version, driven_by)
+    driver = _gains(gains) if driven_by == "file" else driven_by
+    job = access.service_of(request).model_use.simulate(experiment, user.name, version, driver)
     return follow(request, job.id, experiment_link(experiment, "use/progress"))
+
+
+def _gains(file: UploadFile | None) -> ControllerFile:
+    """The gains of a controller's file. Raises the problem 422: there is none, or it is wrong."""
+    if file is None or not file.filename:
+        raise Problem(422, "Choose the file with the controller's gains, or another way to drive the model.")
+    with input_errors_as_problems():
+        return decode_controllers(file.file.read(LARGEST_FILE), file.filename)
 
 
 @router.post("/exports/{ending}")

@@ -15,6 +15,7 @@ from api.service.jobs import Job, JobRunner
 from api.service.model_story import ModelStory
 from api.service.problems import Problem
 from identify.recording.atomic_file import write_atomically
+from identify.recording.controller_file import ControllerFile
 from identify.results.certificate import Certificate
 from identify.results.reading import read_document
 from identify.results.simulation import SimulationDocument
@@ -44,8 +45,13 @@ class ModelUse:
         self._experiments = experiments
         self._jobs = jobs
 
-    def simulate(self, experiment: str, user: str, model: str, driven_by: Driven = "torque") -> Job:
-        """Run a version forward along its record (a job). Raises the problem 404."""
+    def simulate(
+        self, experiment: str, user: str, model: str, driven_by: Driven | ControllerFile = "torque"
+    ) -> Job:
+        """Run a version forward along its record (a job), in closed loop with gains where these are given.
+
+        Raises the problem 404.
+        """
         story = self._story(experiment)
         version = story.read().version(model)
         folder = story.fit_folder(model)

@@ -64,9 +64,12 @@ class ResourceRoute(APIRoute):
             "multipart/form-data" if isinstance(self.body_field.field_info, Form) else "application/json"
         )
 
+        optional = not self.body_field.field_info.is_required()
+
         async def checked(request: Request) -> Response:
             sent = request.headers.get("content-type", "").partition(";")[0].strip().lower()
-            if sent != accepted:
+            nothing = not sent and request.headers.get("content-length", "0") == "0"
+            if sent != accepted and not (optional and nothing and "transfer-encoding" not in request.headers):
                 raise Problem(415, f"Send the body as {accepted}.")
             return await handler(request)
 

@@ -11,6 +11,7 @@ from api.service.job_process import Progress
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.rig import Rig
 from identify.recording import Payload, load_experiment
+from identify.recording.controller_file import ControllerFile
 from identify.results.certificate import Certificate
 from identify.results.drive_tables import DriveTablesDocument
 from identify.results.simulation import SimulationDocument
@@ -28,7 +29,7 @@ class PredictedMotion:
 
 
 def simulate(
-    progress: Progress, experiment: str, model: str, add: list[str], driven_by: str | None
+    progress: Progress, experiment: str, model: str, add: list[str], driven_by: ControllerFile | str | None
 ) -> PredictedMotion:
     """A model run forward in windows along its record and freely from its start, beside the usual one.
 

@@ -66,12 +66,19 @@ def read_strict_yaml(path: Path) -> tuple[Any, Lines]:
             raise InputError(
                 f"{path}: larger than {LARGEST_FILE // 1_000_000} MB, so not a file of settings in YAML"
             )
-        text = path.read_bytes().decode("utf-8-sig")
+        content = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+    return decode_strict_yaml(content, path)
+
+
+def decode_strict_yaml(content: bytes, path: Path | str) -> tuple[Any, Lines]:
+    """Decode one YAML document, as a file holds it; `path` names it in messages (see `read_strict_yaml`)."""
+    try:
+        text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = error.object[: error.start].count(b"\n") + 1
         raise InputError(f"{path} line {line}: not UTF-8 text; save the file as UTF-8") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
     return parse_strict_yaml(text, path)
 
 

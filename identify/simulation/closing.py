@@ -48,18 +48,22 @@ class Loop:
         )
 
 
-def loop_asked_for(result: Identification, controller: Path | str | None) -> Loop | None:
+def loop_asked_for(result: Identification, controller: ControllerFile | Path | str | None) -> Loop | None:
     """The loop to close; None where the recorded torque drives the model.
 
-    controller : a YAML file; "estimate"; "drives"; "torque"; or None, for "drives" where the recordings hold their gains
-    Raises InputError: the file is wrong, a session has no column of the reference, or no gains of drives are known.
+    controller : gains; a YAML file of them; "estimate"; "drives"; "torque"; or None, for "drives" where the recordings hold
+                 their gains
+
+    Raises InputError: the file is wrong, other joints than the robot's are named, a session has no column of the reference, or
+        no gains of drives are known.
     """
     experiment, names = result.experiment, result.fitted.record.joint_names
     if controller in (None, OF_DRIVES):
         loop = _recorded(result)
         if loop is None and controller == OF_DRIVES:
             raise InputError(
-                f"--controller {OF_DRIVES}: {why_not_closed(result) or 'no recording holds gains'}"
+                "the loop cannot be closed with the gains of the drives: "
+                f"{why_not_closed(result) or 'no recording holds any'}"
             )
         return loop
     if controller == BY_TORQUE:
@@ -69,7 +73,10 @@ def loop_asked_for(result: Identification, controller: Path | str | None) -> Loo
         coordinates = "motors" if result.fitted.record.body.shared_motors else "joints"
         loop = Loop("estimated", columns, None, coordinates)
     else:
-        declared, controllers = read_controllers(Path(controller), names, experiment.drive_gain)
+        given = isinstance(controller, ControllerFile)
+        declared = controller if given else read_controllers(Path(controller))
+        source = "the controller's gains" if given else controller
+        controllers = controllers_of(declared, names, experiment.drive_gain, source)
         loop = Loop(
             "file",
             reference_columns(controllers.listed),
@@ -84,7 +91,7 @@ def loop_asked_for(result: Identification, controller: Path | str | None) -> Loo
             if column not in present:
                 others = ", ".join(present) or "none"
                 raise InputError(
-                    f"--controller: {entry.path}: there is no column '{column}' with the reference position; further"
+                    f"the loop cannot be closed: {entry.path}: there is no column '{column}' with the reference position; further"
                     f" columns are {others}"
                 )
     return loop

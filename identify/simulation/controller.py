@@ -17,20 +17,20 @@ from identify.effects.model import motor_shares
 from identify.recording.controller_file import ControllerFile, JointController
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import check_settings
-from identify.recording.strict_yaml import read_strict_yaml
+from identify.recording.strict_yaml import decode_strict_yaml, read_strict_yaml
 from identify.simulation.measured_motion import MeasuredMotion
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
 ESTIMATED = "estimate"
-"""what `--controller` is where the gains are to be told from the record"""
+"""where the gains are to be told from the record"""
 
 OF_DRIVES = "drives"
-"""what `--controller` is where the loop is to be closed with the gains that the drives held, or not at all"""
+"""where the loop is to be closed with the gains that the drives held, or not at all"""
 
 BY_TORQUE = "torque"
-"""what `--controller` is where the recorded torque drives the model although the recordings hold the drives' gains"""
+"""where the recorded torque drives the model although the recordings hold the drives' gains"""
 
 LEAST_EXPLAINED = 0.5
 """part of the command's variance that a linear law must explain to pass for the controller"""
@@ -130,24 +130,27 @@ class Controllers:
         return drive_gain * self.gain("velocity") @ self.turns.T
 
 
-def read_controllers(
-    path: Path, joint_names: list[str], drive_gain: Array
-) -> tuple[ControllerFile, Controllers]:
+def read_controllers(path: Path) -> ControllerFile:
     """A YAML file of controllers: `joints`, a list with `joint`, `position`, `velocity` and so on.
 
-    Raises InputError: the file is wrong, or names other joints than the robot's; names file, line and field.
+    Raises InputError: the file is wrong; names file, line and field.
     """
-    content, lines = read_strict_yaml(path)
-    declared = check_settings(ControllerFile, content, lines, path)
-    return declared, controllers_of(declared, joint_names, drive_gain, path)
+    return check_settings(ControllerFile, *read_strict_yaml(path), path)
+
+
+def decode_controllers(content: bytes, name: str) -> ControllerFile:
+    """What a file of this name holds, as `read_controllers` reads it. Raises InputError."""
+    return check_settings(ControllerFile, *decode_strict_yaml(content, name), name)
 
 
 def controllers_of(
-    declared: ControllerFile, joint_names: list[str], drive_gain: Array, source: Path
+    declared: ControllerFile, joint_names: list[str], drive_gain: Array, source: Path | str
 ) -> Controllers:
     """The controllers that a file or a recording declares, in the order of the joints.
 
     drive_gain : (n, n) g_f of eq. (4), which says what a motor turns with
+    source     : named in messages
+
     Raises InputError: it names other joints than the robot's.
     """
     by_name = {gains.joint: gains for gains in declared.joints}
@@ -192,8 +195,8 @@ def estimated_controllers(
         explained = 1.0 - left / max(float(np.var(Y)), 1e-300)
         if explained < LEAST_EXPLAINED or restoring * gains[0] <= 0.0:
             raise InputError(
-                f"--controller {ESTIMATED}: joint '{name}': position error and speeds explain {100 * max(0.0, explained):.0f} %"
-                f" of the recorded command with qref{joint + 1}; give the gains in a file"
+                f"the controller's gains cannot be told from the record: joint '{name}': position error and speeds explain"
+                f" {100 * max(0.0, explained):.0f} % of the recorded command with qref{joint + 1}; give the gains in a file"
             )
         listed.append(
             JointController(

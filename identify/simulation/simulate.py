@@ -16,6 +16,7 @@ from identify.estimation.fitting import Progress
 from identify.estimation.small_algebra import single_threaded
 from identify.identification import Identification, identify
 from identify.recording import Experiment, InputError, SessionEntry
+from identify.recording.controller_file import ControllerFile
 from identify.results.effect import EffectOnJoint
 from identify.results.simulation import (
     HorizonErrors,
@@ -82,7 +83,7 @@ def simulate(
     model: str = "usual",
     add: Sequence[str] = (),
     horizons: Sequence[float] = HORIZONS,
-    controller: Path | str | None = None,
+    controller: ControllerFile | Path | str | None = None,
     free_run: bool = True,
     progress: Progress | None = None,
 ) -> SimulationDocument:
@@ -90,7 +91,7 @@ def simulate(
 
     horizons   : s; windows of this length begin at measured states all along the record. None of them leaves
                  the free run alone
-    controller : a YAML file of gains, or "estimate", closes the loop; None closes it with the gains that were read from the
+    controller : gains, a YAML file of them, or "estimate" closes the loop; None closes it with the gains that were read from the
                  drives, where the recordings hold them; without them, or by "torque", the recorded torque drives the model
     free_run   : whether to run the model from the record's start to its end as well, which takes longest
     Raises InputError: the experiment, the model, an effect, a horizon or the controller is wrong.
@@ -107,7 +108,7 @@ def simulated(
     result: Identification,
     usual: Identification | None,
     horizons: Sequence[float] = HORIZONS,
-    controller: Path | str | None = None,
+    controller: ControllerFile | Path | str | None = None,
     free_run: bool = True,
     progress: Progress | None = None,
     keep: Keep | None = None,

@@ -9,6 +9,7 @@ from api.client import Client, ServiceError
 from api.service.accounts import Role
 from api.service.model_use import ENDINGS
 from identify.export.write import KINDS
+from identify.recording.controller_file import ControllerFile
 
 
 def computed(client, address, finished):
@@ -40,6 +41,12 @@ def test_a_model_is_simulated_and_its_errors_are_kept_with_its_fit(imported_shor
     assert max(map(abs, error)) >= session.joints[0].position_rms
     assert set(run["position"]["usual"]) == {None}
     name = session.joints[0].joint
+    # in closed loop with given gains: refused by what is wrong with them, and where the record has no reference
+    gains = {"joints": [{"joint": name, "position": 1.0, "velocity": 0.5}]}
+    wrong = client.post(address, json={"joints": [{"joint": name, "position": "stiff", "velocity": 0.5}]})
+    assert wrong.status_code == 422
+    job = by_rest.simulate(experiment, "m1", gains=ControllerFile.model_validate(gains))
+    assert "no column 'qref1' with the reference" in finished(client, job)["words"]
     for file, joint, said in (
         ("none.csv", name, "not simulated on"),
         (session.file, "none", "no joint none"),

@@ -37,7 +37,9 @@ if __name__ == "__main__":
     ahead = pickle.loads(Path(sys.argv[3]).read_bytes()) if len(sys.argv) > 3 else None
     none = rig.payload("none")
     with PayloadSession(rig, Path(sys.argv[1]), plan, none, "operator", ahead=ahead) as session:
-        session.check()
+        check = session.check()
+        if not check.ok:
+            sys.exit(check.problems)
         session.confirm_payload(0.0)
         session.arm()
         print(session.processes.acquisition.pid, session.processes.recorder.pid, flush=True)

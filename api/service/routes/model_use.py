@@ -3,7 +3,7 @@
 from typing import Annotated
 
 import numpy as np
-from fastapi import APIRouter, Query, Request, Response
+from fastapi import APIRouter, Body, Query, Request, Response
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
@@ -16,10 +16,13 @@ from api.service.problems import Problem
 from api.service.routes.experiments import ExperimentId
 from api.service.routes.jobs import accepted
 from api.service.routes.models import ModelId
+from identify.recording.controller_file import ControllerFile
 from identify.results.certificate import Certificate
 from identify.results.simulation import SimulationDocument
 
 router = APIRouter(tags=["use of models"], route_class=ResourceRoute)
+
+_GAINS = {"joints": [{"joint": "j3", "reference": "qref1", "position": 5000.0, "velocity": 60.0}]}
 
 
 @router.post("/experiments/{experiment}/models/{model}/simulation", status_code=202, responses=problems(409))
@@ -36,9 +39,14 @@ def simulate(
             "recorded, or told from the record; `known` takes the former where the record holds them, else the torque"
         ),
     ] = "torque",
+    gains: Annotated[ControllerFile | None, Body(examples=[_GAINS])] = None,
 ) -> JobView:
-    """Run the model forward along its record: in windows of a tenth of a second and of a second, and freely from the start."""
-    job = service_of(request).model_use.simulate(experiment, user.name, model, driven_by)
+    """Run the model forward along its record: in windows of a tenth of a second and of a second, and freely from the start.
+
+    In closed loop with gains where the body holds them (those of a controller's file, `docs/simulation.md`), else as `driven_by`
+    says.
+    """
+    job = service_of(request).model_use.simulate(experiment, user.name, model, gains or driven_by)
     return accepted(job, response)
 
 

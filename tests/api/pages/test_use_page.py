@@ -18,6 +18,12 @@ def computed(client, finished, address):
     return answer.text
 
 
+def with_gains(client, experiment, gains):
+    address = f"/pages/experiments/{experiment}/use/simulation?version=m1"
+    files = None if gains is None else {"gains": ("gains.yaml", gains)}
+    return client.post(address, data={"driven_by": "file"}, files=files)
+
+
 def test_motion_is_predicted_when_asked_for_and_stands_beside_the_torque(imported_short, finished):
     client, experiment = imported_short
     address = f"/pages/experiments/{experiment}/model"
@@ -37,7 +43,15 @@ def test_motion_is_predicted_when_asked_for_and_stands_beside_the_torque(importe
     )
     (job,) = set(re.findall(r"job=([0-9a-f]+)", answer.text))
     failed = finished(client, {"id": job, "state": "queued"})
-    assert (failed["state"], failed["words"]) == ("failed", "--controller drives: no recording holds gains")
+    assert failed["state"] == "failed"
+    assert failed["words"] == "the loop cannot be closed with the gains of the drives: no recording holds any"
+    assert with_gains(client, experiment, None).json()["detail"].startswith("Choose the file with")
+    refused = with_gains(client, experiment, "joints: 5\n")
+    assert refused.status_code == 422
+    assert refused.json()["detail"] == "gains.yaml line 1: joints: must be a list, [...], not 5."
+    answer = with_gains(client, experiment, "joints:\n  - {joint: j1, position: 1.0, velocity: 0.5}\n")
+    (job,) = set(re.findall(r"job=([0-9a-f]+)", answer.text))
+    assert "no column 'qref1' with the reference" in finished(client, {"id": job, "state": "queued"})["words"]
     # the staircase of the models has the error of motion too
     assert " mrad</text>" in client.get(f"/pages/experiments/{experiment}/missing").text
 

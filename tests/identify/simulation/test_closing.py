@@ -14,7 +14,7 @@ from api.simulation_text import simulation_text
 from identify import load_experiment, simulate
 from identify.recording import InputError
 from identify.recording.controller_file import ControllerFile, JointController
-from identify.simulation.controller import controllers_of, estimated_controllers
+from identify.simulation.controller import controllers_of, decode_controllers, estimated_controllers
 from identify.simulation.measured_motion import MeasuredMotion
 from tests.plants.single_joint import record, write_experiment
 
@@ -145,6 +145,16 @@ def test_the_gains_that_recordings_hold_close_the_loop_and_are_named(recordings,
     assert by_file.controller is not None
     assert by_file.controller.joints == used.joints
     assert by_file.horizons == document.horizons
+    assert decode_controllers(file.read_bytes(), "gains.yaml").same_gains(HELD)
+    given = run(recordings, HELD.model_copy(update={"read_from": ()}))
+    assert given.controller is not None
+    assert given.controller.source == "file"
+    assert given.horizons == document.horizons
+    others = HELD.model_copy(update={"joints": (HELD.joints[0].model_copy(update={"joint": "wrist"}),)})
+    with pytest.raises(
+        InputError, match=r"^the controller's gains: joints: give one .*: elbow; there are wrist$"
+    ):
+        run(recordings, others)
     torque = run(recordings, "torque")
     assert torque.controller is None
     assert torque.remarks == ()
@@ -165,5 +175,5 @@ def test_sessions_with_other_gains_or_none_are_driven_by_their_torque_and_it_is_
     with h5py.File(path, "a") as file:
         del file.attrs["controller"]
     assert "session-01.h5: the drives' gains were not read" in run(recordings).remarks[0]
-    with pytest.raises(InputError, match=r"--controller drives: session-01\.h5: the drives' gains"):
+    with pytest.raises(InputError, match=r"with the gains of the drives: session-01\.h5: the drives' gains"):
         run(recordings, "drives")

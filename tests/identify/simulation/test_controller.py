@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
 from identify.recording import InputError
@@ -25,7 +24,7 @@ def test_a_wrong_file_is_refused_in_its_own_words(tmp_path, text, said):
     path = tmp_path / "controllers.yaml"
     path.write_text(text)
     with pytest.raises(InputError) as refused:
-        read_controllers(path, ["j1"], np.eye(1))
+        read_controllers(path)
     assert said in str(refused.value)
     assert "\n" not in str(refused.value)
     assert "ControllerFile" not in str(refused.value)
