@@ -18,11 +18,12 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import IO
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, ValidationError
 
 from daq.experiment_folder import changing
 from daq.recording_file import software_version
 from identify.recording.errors import InputError
+from identify.recording.first_fault import first_fault
 
 FORMAT = 1
 MANIFEST = "manifest.json"
@@ -192,7 +193,7 @@ def _extract(archive: Path, place: Path) -> BackupReport:
             stream = tar.extractfile(member)
             assert stream is not None
             if member.name == MANIFEST:
-                manifest = Manifest.model_validate_json(stream.read(1 << 28))
+                manifest = _manifest(stream.read(1 << 28), archive)
                 continue
             members[member.name] = _write_out(stream, place / member.name)
     if manifest is None:
@@ -207,12 +208,18 @@ def _extract(archive: Path, place: Path) -> BackupReport:
             or (copied.bytes, copied.sha256) != (written.bytes, written.sha256)
         ):
             raise InputError(f"{archive}: damaged: {name} is not as it was when it was copied")
-        if (
-            copied.changed_ns is not None
-        ):  # fits know the data that they were made of by size and time of change
+        if copied.changed_ns is not None:
+            # Fits know the data that they were made of by size and time of change.
             os.utime(place / name, ns=(copied.changed_ns, copied.changed_ns))
     (place / "experiments").mkdir(exist_ok=True)
     return BackupReport(len(members), sum(each.bytes for each in members.values()), DATABASE in members)
+
+
+def _manifest(content: bytes, archive: Path) -> Manifest:
+    try:
+        return Manifest.model_validate_json(content)
+    except ValidationError as error:
+        raise InputError(f"{archive}: its list of files, {MANIFEST}: {first_fault(error)}") from None
 
 
 def _ours(name: str) -> bool:

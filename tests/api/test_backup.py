@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 import identify
 from api.command_line import _register_commands, application
 from api.service.accounts import LOCAL_OPERATOR, Role
-from api.service.backup import restore_backup, write_backup
+from api.service.backup import MANIFEST, restore_backup, write_backup
 from api.service.open_data import open_data
 from identify.recording import InputError, load_experiment
 
@@ -107,7 +107,7 @@ def test_a_restore_touches_nothing_that_is_there(stocked, tmp_path):
     assert files_of(stocked) == before
 
 
-@pytest.mark.parametrize("damage", ["cut", "byte", "none of ours", "foreign member"])
+@pytest.mark.parametrize("damage", ["cut", "byte", "none of ours", "foreign member", "manifest"])
 def test_a_damaged_backup_is_refused_and_leaves_nothing(stocked, tmp_path, damage):
     archive = tmp_path / "all.tar"
     write_backup(stocked, archive)
@@ -120,12 +120,15 @@ def test_a_damaged_backup_is_refused_and_leaves_nothing(stocked, tmp_path, damag
     elif damage == "none of ours":
         archive.write_bytes(b"no archive")
     else:
+        manifest = damage == "manifest"
         with tarfile.open(archive, "w") as tar:
-            info = tarfile.TarInfo("experiments/../../evil")
-            info.size = 1
-            tar.addfile(info, io.BytesIO(b"x"))
-    with pytest.raises(InputError, match=str(archive)):
+            info = tarfile.TarInfo(MANIFEST if manifest else "experiments/../../evil")
+            text = b'{"format": 9, "files": []}' if manifest else b"x"
+            info.size = len(text)
+            tar.addfile(info, io.BytesIO(text))
+    with pytest.raises(InputError, match=str(archive)) as refused:
         restore_backup(archive, tmp_path / "restored")
+    assert "\n" not in str(refused.value)
     assert not (tmp_path / "restored").exists()
     assert not list(tmp_path.glob(".restored*"))
     assert not list(tmp_path.rglob("evil"))
