@@ -10,10 +10,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from identify.dynamics.geometry import Geometry
+from identify.dynamics.geometry import NOMINAL_ANGLE_TOLERANCE, Geometry
+from identify.dynamics.rotations import roll_pitch_yaw
+from identify.dynamics.urdf import read_urdf
 from identify.export import link_file_torque
 from identify.export.link_file_torque import (
     ProgramRefuses,
@@ -22,15 +24,34 @@ from identify.export.link_file_torque import (
     arm_torque_by_program,
     program_here,
 )
-from identify.export.link_files import WRITERS, Body, JointFriction, LinkFile
+from identify.export.link_files import WRITERS, Body, JointFriction, LinkFile, frame
 from identify.recording import InputError
 from tests.identify.dynamics.random_robots import random_motion, robots
+from tests.identify.dynamics.random_robots import robot as described
 from tests.identify.export.described_robot import torque_of_robot
 from tests.identify.export.test_link_files import motion_of, random_link_file
+
+TWISTED_BY_THE_TOLERANCE = described(
+    (0.0, 0.0, -9.81),
+    [("revolute", 0.0, 0.0, 0.0, 0.0), ("revolute", NOMINAL_ANGLE_TOLERANCE, 0.0, 0.0, 0.0)],
+)
+"""its axes' sine is less than the tolerance by 1e-15: the reader takes them for parallel, `Geometry` does not"""
+
+
+def taken_for_right(geometry: Geometry, file: Path) -> bool:
+    """Whether an angle is a right one but for some 1e-5, in the file or between the axes: the reader takes it for the right
+    one, and at the tolerance itself rounding decides.
+    """
+    stated = [roll_pitch_yaw(frame(geometry, joint)[1]) for joint in range(geometry.joint_count)]
+    read = [(joint.alpha, joint.theta) for joint in read_urdf(file).robot.joints]
+    angles = np.concatenate([geometry.alpha, np.ravel(stated), np.ravel(read)])
+    beside = np.abs(angles - np.round(angles / (np.pi / 2)) * (np.pi / 2))
+    return bool(((beside > 1e-12) & (beside < 1.001 * NOMINAL_ANGLE_TOLERANCE)).any())
 
 
 @settings(max_examples=20, deadline=None)
 @given(robots, st.integers(0, 2**32 - 1), st.sampled_from(sorted(WRITERS)))
+@example(description=TWISTED_BY_THE_TOLERANCE, seed=0, kind="sdf")
 def test_a_file_says_to_our_own_reader_and_to_its_program_what_was_written(description, seed, kind):
     """Frames, joints, bodies, gravity and friction, from the text alone."""
     robot = random_link_file(description, seed, rotors=kind == "xml", powers=kind == "xml" and seed % 2 == 0)
@@ -44,7 +65,10 @@ def test_a_file_says_to_our_own_reader_and_to_its_program_what_was_written(descr
         gravity = np.asarray(robot.geometry.gravity) if kind == "urdf" else np.zeros(3)
         torque = arm_torque_by_own_reader(file, gravity)(q, dq, ddq)
         exact = torque_of_robot(robot)(motion_of(q, dq, ddq))
-        assert torque == pytest.approx(exact, rel=1e-8, abs=1e-8)
+        if taken_for_right(robot.geometry, file):
+            assert np.abs(torque - exact).max() < 1e-4 * np.abs(exact).max()
+        else:
+            assert torque == pytest.approx(exact, rel=1e-8, abs=1e-8)
         if (program := program_here(file.suffix)) is not None:
             opened, name = arm_torque_by_program(program, file, gravity)
             assert opened(q, dq, ddq) == pytest.approx(exact, rel=1e-8, abs=1e-8), name
