@@ -6,6 +6,7 @@ import pytest
 
 from api.service.accounts import Role
 from api.service.experiment_store import ExperimentStore, id_from_name
+from api.service.problems import Problem
 from api.stored_experiments import EXPERIMENT_ID, resolve
 from identify.recording.errors import InputError
 
@@ -95,3 +96,17 @@ def test_every_command_takes_a_folder_a_file_or_the_name_of_a_stored_experiment(
         resolve("unknown", tmp_path / "data")
     with pytest.raises(InputError, match="nothing is stored"):
         resolve("../pendulum", tmp_path / "nowhere")
+
+
+def test_a_session_is_given_by_its_id_and_one_that_is_not_there_is_named(
+    service, data_folder, write_measured_experiment
+):
+    write_measured_experiment(data_folder / "experiments" / "by-hand", seconds=0.5)
+    store: ExperimentStore = service.service.experiments
+    store.reindex()
+    assert store.session("by-hand", "session-01").file == "session-01.csv"
+    for experiment, session in (("by-hand", "session-09"), ("nowhere", "session-01")):
+        with pytest.raises(Problem) as refused:
+            store.session(experiment, session)
+        assert refused.value.status == 404
+        assert (session if experiment == "by-hand" else experiment) in str(refused.value)

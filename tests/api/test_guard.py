@@ -99,3 +99,27 @@ def test_one_person_has_so_many_live_views_at_a_time_and_as_many_again_once_they
     anyio.run(watch, "bob", 3)
     assert opened == ["ada", "ada"] * 3 + ["bob"]
     assert refused == [("ada", "ada has 2 live views open already; close one.")] * 3
+
+
+# --- the audit log
+
+
+@pytest.mark.parametrize(
+    ("user", "role_needed", "status", "unheard"),
+    [
+        (None, Role.VIEWER, 401, True),
+        (None, None, 401, False),  # tried to sign in, and failed: that is written
+        (None, None, 200, False),
+        (None, None, 429, True),
+        (None, None, 503, True),
+        ("ada", None, 429, False),
+        ("ada", Role.VIEWER, 403, False),
+    ],
+)
+def test_a_stranger_who_was_turned_away_unheard_does_not_fill_the_log(user, role_needed, status, unheard):
+    route = SimpleNamespace(role=role_needed)
+    assert guard._of_no_account({"user": user}, route, status) is unheard
+
+
+def test_a_stranger_at_an_address_that_is_none_does_not_fill_the_log():
+    assert guard._of_no_account({}, None, 404)

@@ -37,8 +37,15 @@ def test_stops_beyond_those_that_are_kept_are_one_row_that_counts_them(log):
     stop(stops, 10)
     log.opened.set()
     stops.settle(60.0)
+    stop(stops, 3)  # as many as are kept: none of them is counted only
+    stops.settle(60.0)
     stops.close()
-    assert [row[:2] for row in log.rows] == [
+    assert [target for target, _, details in log.rows[4:] if details is None] == [
+        "stop 0",
+        "stop 1",
+        "stop 2",
+    ]
+    assert [row[:2] for row in log.rows[:4]] == [
         ("stop 0", 0.0),
         ("stop 1", 1.0),
         ("stop 2", 2.0),

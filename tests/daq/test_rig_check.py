@@ -2,9 +2,11 @@
 
 import re
 from importlib.resources import files
+from types import SimpleNamespace
 
 import pytest
 
+from daq import rig_check
 from daq.rig_check import CheckItem, RigCheck, check_rig
 from daq.rig_drives import RigDrives
 from drivers.simulated import process_image as slot
@@ -67,6 +69,20 @@ def test_an_axis_that_moves_without_power_is_waited_for(still_rig, powered):
 
     powered.nodes[0].get_data = passing
     assert "moves although it has no power" in checked(still_rig).problems
+
+
+@pytest.mark.parametrize(("share", "moves"), [(0.009, False), (-0.009, False), (0.011, True), (-0.011, True)])
+def test_an_axis_stands_below_a_hundredth_of_its_velocity_limit(rig, monkeypatch, share, moves):
+    (axis,) = rig.axes
+    speed = share * axis.limits.velocity / rig.position_matrix[0, 0]  # counts/s
+    now = [100.0]
+
+    def sleep(seconds):
+        now[0] += seconds
+
+    monkeypatch.setattr(rig_check, "time", SimpleNamespace(monotonic=lambda: now[0], sleep=sleep))
+    drive = SimpleNamespace(position=lambda: round(speed * (now[0] - 100.0)))
+    assert rig_check._moves(rig, drive, axis) is moves
 
 
 def test_problems_are_what_is_not_ok_each_with_what_it_concerns():

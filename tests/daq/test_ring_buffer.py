@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from daq import ring_buffer
 from daq.ring_buffer import RingOverrun, RingReader, RingWriter, remove_abandoned_rings
 
 ROW = np.dtype([("cycle", "<i8"), ("position", "<i4", (3,)), ("valid", "u1")])
@@ -76,6 +77,22 @@ def test_the_latest_rows_can_be_looked_at_without_moving_the_reader():
         np.testing.assert_array_equal(reader.latest(100), rows(3, 8))
         writer.write(rows(11, 1))
         assert reader.position == 0
+        writer.unlink()
+
+
+@pytest.mark.parametrize(("meanwhile", "seen"), [(0, (5, 3)), (7, (7, 1)), (8, (13, 3)), (9, (14, 3))])
+def test_of_the_latest_rows_those_that_were_overwritten_meanwhile_are_not_given(monkeypatch, meanwhile, seen):
+    """Of rows 5 to 7 in a ring of 8, as many as the writer goes beyond row 13 are torn; where all are, the newest are read."""
+    with RingWriter(ROW, 8) as writer, RingReader(writer.name) as reader:
+        writer.write(rows(0, 8))
+        fences = iter(range(100))
+
+        def fence():
+            if next(fences) == 1:  # between the reader's copy and its look at what was torn
+                writer.write(rows(8, meanwhile))
+
+        monkeypatch.setattr(ring_buffer, "_fence", fence)
+        np.testing.assert_array_equal(reader.latest(3), rows(*seen))
         writer.unlink()
 
 

@@ -6,6 +6,7 @@ import pytest
 from daq.rig import Rig
 from daq.samples import COMMAND_CAME, POSITION_CAME, Phase, sample_dtype
 from daq.stopping_watch import REACTION, StoppingWatch
+from tests.daq.rig_variants import with_limits
 
 QUICK_STOP_ACTIVE = 0x0007
 ENABLED = 0x0027
@@ -145,6 +146,21 @@ def test_a_creeping_axis_is_seen_by_its_way(rig):
     )
     assert words.endswith("a quick stop takes less")
     assert words.startswith("joint j3 went 0.5")
+
+
+def test_a_speed_beyond_the_floor_is_no_rest(rig):
+    speed = 0.15 * rig.axes[0].limits.velocity
+    words, _ = judged(rig, rows_of(rig, braking(rig, speed, 4.0, reaction=5.0)))
+    assert words.startswith(f"joint j3 turns at {speed:.3g} rad/s")
+
+
+def test_an_encoder_that_flickers_by_two_counts_is_at_rest_however_slow_the_axis_is_allowed_to_be(rig):
+    slow = with_limits(rig, velocity=4e-4)
+    rows = rows_of(slow, np.zeros(BEFORE + 500))
+    window = round(slow.supervision.window / slow.cycle)
+    rows["position"][:, 0] += 2 * (np.arange(len(rows)) // window % 2)
+    assert 2 * slow.position_matrix[0, 0] / slow.supervision.window > 0.1 * slow.axes[0].limits.velocity
+    assert judged(slow, rows)[0] == ""
 
 
 def test_before_it_is_told_to_stop_nothing_is_judged(rig):

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import identify
-from identify.diagnosis.next_experiment import next_experiment
+from identify.diagnosis.next_experiment import _advice, next_experiment
 from identify.diagnosis.separation import expected_share
 from identify.results.next_experiment import NextExperimentDocument, Proposal
 from identify.results.reading import document_from_json
@@ -165,3 +166,29 @@ def test_the_document_is_plain_json_with_rivals_separation_and_proposals(planned
     assert planned.proposals[0].decides
     assert planned.advice.startswith("A ")
     assert " rad/s with payload disk, " in planned.advice
+
+
+@pytest.mark.parametrize(("separation", "run"), [(None, False), (0.95, False), (1.05, True), (14.2, True)])
+def test_a_motion_that_parts_the_rivals_by_less_than_the_noise_is_not_advised(separation, run):
+    record = SimpleNamespace(joint_names=["j3"], summaries=[SimpleNamespace(revolute=True)])
+    terms = [
+        SimpleNamespace(effect=SimpleNamespace(name=name, explanation="")) for name in ("drag", "spring")
+    ]
+    proposal = Proposal(
+        payload="disk",
+        shape="sinusoid",
+        speed=0.3,
+        position_from=-1.0,
+        position_to=1.0,
+        repeats=2,
+        separation=separation,
+        probability=0.6,
+        decides=False,
+    )
+    words = _advice(record, 0, terms, 0.2, proposal, "")
+    assert words.startswith(
+        "A sinusoid of j3 between -1 and 1 rad"
+        if run
+        else "With these payloads and within the limits no motion"
+    )
+    assert "drag from spring" in words
