@@ -54,12 +54,17 @@ def _lines(document: SimulationDocument) -> Iterator[str]:
             )
             verdict = "  worse than the usual model" if joint.worse else ""
             yield f"  {joint.joint:10s} {_figure(joint.position_rms, joint.unit):>14s}{beside}{verdict}"
-    for effect in document.along_record:
-        yield ""
-        yield (
-            f"{effect.effect}@{effect.joint}: its torque was taken along the measured motion, since it is made of"
-            " derivatives over time"
-        )
+    yield ""
+    for effect in document.formed:
+        if effect.state:
+            yield f"{effect.effect}@{effect.joint}: simulated with a state of its own, {effect.state}"
+        elif effect.formed == "command":
+            yield f"{effect.effect}@{effect.joint}: shifts the recorded command in time"
+        elif effect.formed == "left-out":
+            yield f"{effect.effect}@{effect.joint}: left out in closed loop, where the controllers' torque acts at once"
+    if document.inputs:
+        yield f"Taken from the record after each start: {', '.join(document.inputs)}."
+        yield "The measured motion gives the state at the start alone, whose speed is filtered from rows to either side."
     for remark in document.remarks:
         yield f"Remark: {remark}"
 

@@ -148,7 +148,7 @@ def main() -> None:
         write_record(folder, asked.seconds)
         result = identify(load_experiment(folder), "usual")
         entry = result.fitted.entries[0]
-        (motion,) = measured_motions(result.fitted, entry)
+        (motion,) = measured_motions(result.fitted.record, entry)
         samples = len(motion) // asked.windows
         starts = [window * samples for window in range(asked.windows)]
         begun, used = time.perf_counter(), time.process_time()

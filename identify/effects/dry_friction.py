@@ -297,6 +297,7 @@ class FrictionTemperature(Effect):
     conditions = (TEMPERATURE,)
     not_planned = "a plan does not say how warm the gearbox will be"
     variable = "temperature"
+    inputs = ("temperature",)
     picture = OVER_TEMPERATURE
     confusable = ("friction-warmup",)
 
@@ -325,6 +326,7 @@ class FrictionWarmup(Effect):
     source = "Simoni, Beschi, Legnani, Visioli 2015 (friction with thermal state)"
     conditions = (LONG_SESSION,)
     variable = "time"
+    inputs = ("time",)
     picture = OVER_TIME
     confusable = ("friction-temperature",)
 

@@ -1,17 +1,25 @@
 """An effect is an object: a name, an equation, columns of the regressor, and what it needs to be seen."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from enum import Enum
 from typing import Literal
 
+import numpy as np
+
 from identify.effects.conditions import Condition, Obstacle
+from identify.effects.give import Give, JointCourse
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter, Relation
 from identify.effects.picture import OVER_SPEED, PictureVariable
 
 Constants = Mapping[str, float]
 """Nonlinear constants of an effect by name, e.g. {"stribeck_velocity": 0.03}."""
+
+Simulated = Literal["instant", "state", "give", "command"]
+"""How a simulation forms an effect's torque: from the state at the instant; with a state of its own (`state_at_start`,
+`state_after`, `columns_of_state`); as a give between motor and link, whose motions are states apart (`give`, `beside_give`);
+or as a shift of the command in time (`command_lead`)"""
 
 LinkFilePlace = Literal["damping", "dry", "stiffness", "quadratic", "cubic"]
 """what a joint has in files of a robot's links: coefficients of q̇, sign(q̇), q, |q̇| q̇ and q̇³"""
@@ -75,10 +83,14 @@ class Effect(ABC):
     """whether what to search is found in what a first fit leaves (lines over position)"""
     nonlinear: bool = False
     """whether the columns depend on the acceleration other than in proportion, the load apart"""
-    simulated: Literal["instant", "state", "record", "command"] = "instant"
-    """how a simulation forms the effect's torque: from the state at the instant; with a state of its own
-    (`state_at_start`, `state_after`, `columns_of_state`); along the measured motion, where its columns are derivatives
-    over time that the simulated motion does not have yet; or as a shift of the command in time (`command_lead`)"""
+    simulated: Simulated = "instant"
+    """how a simulation forms the effect's torque, see `simulated_with`"""
+    state_name: str = ""
+    """what the state is, in words, where a simulation gives the effect one of its own"""
+    no_give: str = ""
+    """what its estimates amount to, in words, where `give` finds none"""
+    inputs: tuple[str, ...] = ()
+    """what a simulation takes from the record for it, beside what drives the motion"""
     rows: Literal["joint", "gear", "motor", "robot"] = "joint"
     """whose rows carry the columns: the joint's own; those of every joint that the joint's motor drives, in that motor's
     velocity and load ("gear": where motors share no axes that is the joint's own); the same of shared motors alone,
@@ -162,8 +174,36 @@ class Effect(ABC):
         return None
 
     def command_lead(self, values: Array) -> float:
-        """s by which the recorded command stands later than the motion that it made, where `simulated` is "command"."""
+        """s by which the recorded command stands later than the motion that it made, where `simulated_with` is "command"."""
         return 0.0
+
+    def simulated_with(self, constants: Constants) -> Simulated:
+        """How a simulation forms the torque with these constants."""
+        return self.simulated
+
+    def simulated_values(self, values: Array, constants: Constants, inertia: float) -> Array:
+        """(parameters,) estimates as a mechanism can have them.
+
+        inertia : kg m² or kg, of the joint, rotor included
+        """
+        return values
+
+    def give(self, values: Array, constants: Constants, courses: Sequence[JointCourse]) -> Give | None:
+        """The give between motor and link that the estimates (parameters,) amount to; None where there is none.
+
+        courses : of the joint, in the sessions of the fit
+        """
+        return None
+
+    def beside_give(
+        self, motion: JointMotion, values: Array, constants: Constants, give: Give | None
+    ) -> Array:
+        """(windows,) N m or N: torque at one instant of many windows that `give` does not account for."""
+        return np.zeros(len(motion.q))
+
+    def impact(self, before: Array, after: Array, values: Array, constants: Constants) -> Array:
+        """(windows,) kg m² or kg: inertia that a joint takes up at once where its state goes from one to the other."""
+        return np.zeros(len(before))
 
     def state_at_start(self, direction: Array) -> Array:
         """(windows,) state of the memory where nothing is known of what was before, for directions of motion -1, 0, 1."""

@@ -143,6 +143,8 @@ class OwnEffect(Effect):
         }
         warm = any("temp" in _names(text) for text in settings.columns)
         self.conditions = (TEMPERATURE,) if warm else ()
+        timed = any("t" in _names(text) for text in settings.columns)
+        self.inputs = (*(("temperature",) if warm else ()), *(("time",) if timed else ()))
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
         ranges = self.settings.constants

@@ -1,5 +1,6 @@
 """Effects that remember where the joint came from: presliding and backlash."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +14,8 @@ from identify.effects.dry_friction import (
     finer_rotor,
     rotor_grid,
 )
-from identify.effects.effect import Constants, Effect, finer, geometric_grid
+from identify.effects.effect import Constants, Effect, Simulated, finer, geometric_grid
+from identify.effects.give import LEAST_SHARE, Give, JointCourse, share_of_link
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter, Relation
 from identify.effects.picture import AROUND_REVERSALS, OVER_TRAVEL
@@ -38,6 +40,7 @@ class Presliding(Effect):
     picture = OVER_TRAVEL
     confusable = ("stribeck", "backlash")
     simulated = "state"
+    state_name = "share of the dry friction that has built up since the reversal"
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
         lowest = max(3.0 * summary.position_resolution, 3e-4 * summary.span)
@@ -103,7 +106,8 @@ class Backlash(Effect):
     confusable = ("presliding", "elasticity")
     from_derivatives = True
     uses_load = True
-    simulated = "record"
+    state_name = "the link's place in the gap"
+    no_give = "no gap, or to one wider than the joint moves"
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
         lowest = max(4.0 * summary.position_resolution, 5e-4 * summary.span)
@@ -129,6 +133,53 @@ class Backlash(Effect):
             place = -0.5 * np.tanh(motion.gear_load(constants["rotor_inertia"]) / constants["flank_load"])
         rate = np.gradient(place, motion.period)
         return np.column_stack([motion.load_slope * place, -np.gradient(rate, motion.period)])
+
+    def simulated_with(self, constants: Constants) -> Simulated:
+        """Pushed by motion the link's place is a state; pushed by load it gives way between motor and link."""
+        return "state" if "play" in constants else "give"
+
+    def simulated_values(self, values: Array, constants: Constants, inertia: float) -> Array:
+        if "play" not in constants:
+            return values
+        # within the gap the motor moves alone, and it has an inertia
+        least = -(1.0 - LEAST_SHARE) * max(0.0, inertia) * constants["play"]
+        return np.array([values[0], np.clip(values[1], least, 0.0)])
+
+    def state_at_start(self, direction: Array) -> Array:
+        return -0.5 * direction
+
+    def state_after(self, state: Array, travel: Array, constants: Constants) -> Array:
+        return np.clip(state - travel / constants["play"], -0.5, 0.5)
+
+    def columns_of_state(self, motion: JointMotion, state: Array, constants: Constants) -> Array:
+        # the link rests while the motor crosses the gap, where s̈ = −q̈/play
+        crossing = state * motion.direction > -0.5
+        return np.column_stack(
+            [motion.load_slope * state, np.where(crossing, motion.ddq / constants["play"], 0.0)]
+        )
+
+    def impact(self, before: Array, after: Array, values: Array, constants: Constants) -> Array:
+        met = (np.abs(after) == 0.5) & (after != before)
+        return np.where(met, -float(values[1]) / constants["play"], 0.0)
+
+    def give(self, values: Array, constants: Constants, courses: Sequence[JointCourse]) -> Give | None:
+        """The gap b with −J b s̈ = −c s̈ for the link's inertia J; c makes the motion, so that it is kept."""
+        inertial = -float(values[1])
+        inertia = float(np.mean(np.concatenate([course.inertia for course in courses]))) if courses else 0.0
+        if inertial <= 0.0 or inertia <= 0.0:
+            return None
+        link = share_of_link(1.0 - constants["rotor_inertia"] / inertia) * inertia
+        gap = inertial / link
+        if gap > max(course.span for course in courses):
+            return None  # the load never left a flank: what was fitted is no gap
+        return Give(inertia - link, gap=gap, flank_load=constants["flank_load"])
+
+    def beside_give(
+        self, motion: JointMotion, values: Array, constants: Constants, give: Give | None
+    ) -> Array:
+        left = float(values[0]) - (0.0 if give is None else give.gap)
+        place = -0.5 * np.tanh(motion.gear_load(constants["rotor_inertia"]) / constants["flank_load"])
+        return left * motion.load_slope * place
 
 
 def monotone_pieces(position: Array, direction: Array) -> tuple[NDArray[np.intp], Array, Array]:

@@ -149,7 +149,7 @@ def exported_model(result: Identification) -> ExportedModel:
         if formulas is None:
             lost.append((effect.name, joint))
             continue
-        distance = slot.values.get("presliding_distance") if effect.simulated == "state" else None
+        distance = slot.values.get("presliding_distance")
         rubs = effect.dissipates or isinstance(effect, LoadVelocity)
         if effect.rows == "gear" and record.body.gears_apart[joint]:
             formulas = of_motor(formulas, load.rotor(joint))

@@ -89,6 +89,25 @@ class ControllerUsed(Part):
     joints: tuple[ControllerGains, ...] = Field(description="gains of each joint")
 
 
+Formed = Literal["instant", "state", "give", "command", "left-out"]
+"""how a simulation forms an effect's torque"""
+
+
+class EffectInSimulation(Part):
+    """How a simulation forms an effect's torque."""
+
+    effect: str = Field(description="name of the effect", examples=["elasticity"])
+    joint: str = Field(description="name of the joint", examples=["j3"])
+    formed: Formed = Field(
+        description="from position, speed, load and inputs of the instant; with a state of its own; as a give between motor and"
+        " link, whose motions are states apart; as a shift of the recorded command in time; or left out, as that shift is in"
+        " closed loop"
+    )
+    state: str | None = Field(
+        description="what the state is; null where there is none", examples=["position and speed of the link"]
+    )
+
+
 class SimulationDocument(Document):
     """The document of `coulomb simulate --json`: errors of simulated motion, by horizon and role."""
 
@@ -100,7 +119,17 @@ class SimulationDocument(Document):
     controller: ControllerUsed | None = Field(description="null where the recorded torque drives the model")
     horizons: tuple[HorizonErrors, ...] = Field(description="shortest first, the free run last")
     along_record: tuple[EffectOnJoint, ...] = Field(
-        description="effects whose torque was taken along the measured motion, since it is made of derivatives over time"
+        default=(),
+        description="effects whose torque was taken along the measured motion; none since effects with a memory are states",
+    )
+    formed: tuple[EffectInSimulation, ...] = Field(
+        default=(), description="how the torque of each effect was formed"
+    )
+    inputs: tuple[str, ...] = Field(
+        default=(),
+        description="what of the record after their start the simulations were given. The measured motion gives the"
+        " state at the start alone, whose speed is filtered from rows to either side",
+        examples=[["recorded torque"]],
     )
     unseen: UnseenMotionErrors | None = Field(
         default=None,

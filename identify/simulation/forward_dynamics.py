@@ -7,7 +7,9 @@ pushes (Karnopp 1985). A joint that stops within a step is brought to rest at th
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,15 +27,79 @@ MOST_HALVINGS = 20
 """of the way between two iterates that Newton's method goes to and fro between"""
 
 
-def accelerations(model: TorqueModel, windows: Windows, applied: Array, guess: Array) -> tuple[Array, Array]:
+class Dynamics(Protocol):
+    """What an equation of motion is solved for: a torque as a function of state and acceleration."""
+
+    linear: bool
+    """whether the torque is linear in the acceleration"""
+
+    def torque(self, windows: Windows, acceleration: Array) -> Array:
+        """(windows, joints) N m or N."""
+        ...
+
+    def with_slope(self, windows: Windows, acceleration: Array) -> tuple[Array, Array]:
+        """The torque and its derivative over the acceleration (windows, joints, joints)."""
+        ...
+
+
+@dataclass(frozen=True)
+class Beginning:
+    """What a step begins with; (windows, joints).
+
+    acceleration : of the motors, rad/s² or m/s²; 0 where one sticks
+    direction    : -1, 0, 1: the way that dry friction opposes
+    guess        : what the next solution starts from
+    """
+
+    acceleration: Array
+    direction: Array
+    guess: Array
+
+
+class Integrator(Protocol):
+    """Steps of one length for many windows."""
+
+    def begin(self, windows: Windows, applied: Array, guess: Array) -> Beginning:
+        """The accelerations under a torque applied at the beginning of a step."""
+        ...
+
+    def step(self, windows: Windows, applied: Array, beginning: Beginning) -> tuple[Windows, Array]:
+        """The windows one step later under a torque applied at its end, and a guess of what comes next."""
+        ...
+
+
+@dataclass(frozen=True)
+class RigidTransmissions:
+    """Steps of `period` s where links and motors move together."""
+
+    model: TorqueModel
+    period: float
+
+    def begin(self, windows: Windows, applied: Array, guess: Array) -> Beginning:
+        """The accelerations under a torque applied at the beginning of a step."""
+        acceleration, direction = accelerations(self.model, windows, applied, guess)
+        return Beginning(acceleration, direction, acceleration)
+
+    def step(self, windows: Windows, applied: Array, beginning: Beginning) -> tuple[Windows, Array]:
+        """The windows one step later under a torque applied at its end, and a guess of what comes next."""
+        return step(self.model, windows, self.period, applied, (beginning.acceleration, beginning.direction))
+
+
+def accelerations(
+    model: Dynamics, windows: Windows, applied: Array, guess: Array, free: Sequence[int] = ()
+) -> tuple[Array, Array]:
     """The acceleration under an applied torque, and the direction that dry friction opposes.
 
     applied : (windows, joints) N m or N
     guess   : (windows, joints) accelerations to start from
+    free    : joints that no dry friction holds: their direction is that of the windows
     Returns   accelerations rad/s² or m/s² (0 where a joint sticks) and directions -1, 0, 1, (windows, joints) each
     """
     resting = windows.dq == 0.0
     direction = np.where(resting, 0.0, np.sign(windows.dq))
+    for joint in free:
+        direction[:, joint] = np.where(resting[:, joint], windows.direction[:, joint], direction[:, joint])
+        resting[:, joint] = False
     if not resting.any():
         windows = replace(windows, direction=direction)
         return _solved(model, windows, applied, guess, np.zeros(resting.shape, bool)), direction
@@ -54,7 +120,7 @@ def accelerations(model: TorqueModel, windows: Windows, applied: Array, guess: A
 
 
 def _breaking_away(
-    model: TorqueModel, windows: Windows, applied: Array, acceleration: Array, stuck: Mask
+    model: Dynamics, windows: Windows, applied: Array, acceleration: Array, stuck: Mask
 ) -> tuple[Mask, Array]:
     """Joints at rest whose torque exceeds the friction that can hold them, and the way that they set off."""
     limits = []
@@ -66,7 +132,7 @@ def _breaking_away(
     return forwards | backwards, np.where(forwards, 1.0, -1.0)
 
 
-def _solved(model: TorqueModel, windows: Windows, applied: Array, guess: Array, stuck: Mask) -> Array:
+def _solved(model: Dynamics, windows: Windows, applied: Array, guess: Array, stuck: Mask) -> Array:
     """Newton's method on torque(acceleration) = applied, stuck joints held at rest.
 
     Friction α |load| has a kink where the load is zero; the torque grows with the acceleration on both sides as long as α < 1, so
@@ -104,7 +170,7 @@ def _solved(model: TorqueModel, windows: Windows, applied: Array, guess: Array, 
 
 
 def _across_a_step(
-    model: TorqueModel,
+    model: Dynamics,
     windows: Windows,
     applied: Array,
     iterates: tuple[Array, Array],
@@ -131,6 +197,20 @@ def _across_a_step(
     return np.where(crossed[:, None], 0.5 * (below + above), best)
 
 
+@dataclass(frozen=True)
+class Predicted:
+    """Where a step leads with the acceleration of its beginning.
+
+    middle  : the windows there; a joint that stops within the step is at rest where it stops
+    stops   : (windows, joints) whether it does
+    instant : s after the beginning at which it does
+    """
+
+    middle: Windows
+    stops: Mask
+    instant: Array
+
+
 def step(
     model: TorqueModel, windows: Windows, period: float, applied: Array, beginning: tuple[Array, Array]
 ) -> tuple[Windows, Array]:
@@ -141,6 +221,16 @@ def step(
     Second order (Heun 1900), so that the energy of a joint without friction drifts with the square of the step.
     """
     first, direction = beginning
+    predicted = prediction(model, windows, period, first, direction)
+    second, onwards = accelerations(model, predicted.middle, applied, first)
+    ended = correction(model, windows, period, predicted, (first, second), direction)
+    return ended, np.where(predicted.stops, second, np.where(onwards == 0.0, 0.0, second))
+
+
+def prediction(
+    model: TorqueModel, windows: Windows, period: float, first: Array, direction: Array
+) -> Predicted:
+    """The end of a step of `period` s with the acceleration at its beginning."""
     velocity = windows.dq + period * first
     stops = (windows.dq * velocity < 0.0) & (windows.dq != 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -156,8 +246,21 @@ def step(
         direction=direction,
         memory=model.advanced(windows.memory, windows.q, position),
     )
-    second, onwards = accelerations(model, middle, applied, first)
-    rest = np.where(stops, period - instant, 0.0)
+    return Predicted(middle, stops, instant)
+
+
+def correction(
+    model: TorqueModel,
+    windows: Windows,
+    period: float,
+    predicted: Predicted,
+    both: tuple[Array, Array],
+    direction: Array,
+) -> Windows:
+    """The end of a step with the accelerations at its beginning and at its end, `both`."""
+    first, second = both
+    stops, position = predicted.stops, predicted.middle.q
+    rest = np.where(stops, period - predicted.instant, 0.0)
     velocity = np.where(stops, rest * second, windows.dq + 0.5 * period * (first + second))
     # a joint that set off, or moved, the one way does not pass rest unseen in the other
     before = np.where(windows.dq != 0.0, np.sign(windows.dq), direction)
@@ -169,10 +272,10 @@ def step(
     )
     turned = np.where(stops, position, windows.q)
     ended = replace(
-        middle,
+        predicted.middle,
         q=moved,
         dq=velocity,
         direction=np.where(velocity == 0.0, 0.0, np.sign(velocity)),
         memory=model.advanced(model.advanced(windows.memory, windows.q, turned), turned, moved),
     )
-    return ended, np.where(stops, second, np.where(onwards == 0.0, 0.0, second))
+    return model.struck(windows, ended) if model.meets else ended

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.estimation.context import JointContext, contexts, slot_rows
-from identify.estimation.fitted_model import FittedModel
+from identify.estimation.record import Record
 from identify.recording import SessionEntry
+from identify.signals import MotionBlock
 
 Array = NDArray[np.float64]
 
@@ -23,22 +23,22 @@ torque between two rows is their mean, so that no impulse is lost"""
 class MeasuredMotion:
     """One stretch of a session without a hole, the ends that the filters need left out; SI units.
 
-    torque       : (N, n) joint torque g_f v as recorded (eq. 7), N m or N
-    command      : (N, n) the recorded command, unit of the drive gain
-    along_record : (N, n) torque of the effects that a simulation takes from the measured motion
-    resting      : (N, n) whether the joint stands still
+    q, dq, ddq : (N, n) as the encoder saw it, which is on the motor
+    torque     : (N, n) joint torque g_f v as recorded (eq. 7), N m or N
+    command    : (N, n) the recorded command, unit of the drive gain
+    resting    : (N, n) whether the joint stands still
     """
 
     period: float
     time: Array
     q: Array
     dq: Array
+    ddq: Array
     direction: Array
     torque: Array
     command: Array
     external: Array | None
     temperature: Array | None
-    along_record: Array
     resting: NDArray[np.bool_]
     extra: dict[str, Array]
 
@@ -57,12 +57,12 @@ class MeasuredMotion:
             time=self.time[part],
             q=self.q[part],
             dq=self.dq[part],
+            ddq=self.ddq[part],
             direction=self.direction[part],
             torque=self.torque[part],
             command=self.command[part],
             external=None if self.external is None else self.external[part],
             temperature=None if self.temperature is None else self.temperature[part],
-            along_record=self.along_record[part],
             resting=self.resting[part],
             extra={name: values[part] for name, values in self.extra.items()},
         )
@@ -88,19 +88,19 @@ class MeasuredMotion:
             time=self.time[::stride],
             q=self.q[::stride],
             dq=self.dq[::stride],
+            ddq=self.ddq[::stride],
             direction=self.direction[::stride],
             torque=mean(self.torque),
             command=mean(self.command),
             external=None if self.external is None else mean(self.external),
             temperature=None if self.temperature is None else self.temperature[::stride],
-            along_record=mean(self.along_record),
             resting=self.resting[::stride],
             extra={name: values[::stride] for name, values in self.extra.items()},
         )
 
 
 def measured_motions(
-    fitted: FittedModel, entry: SessionEntry, extra: tuple[str, ...] = ()
+    record: Record, entry: SessionEntry, extra: tuple[str, ...] = ()
 ) -> list[MeasuredMotion]:
     """The stretches of a session, one for each segment that the filters leave something of.
 
@@ -108,22 +108,16 @@ def measured_motions(
             recording of ours are its setpoints
     Raises InputError: the session's file is wrong, or shorter than the filters need.
     """
-    record = fitted.record
     columns_of = record.experiment.read_with_setpoints(entry).extra if extra else {}
-    parts: dict[int, list[tuple[JointContext, slice, Array]]] = {}
-    for context in contexts(record, entry, fitted.load_from):
-        block = context.block
-        along = np.zeros(block.q.shape)
-        for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True):
-            if slot.term.effect.simulated == "record":
-                for joint, values in slot_rows(context, slot):
-                    along[:, joint] += values @ fitted.fit.chi[columns]
+    parts: dict[int, list[tuple[MotionBlock, slice, Array]]] = {}
+    for prepared in record.blocks(entry):
+        block = prepared.block
         # the rows behind the last decimated sample belong to the next block
         core = slice(block.first, block.first + block.factor * block.count)
-        parts.setdefault(block.segment, []).append((context, core, along))
+        parts.setdefault(block.segment, []).append((block, core, prepared.torque[core]))
     motions = []
     for listed in parts.values():
-        blocks = [(context.block, core) for context, core, _ in listed]
+        blocks = [(block, core) for block, core, _ in listed]
         dq = np.concatenate([block.dq[core] for block, core in blocks])
         motions.append(
             MeasuredMotion(
@@ -131,12 +125,12 @@ def measured_motions(
                 time=np.concatenate([block.time[core] for block, core in blocks]),
                 q=np.concatenate([block.q[core] for block, core in blocks]),
                 dq=dq,
+                ddq=np.concatenate([block.ddq[core] for block, core in blocks]),
                 direction=np.concatenate([block.direction[core] for block, core in blocks]),
-                torque=np.concatenate([context.prepared.torque[core] for context, core, _ in listed]),
+                torque=np.concatenate([torque for _, _, torque in listed]),
                 command=np.concatenate([block.command[core] for block, core in blocks]),
                 external=_joined([None if b.external is None else b.external[c] for b, c in blocks]),
                 temperature=_joined([None if b.temperature is None else b.temperature[c] for b, c in blocks]),
-                along_record=np.concatenate([along[core] for _, core, along in listed]),
                 resting=np.abs(dq) <= record.rest_speed,
                 extra={
                     name: np.concatenate(

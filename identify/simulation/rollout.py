@@ -10,15 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.simulation.controller import Controllers
-from identify.simulation.forward_dynamics import accelerations, step
+from identify.simulation.forward_dynamics import Integrator, RigidTransmissions
 from identify.simulation.measured_motion import LARGEST_STEP, MeasuredMotion
-from identify.simulation.torque_model import StateKey, TorqueModel, Windows
+from identify.simulation.torque_model import LINK, LINK_SPEED, StateKey, TorqueModel, Windows
+from identify.simulation.two_masses import MOST_RADIANS, TwoMasses, measured_links, oscillations
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
 STEPS_PER_RADIAN = 4
 """steps for each radian of the fastest oscillation of a joint on its presliding spring"""
+
+STEPS_PER_RADIAN_OF_LINKS = 2
+"""of the oscillation of a link on the spring of its gear, whose rule is implicit: its frequency is within 2 %"""
 
 LARGEST_DECAY = 1.0
 """part of its speed that a velocity loop, whose torque is held over a step, may take away within it; beyond 2 it would grow"""
@@ -32,7 +36,7 @@ class State:
     """What the motion of windows goes on from; (windows, joints), SI units.
 
     integral : of the position error that the controllers see; zero where there are none
-    guess    : acceleration, rad/s² or m/s²
+    guess    : what the solution for the next accelerations starts from
     """
 
     windows: Windows
@@ -45,6 +49,7 @@ class Trajectories:
     """Simulated motion: (samples, windows, joints), SI units, at the period of the record.
 
     starts  : (windows,) rows of the measured motion where the windows begin
+    q       : and its derivatives: of the motors, where the encoders are
     applied : joint torque, N m or N
     memory  : by effect and joint (samples, windows)
     end     : the state at the last sample, from which the motion goes on
@@ -96,7 +101,7 @@ class _ClosedLoop:
         error = self._controllers.error(position, windows.q)
         command = self._controllers.command(error, self.integral, ahead, windows.dq)
         self.integral = self.integral + self._motion.period / parts * error
-        torque = command @ self._gain.T - self._motion.along_record[rows[0]]
+        torque = command @ self._gain.T
         return torque, torque
 
 
@@ -128,6 +133,9 @@ def roll_out(
         driven.integral = driven.begin(first, windows) if begin is None else begin.integral
     span = motion.span
     parts = _parts_of_sample(model, windows, motion.period, controllers)
+    integrator: Integrator = RigidTransmissions(model, motion.period / parts)
+    if model.gives:
+        integrator = TwoMasses(model, windows, motion.period / parts, motion.period)
     course = {name: np.zeros((samples, len(first), n)) for name in ("q", "dq", "ddq", "direction", "applied")}
     memory = {key: np.zeros((samples, len(first))) for key in windows.memory}
     done = samples
@@ -143,10 +151,10 @@ def roll_out(
         if isinstance(driven, _ClosedLoop):
             integral = driven.integral
         ends = driven.over(rows, 0, parts, windows)
-        guess, direction = accelerations(model, windows, ends[0], guess)
-        now = {"q": windows.q, "dq": windows.dq, "ddq": guess, "direction": direction, "applied": ends[0]}
-        for name, value in now.items():
-            course[name][sample] = value
+        beginning = integrator.begin(windows, ends[0], guess)
+        course["q"][sample], course["dq"][sample] = windows.q, windows.dq
+        course["ddq"][sample], course["direction"][sample] = beginning.acceleration, beginning.direction
+        course["applied"][sample] = ends[0]
         for key, held in windows.memory.items():
             memory[key][sample] = held
         if sample == samples - 1:
@@ -157,19 +165,33 @@ def roll_out(
         for part in range(parts):
             if part:
                 ends = driven.over(rows, part, parts, windows)
-                guess, direction = accelerations(model, windows, ends[0], guess)
-            windows, guess = step(model, windows, motion.period / parts, ends[1], (guess, direction))
+                beginning = integrator.begin(windows, ends[0], guess)
+            windows, guess = integrator.step(windows, ends[1], beginning)
         # an unstable open loop may run away to where trigonometry of huge angles means nothing
-        windows = replace(
-            windows,
-            q=np.clip(np.nan_to_num(windows.q), motion.q[row] - 1e3 * span, motion.q[row] + 1e3 * span),
-            dq=np.clip(np.nan_to_num(windows.dq), -1e6, 1e6),
-        )
+        windows = _bounded(windows, motion.q[row] - 1e3 * span, motion.q[row] + 1e3 * span)
+        guess = np.nan_to_num(guess)
     return Trajectories(
         first,
         *(course[name][:done] for name in ("q", "dq", "ddq", "direction", "applied")),
         memory={key: held[:done] for key, held in memory.items()},
         end=State(windows, integral, guess),
+    )
+
+
+def _bounded(windows: Windows, least: Array, most: Array) -> Windows:
+    """The windows with positions within bounds (windows, joints), and speeds within what a number can hold."""
+    memory = dict(windows.memory)
+    for name, joint in windows.memory:
+        held = np.nan_to_num(memory[name, joint])
+        if name == LINK:
+            memory[name, joint] = np.clip(held, least[:, joint], most[:, joint])
+        elif name == LINK_SPEED:
+            memory[name, joint] = np.clip(held, -1e6, 1e6)
+    return replace(
+        windows,
+        q=np.clip(np.nan_to_num(windows.q), least, most),
+        dq=np.clip(np.nan_to_num(windows.dq), -1e6, 1e6),
+        memory=memory,
     )
 
 
@@ -186,8 +208,13 @@ def _measured(model: TorqueModel, motion: MeasuredMotion, first: Rows) -> State:
         dq=np.where(motion.resting[first], 0.0, motion.dq[first]),
         direction=np.sign(motion.direction[first]),
     )
-    windows = replace(windows, memory=_memory_at(model, motion, first, windows))
-    return State(windows, np.zeros(windows.q.shape), np.zeros(windows.q.shape))
+    memory = _memory_at(model, motion, first, windows)
+    guess = np.zeros(windows.q.shape)
+    if model.gives:
+        links, carried = measured_links(model, motion, first)
+        memory = {**memory, **links}
+        guess = np.hstack([motion.ddq[first], carried])
+    return State(replace(windows, memory=memory), np.zeros(windows.q.shape), guess)
 
 
 def energy_drift(model: TorqueModel, motion: MeasuredMotion, simulated: Trajectories) -> float | None:
@@ -211,15 +238,25 @@ def energy_drift(model: TorqueModel, motion: MeasuredMotion, simulated: Trajecto
         memory={key: state.ravel() for key, state in simulated.memory.items()},
     )
     ddq = simulated.ddq.reshape(-1, n)
-    at_rest = replace(flat, dq=np.zeros(flat.dq.shape), direction=np.zeros(flat.dq.shape))
+    link_q, link_dq = model.link_motion(flat)
+    still = {**flat.memory}
+    for joint in model.gives:
+        still[LINK_SPEED, joint] = np.zeros(len(rows))
+    at_rest = replace(flat, dq=np.zeros(flat.dq.shape), direction=np.zeros(flat.dq.shape), memory=still)
     gravity = model.rigid_torque(at_rest, np.zeros(ddq.shape))
-    momentum = model.rigid_torque(at_rest, flat.dq) - gravity
+    momentum = model.rigid_torque(at_rest, link_dq) - gravity
     beside = model.torque(flat, ddq) - model.rigid_torque(flat, ddq)
     applied = simulated.applied.reshape(-1, n)
     # a joint that sticks takes what friction holds it with, and neither does work
-    power = ((applied - beside - gravity) * flat.dq).sum(axis=1).reshape(samples, count)
+    power = ((applied - beside) * flat.dq - gravity * link_dq).sum(axis=1).reshape(samples, count)
     total = np.abs(applied * flat.dq).sum(axis=1).reshape(samples, count)
-    kinetic = 0.5 * (momentum * flat.dq).sum(axis=1).reshape(samples, count)
+    kinetic = 0.5 * (momentum * link_dq).sum(axis=1).reshape(samples, count)
+    for joint, give in model.gives.items():
+        # tau_out has both inertias at the link's speed
+        rotor = 0.5 * give.rotor * (flat.dq[:, joint] ** 2 - link_dq[:, joint] ** 2)
+        twist = flat.q[:, joint] - link_q[:, joint]
+        carried = give.load_where(twist, np.full(len(rows), 1e-12))
+        kinetic += (rotor + give.energy(carried)).reshape(samples, count)
     work = np.trapezoid(power, dx=motion.period, axis=0)
     spent = np.trapezoid(total, dx=motion.period, axis=0)
     whole = float(spent.sum())
@@ -227,11 +264,11 @@ def energy_drift(model: TorqueModel, motion: MeasuredMotion, simulated: Trajecto
 
 
 def _effective_torque(model: TorqueModel, motion: MeasuredMotion) -> Array:
-    """(N, n): the recorded torque at the instants when it acted, less what is taken along the record."""
+    """(N, n): the recorded torque at the instants when it acted."""
     torque = motion.torque.copy()
     for joint, lead in model.command_lead:
         torque[:, joint] = np.interp(motion.time + lead, motion.time, motion.torque[:, joint])
-    return torque - motion.along_record
+    return torque
 
 
 def _memory_at(
@@ -257,8 +294,11 @@ def _parts_of_sample(
 ) -> int:
     """Steps of integration for one sample of the record."""
     fastest = 1.0 / LARGEST_STEP
-    if not model.stateful and controllers is None:
+    if not model.stateful and not model.gives and controllers is None:
         return max(1, math.ceil(period * fastest - 1e-9))
+    if model.gives:
+        shown = [rate for rate in oscillations(model, windows).values() if rate * period <= MOST_RADIANS]
+        fastest = max([fastest, *(STEPS_PER_RADIAN_OF_LINKS * rate for rate in shown)])
     _, slope = model.with_slope(windows, np.zeros(windows.q.shape))
     for slot in model.stateful:
         effect, joint = slot.term.effect, slot.term.joint

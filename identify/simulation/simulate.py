@@ -19,6 +19,8 @@ from identify.recording import Experiment, InputError, SessionEntry
 from identify.recording.controller_file import ControllerFile
 from identify.results.effect import EffectOnJoint
 from identify.results.simulation import (
+    EffectInSimulation,
+    Formed,
     HorizonErrors,
     JointMotionError,
     SessionMotionError,
@@ -121,7 +123,9 @@ def simulated(
     names = record.joint_names
     closing = loop_asked_for(result, controller)
     extra = () if closing is None else closing.columns
-    motions = {entry.file: measured_motions(result.fitted, entry, extra) for entry in experiment.sessions}
+    motions = {
+        entry.file: measured_motions(result.fitted.record, entry, extra) for entry in experiment.sessions
+    }
     controllers = None
     remarks: list[str] = []
     if closing is None and controller is None:
@@ -132,6 +136,8 @@ def simulated(
             [motion for listed in motions.values() for motion in listed], names, experiment.drive_gain
         )
         remarks += closing.remarks
+    formed = _formed(result, controllers is not None)
+    remarks += _without_give(result, formed)
     asked: list[float | None] = [*sorted(set(horizons)), *([None] if free_run else [])]
     horizon_errors: list[HorizonErrors] = []
     total = len(asked) * len(experiment.sessions) * (1 if usual is None else 2)
@@ -145,7 +151,7 @@ def simulated(
     usual_motions = {}
     if usual is not None:
         usual_motions = {
-            entry.file: measured_motions(usual.fitted, entry, extra) for entry in experiment.sessions
+            entry.file: measured_motions(usual.fitted.record, entry, extra) for entry in experiment.sessions
         }
     for horizon in asked:
         by_role: dict[Role, list[tuple[SessionEntry, _Sums, _Sums | None]]] = {}
@@ -179,7 +185,6 @@ def simulated(
             f"--horizon {min(horizons, default=0.0):g}: longer than every session; the longest stretch without a hole lasts"
             f" {longest:.3g} s"
         )
-    along = TorqueModel(result.fitted, experiment.sessions[0]).along_record
     return SimulationDocument(
         experiment=experiment.name,
         model=result.model,
@@ -188,12 +193,50 @@ def simulated(
         ),
         controller=None if closing is None or controllers is None else closing.used(controllers),
         horizons=tuple(horizon_errors),
-        along_record=tuple(
-            EffectOnJoint(effect=s.term.effect.name, joint=names[s.term.joint]) for s in along
-        ),
+        formed=formed,
+        inputs=_inputs(result, controllers is not None),
         unseen=_unseen(result, usual),
         remarks=tuple(remarks),
     )
+
+
+def _formed(result: Identification, closed: bool) -> tuple[EffectInSimulation, ...]:
+    """How a simulation forms the torque of each effect."""
+    fitted = result.fitted
+    model = TorqueModel(fitted, result.experiment.sessions[0])  # gives are the same in every session
+    listed = []
+    for slot in fitted.slots:
+        effect = slot.term.effect
+        how: Formed = effect.simulated_with(slot.values)
+        if how == "give" and model.give_of(slot) is None:
+            how = "instant"
+        elif how == "command" and closed:
+            how = "left-out"
+        state = {"give": "position and speed of the link", "state": effect.state_name}.get(how)
+        joint = fitted.record.joint_names[slot.term.joint]
+        listed.append(EffectInSimulation(effect=effect.name, joint=joint, formed=how, state=state))
+    return tuple(listed)
+
+
+def _without_give(result: Identification, formed: Sequence[EffectInSimulation]) -> list[str]:
+    """Remarks on effects between motor and link whose estimates amount to no give."""
+    return [
+        f"{each.effect}@{each.joint}: its estimates amount to {slot.term.effect.no_give}; its torque over position and load"
+        " acts at the instant, the rest of it is left out"
+        for slot, each in zip(result.fitted.slots, formed, strict=True)
+        if slot.term.effect.simulated_with(slot.values) == "give" and each.formed != "give"
+    ]
+
+
+def _inputs(result: Identification, closed: bool) -> tuple[str, ...]:
+    """What of the record after its start a simulation is driven by."""
+    listed = ["reference position" if closed else "recorded torque"]
+    record = result.fitted.record
+    if any(record.facts(entry).has_external for entry in result.experiment.sessions):
+        listed.append("external torque")
+    for slot in result.fitted.slots:
+        listed += slot.term.effect.inputs
+    return tuple(dict.fromkeys(listed))
 
 
 def _unseen(result: Identification, usual: Identification | None) -> UnseenMotionErrors | None:

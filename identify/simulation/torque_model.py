@@ -7,8 +7,8 @@ rows are the windows gives them with the identifier's own code. Effects with a m
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from identify.dynamics.inverse_dynamics import InverseDynamics
 from identify.dynamics.payload import payload_parameters
 from identify.dynamics.standard_parameters import PARAMETERS_PER_JOINT
+from identify.effects.give import Give, JointCourse
 from identify.effects.load_velocity import LoadVelocity
 from identify.effects.motion import BlockMemory
 from identify.estimation.context import FittedTorque, JointContext, Slot, rows_of
@@ -23,10 +24,17 @@ from identify.estimation.fitted_model import FittedModel
 from identify.estimation.record import PreparedBlock
 from identify.recording import SessionEntry
 from identify.signals import MotionBlock
+from identify.simulation.joint_course import joint_courses
 
 Array = NDArray[np.float64]
 StateKey = tuple[str, int]
 """name of the effect, joint"""
+
+LINK, LINK_SPEED = "link", "link's speed"
+"""names of the states of a joint whose transmission gives: where its link stands, and its speed"""
+
+SLOPE_STEP = 1e-6
+"""rad or m, of the difference quotient of the load over a joint's position"""
 
 STILL = 1e-12
 """rad/s or m/s. A joint about to move from rest is given this velocity in the direction tried, so that formulas with
@@ -93,13 +101,30 @@ class TorqueModel:
             (slot, fitted.fit.chi[columns])
             for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True)
         ]
-        self._slots = [(s, v) for s, v in values if s.term.effect.simulated in ("instant", "state")]
-        self.stateful = [slot for slot, _ in self._slots if slot.term.effect.simulated == "state"]
-        self.along_record = [slot for slot, _ in values if slot.term.effect.simulated == "record"]
+        inertias = [0.0] * record.joints
+        if load_from is not None and any(slot.term.effect.from_derivatives for slot, _ in values):
+            inertias = record.own_inertias(fitted.entries, load_from.chi)
+        self._slots = [
+            (s, s.term.effect.simulated_values(v, s.values, inertias[s.term.joint]))
+            for s, v in values
+            if s.term.effect.simulated_with(s.values) != "command"
+        ]
+        self.stateful = [s for s, _ in self._slots if s.term.effect.simulated_with(s.values) == "state"]
+        self.meets = any("play" in slot.values for slot in self.stateful)
+        """whether links are met by their motors across a gap"""
+        self._own_gives = {
+            s.term.key: s.term.effect.give(v, s.values, self._courses(s)) for s, v in self._slots
+        }
+        self.gives: dict[int, Give] = {}
+        """by joint: how its transmission gives between the motor, where the encoder is, and the link"""
+        for (_, joint), give in self._own_gives.items():
+            if give is not None:
+                before = self.gives.get(joint)
+                self.gives[joint] = give if before is None else before.in_series_with(give)
         self.command_lead = [
             (slot.term.joint, slot.term.effect.command_lead(constants))
             for slot, constants in values
-            if slot.term.effect.simulated == "command"
+            if slot.term.effect.simulated_with(slot.values) == "command"
         ]
         """(joint, s): how much later than the motion the recorded command stands"""
         effects = [slot.term.effect for slot, _ in self._slots]
@@ -110,31 +135,43 @@ class TorqueModel:
         )
         """whether the torque is linear in the acceleration"""
 
+    def _courses(self, slot: Slot) -> list[JointCourse]:
+        """What the joint of an effect that gives did in the sessions of the fit."""
+        if slot.term.effect.simulated_with(slot.values) != "give" or self._load_from is None:
+            return []
+        return joint_courses(self.fitted, self._load_from.chi, slot.term.joint)
+
     def torque(self, windows: Windows, acceleration: Array) -> Array:
         """(windows, joints) N m or N: what the motors must give for this state and acceleration."""
+        return self.torque_and_load(windows, acceleration)[0]
+
+    def torque_and_load(self, windows: Windows, acceleration: Array) -> tuple[Array, Array]:
+        """(windows, joints) N m or N each: what the motors must give, and what of it the robot's bodies take.
+
+        acceleration : of the links
+        """
         torque, load, known = self._rigid_parts(windows, acceleration)
         context = self._context(windows, acceleration, load, known)
         for slot, values in self._slots:
             for joint in rows_of(self.fitted.record, slot.term):
-                torque[:, joint] += self._columns(context, slot, joint, windows) @ values
-        return torque
+                torque[:, joint] += self._slot_torque(context, slot, values, joint, windows)
+        return torque, load
 
-    def with_slope(self, windows: Windows, acceleration: Array, step: float = 1e-2) -> tuple[Array, Array]:
-        """Torque (windows, n) and its derivative over the acceleration (windows, n, n), the inertia as it is felt.
+    def load(self, windows: Windows, acceleration: Array) -> Array:
+        """(windows, joints) N m or N: tau_out as effects that follow the load see it."""
+        return self._rigid_parts(windows, acceleration)[1]
 
-        step : rad/s² or m/s² of the difference quotient; exact up to rounding where the torque is linear, and
-               within one quadrant of Fig. 2 where friction follows the load
-        """
-        count, n = windows.q.shape
-        tried = np.tile(acceleration, (n + 1, 1))
-        for joint in range(n):
-            tried[(joint + 1) * count : (joint + 2) * count, joint] += step
-        stacked = self.torque(windows.repeated(n + 1), tried).reshape(n + 1, count, n)
-        return stacked[0], ((stacked[1:] - stacked[0]) / step).transpose(1, 2, 0)
+    def with_slope(self, windows: Windows, acceleration: Array) -> tuple[Array, Array]:
+        """`slope_over_acceleration` of the torque: the inertia as it is felt."""
+        return slope_over_acceleration(self.torque, windows, acceleration)
 
     def values_of(self, slot: Slot) -> Array:
         """(parameters,) fitted values of an effect."""
         return next(values for candidate, values in self._slots if candidate is slot)
+
+    def give_of(self, slot: Slot) -> Give | None:
+        """The give that an effect's estimates amount to; None where there is none."""
+        return self._own_gives.get(slot.term.key)
 
     def rigid_torque(self, windows: Windows, acceleration: Array) -> Array:
         """(windows, joints): tau_out of eq. (6) alone, base parameters and declared payload."""
@@ -160,16 +197,49 @@ class TorqueModel:
             moved[key] = slot.term.effect.state_after(memory[key], travel, slot.values)
         return moved
 
+    def link_motion(self, windows: Windows) -> tuple[Array, Array]:
+        """(windows, joints) positions and speeds of the links: those of the motors but where the transmission gives."""
+        if not self.gives:
+            return windows.q, windows.dq
+        q, dq = windows.q.copy(), windows.dq.copy()
+        for joint in self.gives:
+            q[:, joint], dq[:, joint] = windows.memory[LINK, joint], windows.memory[LINK_SPEED, joint]
+        return q, dq
+
+    def struck(self, before: Windows, after: Windows) -> Windows:
+        """The windows after links have been met by their motors across a gap: their momentum is shared at once."""
+        inertias = np.zeros(after.q.shape)
+        for slot in self.stateful:
+            key, joint = (slot.term.effect.name, slot.term.joint), slot.term.joint
+            inertias[:, joint] += slot.term.effect.impact(
+                before.memory[key], after.memory[key], self.values_of(slot), slot.values
+            )
+        if not inertias.any():
+            return after
+        _, slope = self.with_slope(after, np.zeros(after.q.shape))
+        lost = np.linalg.solve(slope, (inertias * after.dq)[:, :, None])[:, :, 0]
+        met = np.any(inertias != 0.0, axis=1, keepdims=True)
+        return replace(after, dq=np.where(met, after.dq - lost, after.dq))
+
+    def _slot_torque(
+        self, context: JointContext, slot: Slot, values: Array, joint: int, windows: Windows
+    ) -> Array:
+        effect, owner = slot.term.effect, slot.term.joint
+        if effect.simulated_with(slot.values) == "give":
+            give = self._own_gives[slot.term.key]
+            return effect.beside_give(context.motion(joint, owner), values, slot.values, give)
+        return self._columns(context, slot, joint, windows) @ values
+
     def _columns(self, context: JointContext, slot: Slot, joint: int, windows: Windows) -> Array:
         effect, owner = slot.term.effect, slot.term.joint
-        if effect.simulated == "state":
+        if effect.simulated_with(slot.values) == "state":
             motion = context.motion(joint, owner)
             return effect.columns_of_state(motion, windows.memory[effect.name, owner], slot.values)
         return context.columns(slot, joint)
 
     def _rigid_parts(self, windows: Windows, acceleration: Array) -> tuple[Array, Array, Array]:
         """tau_out of eq. (6), the load that other effects follow, and the known part of both, (windows, joints) each."""
-        torque, load, *carried = self._rigid.torques(windows.q, windows.dq, acceleration)
+        torque, load, *carried = self._rigid.torques(*self.link_motion(windows), acceleration)
         known = carried[0] if carried else np.zeros(torque.shape)
         if windows.external is not None:
             torque, load, known = (part - windows.external for part in (torque, load, known))
@@ -184,6 +254,20 @@ class TorqueModel:
             record.experiment.drive_gain,
         )
         vars(prepared)["known"] = known
+        if load_from is not None:
+            vars(prepared)["load_slope"] = lambda joint, _: self._load_slope(
+                windows, acceleration, load, joint
+            )
+        if self._wants_columns and self.gives:
+            q, dq = self.link_motion(windows)
+            links = replace(windows, q=q, dq=dq)
+            of_links = PreparedBlock(
+                _block(links, acceleration, self._period),
+                record.body,
+                self.entry,
+                record.experiment.drive_gain,
+            )
+            vars(prepared)["inertial"] = of_links.inertial
         if not self._wants_columns:  # nobody looks at the regressor, which would cost most of the time
             vars(prepared)["inertial"] = [
                 np.zeros((len(load), int(acts.sum()))) for acts in record.body.base.acts
@@ -206,16 +290,43 @@ class TorqueModel:
             context._gears.clear()
         return context
 
+    def _load_slope(self, windows: Windows, acceleration: Array, load: Array, joint: int) -> Array:
+        """(windows,) N m/rad or N/m: derivative of a joint's load over its own position."""
+        q, dq = self.link_motion(windows)
+        moved = q.copy()
+        moved[:, joint] += SLOPE_STEP
+        sets = self._rigid.torques(moved, dq, acceleration)
+        further = sets[1][:, joint]
+        if windows.external is not None:
+            further = further - windows.external[:, joint]
+        return (further - load[:, joint]) / SLOPE_STEP
+
     def _whole_torque(self, context: JointContext, load_from: FittedTorque, windows: Windows) -> Array:
         """(windows, joints): load and friction that columns in proportion to the torque are made of."""
         torque = context.load.copy()
         for slot, values in load_from.factors:
             effect = slot.term.effect
-            if effect.uses_torque or effect.simulated not in ("instant", "state"):
+            if effect.uses_torque or effect.simulated_with(slot.values) == "command":
                 continue
             for joint in rows_of(context.record, slot.term):
-                torque[:, joint] += self._columns(context, slot, joint, windows) @ values
+                torque[:, joint] += self._slot_torque(context, slot, values, joint, windows)
         return torque
+
+
+def slope_over_acceleration(
+    torque: Callable[[Windows, Array], Array], windows: Windows, acceleration: Array, step: float = 1e-2
+) -> tuple[Array, Array]:
+    """A torque (windows, n) and its derivative over the acceleration (windows, n, n).
+
+    step : rad/s² or m/s² of the difference quotient; exact up to rounding where the torque is linear, and
+           within one quadrant of Fig. 2 where friction follows the load
+    """
+    count, n = windows.q.shape
+    tried = np.tile(acceleration, (n + 1, 1))
+    for joint in range(n):
+        tried[(joint + 1) * count : (joint + 2) * count, joint] += step
+    stacked = torque(windows.repeated(n + 1), tried).reshape(n + 1, count, n)
+    return stacked[0], ((stacked[1:] - stacked[0]) / step).transpose(1, 2, 0)
 
 
 def _block(windows: Windows, acceleration: Array, period: float) -> MotionBlock:

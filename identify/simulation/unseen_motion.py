@@ -102,7 +102,9 @@ def unseen_motion(fitted: FittedModel, horizon: float = HORIZON) -> UnseenMotion
     errors = [
         part
         for entry in entries
-        for part in _window_errors(fitted, entry, measured_motions(fitted, entry), horizon, MOST_WINDOWS)
+        for part in _window_errors(
+            fitted, entry, measured_motions(fitted.record, entry), horizon, MOST_WINDOWS
+        )
     ]
     unseen: Unseen = "validation"
     if not errors:
@@ -133,8 +135,8 @@ def _of_stretches(fitted: FittedModel, horizon: float) -> Iterator[Array]:
         without = replace(fitted, fit=admissible_fit(observation, fit, bounds))
         for session, hidden_blocks in left_out.items():
             entry = fitted.entries[session]
-            if entry.file not in motions or TorqueModel(without, entry).along_record:
-                motions[entry.file] = measured_motions(without, entry)
+            if entry.file not in motions:
+                motions[entry.file] = measured_motions(fitted.record, entry)
             begin, end = (
                 observation.blocks[hidden_blocks[0]].start,
                 observation.blocks[hidden_blocks[-1]].stop,

@@ -276,7 +276,7 @@ def test_the_gains_of_the_drive_are_told_from_its_recordings(rig, result):
     motions = [
         motion
         for entry in result.fitted.entries
-        for motion in measured_motions(result.fitted, entry, ("qref1",))
+        for motion in measured_motions(result.fitted.record, entry, ("qref1",))
     ]
     (gains,) = estimated_controllers(motions, ["j3"], rig.drive_gain).listed
     servo, ratio = rig.simulated["drives"][0]["servo"], rig.axes[0].gear_ratio

@@ -6,7 +6,13 @@ import pytest
 
 from api.simulation_text import simulation_text
 from identify.results.effect import EffectOnJoint
-from identify.results.simulation import ControllerUsed, HorizonErrors, JointMotionError, SimulationDocument
+from identify.results.simulation import (
+    ControllerUsed,
+    EffectInSimulation,
+    HorizonErrors,
+    JointMotionError,
+    SimulationDocument,
+)
 from identify.results.unseen_motion import JointUnseenMotion, UnseenMotionErrors
 
 
@@ -27,7 +33,7 @@ def horizon(seconds, *joints, **more):
 
 
 def document(*horizons, **more):
-    fields = {"controller": None, "along_record": (), "remarks": (), **more}
+    fields = {"controller": None, "formed": (), "inputs": ("recorded torque",), "remarks": (), **more}
     return SimulationDocument(
         experiment="arm",
         model="usual",
@@ -137,8 +143,20 @@ def test_a_joint_that_got_worse_where_the_fit_did_not_see_is_named(unseen, where
     assert f"({where}, driven by the recorded torque):" in text
 
 
-def test_effects_along_the_record_and_remarks_are_said():
-    effect = EffectOnJoint(effect="elasticity", joint="j1")
-    text = simulation_text(document(horizon(1.0, joint()), along_record=(effect,), remarks=("short record",)))
-    assert "elasticity@j1: its torque was taken along the measured motion" in text
+def test_states_shifts_inputs_and_remarks_are_said():
+    formed = (
+        EffectInSimulation(
+            effect="elasticity", joint="j1", formed="give", state="position and speed of the link"
+        ),
+        EffectInSimulation(effect="delay", joint="j1", formed="command", state=None),
+        EffectInSimulation(effect="delay", joint="j2", formed="left-out", state=None),
+        EffectInSimulation(effect="viscous", joint="j1", formed="instant", state=None),
+    )
+    text = simulation_text(document(horizon(1.0, joint()), formed=formed, remarks=("short record",)))
+    assert "elasticity@j1: simulated with a state of its own, position and speed of the link" in text
+    assert "delay@j1: shifts the recorded command in time" in text
+    assert "delay@j2: left out in closed loop, where the controllers' torque acts at once" in text
+    assert "viscous@j1: " not in text
+    assert "Taken from the record after each start: recorded torque." in text
+    assert "The measured motion gives the state at the start alone" in text
     assert text.endswith("Remark: short record")

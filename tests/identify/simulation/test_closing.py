@@ -35,12 +35,12 @@ def moving(names, command=None) -> MeasuredMotion:
         time=time,
         q=q,
         dq=np.gradient(q, period, axis=0),
+        ddq=np.zeros(q.shape),
         direction=np.sign(q),
         torque=np.zeros(q.shape),
         command=np.zeros(q.shape) if command is None else command,
         external=None,
         temperature=None,
-        along_record=np.zeros(q.shape),
         resting=np.zeros(q.shape, bool),
         extra=dict(zip(names, reference.T, strict=True)),
     )

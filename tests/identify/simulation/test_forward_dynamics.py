@@ -21,6 +21,7 @@ class OneJoint(TorqueModel):
 
     def __init__(self, formula, linear=True):
         self.formula, self.linear, self.stateful, self.joints = formula, linear, [], 1
+        self.gives, self.meets = {}, False
 
     def torque(self, windows, acceleration):
         dq = np.where(windows.dq == 0.0, 1e-12 * windows.direction, windows.dq)

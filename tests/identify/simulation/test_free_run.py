@@ -26,7 +26,7 @@ def arm(tmp_path_factory):
     recorded = record({"load-friction": 1.5}, seed=5, duration=6.0, payload_masses=(2.0,), repeats=1)
     result = identify(load_experiment(write_experiment(folder, recorded)), "usual", ["load-friction"])
     entry = result.fitted.entries[0]
-    (motion,) = measured_motions(result.fitted, entry)
+    (motion,) = measured_motions(result.fitted.record, entry)
     motion = replace(motion, extra={"qref1": motion.q[:, 0]}).rows(slice(0, 900))
     model = TorqueModel(result.fitted, entry)
     inertia = float(

@@ -26,7 +26,7 @@ def motion(period, **changes):
         "command": np.cos(30 * two),
         "external": two + 4,
         "temperature": two + 5,
-        "along_record": two + 6,
+        "ddq": two + 6,
         "resting": two < 0.01,
         "extra": {"qref1": time + 7},
     }
@@ -71,14 +71,11 @@ def test_the_impulse_of_a_torque_that_is_felt_in_one_row_is_kept():
     for row in range(8, 30):
         torque = np.zeros((COUNT, 2))
         torque[row] = 1.0, -3.0
-        thin = motion(
-            0.001, torque=torque, command=2 * torque, external=3 * torque, along_record=torque
-        ).thinned()
+        thin = motion(0.001, torque=torque, command=2 * torque, external=3 * torque).thinned()
         for values, factor in (
             (thin.torque, 1),
             (thin.command, 2),
             (thin.external, 3),
-            (thin.along_record, 1),
         ):
             impulse = thin.period * values.sum(axis=0)
             assert impulse == pytest.approx(factor * 0.001 * np.array([1.0, -3.0]), rel=1e-12)

@@ -135,7 +135,7 @@ def test_with_the_true_parameters_they_agree_to_rounding(arm):
 
 def test_a_second_ahead_the_arm_is_where_it_was_measured_and_keeps_its_energy(arm):
     result, _, entry = arm
-    (motion,) = measured_motions(result.fitted, entry)
+    (motion,) = measured_motions(result.fitted.record, entry)
     model = TorqueModel(result.fitted, entry)
     samples = round(1.0 / motion.period)
     simulated = roll_out(model, motion, [0, 1000, 3000], samples)

@@ -33,6 +33,23 @@ def test_the_effect_that_was_hidden_mends_the_motion_too(stribeck):
     assert {(own.effect, own.joint) for own in document.effects} >= {
         ("stribeck", document.horizons[0].joints[0].joint)
     }
+    assert {each.formed for each in document.formed} == {"instant"}
+    assert document.inputs == ("recorded torque",)
+    assert document.along_record == ()
+
+
+def test_a_gap_that_the_estimates_do_not_amount_to_is_remarked(stribeck):
+    document = simulate(
+        load_experiment(stribeck),
+        "usual",
+        ["stribeck", "backlash", "friction-warmup"],
+        [0.5],
+        free_run=False,
+    )
+    assert {(each.formed, each.state) for each in document.formed} == {("instant", None)}
+    (remark,) = document.remarks
+    assert remark.startswith("backlash@elbow: its estimates amount to no gap, or to one wider than the joint")
+    assert document.inputs == ("recorded torque", "time")
 
 
 def test_every_session_and_role_has_its_figures(stribeck):
@@ -55,7 +72,9 @@ def test_with_the_known_controller_the_emps_drive_stays_on_its_reference(emps, t
         f"joints: [{{joint: slide, position: {243.45 * 160.18}, velocity: 243.45, limit: 10}}]\n"
     )
     experiment = load_experiment(emps)
-    document = simulate(experiment, "usual", [], [1.0], gains, free_run=False)
+    document = simulate(experiment, "usual", ["delay"], [1.0], gains, free_run=False)
+    assert {each.formed for each in document.formed if each.effect == "delay"} == {"left-out"}
+    assert document.inputs == ("reference position",)
     free = simulate(experiment, "usual", [], [1.0], free_run=False)
     assert document.controller is not None
     assert document.controller.source == "file"

@@ -1,0 +1,190 @@
+"""A joint whose transmission gives: motor and link are two masses with a spring, a gap or both between them.
+
+It shares no line with `identify`, nor with the simulated drives. The motor is under a position controller and holds the
+encoder; sessions run side by side in small steps:
+
+    B theta'' = u − FV theta' − FC sign(theta') − offset − s                              the motor
+    (ZZ + m L²) q'' = s − (MX + m L) g cos q                                              the link
+    s = k (twist beyond the gap) + d (its rate), and no pull across the gap                the transmission
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import savgol_filter
+
+Array = NDArray[np.float64]
+
+STEP = 2.5e-4
+"""s, of the integration"""
+EVERY = 8
+"""steps from row to row of the record"""
+GRAVITY = 9.81
+STILL = 2e-3
+"""rad/s: below, dry friction is less than whole"""
+
+
+@dataclass(frozen=True)
+class TwoMasses:
+    """SI units, at the joint.
+
+    gap     : rad, from flank to flank
+    damping : N m s/rad, of the transmission
+    """
+
+    stiffness: float = 2.0e4
+    damping: float = 5.0
+    gap: float = 0.0
+    link: float = 8.0
+    rotor: float = 4.0
+    first_moment: float = 9.0
+    viscous: float = 18.0
+    coulomb: float = 14.0
+    offset: float = 3.0
+    drive_gain: float = 30.0
+    reach: float = 0.9
+    noise: float = 0.02
+    counts_per_turn: int = 400_000
+    bandwidth: float = 5.0
+
+    def carried(self, twist: Array, rate: Array) -> Array:
+        """N m."""
+        beyond = np.sign(twist) * np.maximum(0.0, np.abs(twist) - 0.5 * self.gap)
+        if not self.gap:
+            return self.stiffness * twist + self.damping * rate
+        torque = self.stiffness * beyond + np.where(beyond != 0.0, self.damping * rate, 0.0)
+        return np.where(torque * beyond > 0.0, torque, 0.0)
+
+    def accelerations(self, torque: Array, state: tuple[Array, ...], mass: Array) -> tuple[Array, Array]:
+        """rad/s², of motor and link."""
+        theta, dtheta, q, dq = state
+        carried = self.carried(theta - q, dtheta - dq)
+        lost = self.viscous * dtheta + self.coulomb * np.tanh(dtheta / STILL) + self.offset
+        gravity = GRAVITY * (self.first_moment + mass * self.reach) * np.cos(q)
+        inertia = self.link + mass * self.reach**2
+        return (torque - lost - carried) / self.rotor, (carried - gravity) / inertia
+
+    def moved(self, torque: Array, state: tuple[Array, ...], mass: Array) -> tuple[Array, ...]:
+        """The state a step later."""
+        motor, link = self.accelerations(torque, state, mass)
+        theta, dtheta, q, dq = state
+        dtheta, dq = dtheta + STEP * motor, dq + STEP * link
+        return theta + STEP * dtheta, dtheta, q + STEP * dq, dq
+
+    def settled(self, theta: Array, mass: Array) -> Array:
+        """Where the link hangs at rest."""
+        q = theta.copy()
+        for _ in range(50):
+            load = GRAVITY * (self.first_moment + mass * self.reach) * np.cos(q)
+            q = theta - load / self.stiffness - np.sign(load) * 0.5 * self.gap
+        return q
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """Columns (rows, sessions): of the record, and the hidden motion of the link."""
+
+    plant: TwoMasses
+    masses: Array
+    time: Array
+    position: Array
+    command: Array
+    link: Array
+    link_speed: Array
+
+
+def record(
+    plant: TwoMasses, masses: tuple[float, ...], fastest: tuple[float, ...], duration: float, seed: int
+) -> Recorded:
+    """Sessions on sums of sinusoids, one for each payload mass, up to `fastest` rad/s."""
+    random = np.random.default_rng(seed)
+    mass = np.array(masses)
+    rate = np.outer([0.12, 0.31, 0.57, 0.79, 1.0], fastest) * random.uniform(0.95, 1.05, (5, len(mass)))
+    size = np.array([0.45, 0.2, 0.1, 0.06, 0.05])[:, None] * random.uniform(0.8, 1.2, (5, len(mass)))
+    phase = random.uniform(0.0, 2 * np.pi, (5, len(mass)))
+    asked_rate = 2 * np.pi * plant.bandwidth
+    stiff, damped = 12.0 * asked_rate**2, 2 * 12.0 * asked_rate
+
+    def reference(time: float) -> tuple[Array, Array]:
+        angle = rate * time + phase
+        return (size * np.sin(angle)).sum(0), (size * rate * np.cos(angle)).sum(0)
+
+    theta, dtheta = reference(0.0)
+    q = plant.settled(theta, mass)
+    state: tuple[Array, ...] = (theta, dtheta, q, dtheta.copy())
+    rows = round(duration / (EVERY * STEP))
+    kept = np.empty((rows, 4, len(mass)))
+    for step in range(rows * EVERY):
+        asked, speed = reference(step * STEP)
+        torque = stiff * (asked - state[0]) + damped * (speed - state[1])
+        if step % EVERY == 0:
+            kept[step // EVERY] = state[0], torque, state[2], state[3]
+        state = plant.moved(torque, state, mass)
+    count = 2 * np.pi / plant.counts_per_turn
+    command = kept[:, 1] / plant.drive_gain + plant.noise * random.standard_normal((rows, len(mass)))
+    time = EVERY * STEP * np.arange(rows)
+    return Recorded(plant, mass, time, np.round(kept[:, 0] / count) * count, command, kept[:, 2], kept[:, 3])
+
+
+def one_second_error(recorded: Recorded, session: int) -> float:
+    """rad, root mean square over windows of a second of the true plant, driven by the recorded torque.
+
+    Windows begin at measured states: of the motor, and with the link where the load of the measured motion twists the
+    transmission to.
+    """
+    plant, period = recorded.plant, EVERY * STEP
+    position, command = recorded.position[:, session], recorded.command[:, session]
+    velocity = savgol_filter(position, 31, 3, deriv=1, delta=period)
+    acceleration = savgol_filter(position, 31, 3, deriv=2, delta=period)
+    moment = GRAVITY * (plant.first_moment + recorded.masses[session] * plant.reach)
+    load = (plant.link + recorded.masses[session] * plant.reach**2) * acceleration + moment * np.cos(position)
+    twist = load / plant.stiffness + 0.5 * plant.gap * np.tanh(load / 1.0)
+    samples = round(1.0 / period) + 1
+    first = np.arange(100, len(position) - samples - 100, samples - 1)
+    state: tuple[Array, ...] = (
+        position[first].copy(),
+        velocity[first].copy(),
+        (position - twist)[first],
+        (velocity - np.gradient(twist, period))[first],
+    )
+    mass = np.full(len(first), recorded.masses[session])
+    squares = []
+    for sample in range(samples):
+        squares.append((state[0] - position[first + sample]) ** 2)
+        now, then = (plant.drive_gain * command[first + sample + late] for late in (0, 1))
+        for part in range(EVERY):
+            state = plant.moved(now + (then - now) * part / EVERY, state, mass)
+    return float(np.sqrt(np.mean(squares)))
+
+
+def write_experiment(folder: Path, recorded: Recorded) -> Path:
+    """The record as an experiment on disk; the last session is kept from the fit."""
+    folder.mkdir(parents=True, exist_ok=True)
+    plant, last = recorded.plant, len(recorded.masses) - 1
+    payloads, sessions = [], []
+    for index, mass in enumerate(recorded.masses):
+        columns = np.column_stack([recorded.time, recorded.position[:, index], recorded.command[:, index]])
+        np.savetxt(
+            folder / f"s{index}.csv", columns, fmt="%.8g", delimiter=",", header="t,q1,v1", comments=""
+        )
+        payloads.append(f"  - {{name: m{index}, mass: {mass}, com: [{plant.reach}, 0.0, 0.0]}}")
+        role = ", role: validation" if index == last else ""
+        sessions.append(f"  - {{file: s{index}.csv, payload: m{index}{role}}}")
+    lines = [
+        "format: 1",
+        "name: two-masses",
+        "robot:",
+        f"  gravity: [0.0, {-GRAVITY}, 0.0]",
+        "  joints:",
+        f"    - {{name: elbow, type: revolute, drive_gain: {plant.drive_gain}}}",
+        "payloads:",
+        *payloads,
+        "sessions:",
+        *sessions,
+    ]
+    (folder / "experiment.yaml").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return folder
