@@ -52,7 +52,12 @@ def test_two_payloads_are_enough_to_name_a_friction_that_follows_the_load(diagno
     assert said.missing[0].effect.name == "load-friction-asymmetric"
 
 
-def late(source: Path, folder: Path, commands: Callable[[np.ndarray], np.ndarray]) -> identify.Diagnosis:
+def late(
+    source: Path,
+    folder: Path,
+    commands: Callable[[np.ndarray], np.ndarray],
+    progress: Callable[[float, str], None] | None = None,
+) -> identify.Diagnosis:
     """The diagnosis of an experiment whose recorded command is changed in every session."""
     shutil.copytree(source, folder)
     for file in folder.glob("*.csv"):
@@ -60,7 +65,7 @@ def late(source: Path, folder: Path, commands: Callable[[np.ndarray], np.ndarray
         rows = np.loadtxt(file, delimiter=",", skiprows=1)
         rows[:, names.index("v1")] = commands(rows[:, names.index("v1")])
         np.savetxt(file, rows, fmt="%.9g", delimiter=",", header=",".join(names), comments="")
-    return identify.diagnose(identify.load_experiment(folder))
+    return identify.diagnose(identify.load_experiment(folder), progress=progress)
 
 
 def test_a_command_that_is_held_over_its_period_is_no_fault(hidden, tmp_path):
@@ -73,8 +78,12 @@ def test_a_command_that_is_held_over_its_period_is_no_fault(hidden, tmp_path):
     assert held.verdict == "adequate"
     assert held.missing == ()
     assert "held over its period" in held.cautions["delay"]
-    delayed = late(hidden(), tmp_path / "late", early(2)).joints[0]
+    parts: list[float] = []
+    delayed = late(hidden(), tmp_path / "late", early(2), lambda part, _: parts.append(part)).joints[0]
     assert [term.effect.name for term in delayed.missing][:1] == ["delay"]
+    # nobody knows how many rounds a search takes: each comes nearer to the end, and none goes beyond
+    assert (parts[0], parts[-1]) == (0.0, 1.0)
+    assert parts == sorted(set(parts))
 
 
 def test_an_error_that_only_a_validation_session_shows_is_not_adequate(hidden, tmp_path):
