@@ -10,6 +10,7 @@ from api.service.free_run_curves import stored_runs
 from api.service.job_process import Progress
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.rig import Rig
+from identify.identification import Identification
 from identify.recording import Payload, load_experiment
 from identify.recording.controller_file import ControllerFile
 from identify.results.certificate import Certificate
@@ -62,10 +63,7 @@ def export(progress: Progress, experiment: str, model: str, add: list[str], targ
     """
     from identify.export.write import write_export
 
-    loaded = load_experiment(Path(experiment))
-    result = identify.identify(
-        loaded, model=model, add=add, progress=lambda done, step: progress(0.5 * done, step)
-    )
+    result = _identified(progress, experiment, model, add, 0.5)
     progress(0.5, "writing, and loading back what was written")
     Path(target).parent.mkdir(exist_ok=True)
     return write_export(result, Path(target))
@@ -85,12 +83,7 @@ def torque_along(
     """A model's torque along a plan, ready to be sent as feedforward; InputError where that might do harm."""
     from api.compensation import torque_ahead
 
-    result = identify.identify(
-        load_experiment(Path(experiment)),
-        model=model,
-        add=add,
-        progress=lambda done, step: progress(0.7 * done, step),
-    )
+    result = _identified(progress, experiment, model, add, 0.7)
     progress(0.7, "the torque along the plan")
     return torque_ahead(result, rig, plan, payload, part, share)
 
@@ -101,11 +94,18 @@ def drive_tables(
     """A model's friction and cogging as the drives of a rig take them; nothing is written to the drives."""
     from api.drive_tables import drive_tables as tables_of
 
-    result = identify.identify(
+    result = _identified(progress, experiment, model, add, 0.7)
+    progress(0.7, "choosing support points")
+    return tables_of(result, rig, model)
+
+
+def _identified(
+    progress: Progress, experiment: str, model: str, add: list[str], share: float
+) -> Identification:
+    """The model that is used; `share` of the job's progress is for it."""
+    return identify.identify(
         load_experiment(Path(experiment)),
         model=model,
         add=add,
-        progress=lambda done, step: progress(0.7 * done, step),
+        progress=lambda done, step: progress(share * done, step),
     )
-    progress(0.7, "choosing support points")
-    return tables_of(result, rig, model)
