@@ -34,10 +34,11 @@ RPDO_TIMEOUT = 0x8250
 @pytest.fixture
 def rig_file(tmp_path) -> Path:
     """RX130L joint 3 whose drive takes torque alone. Time goes with the drive's answers, so that no busy machine makes it late;
-    of all that makes it stop when nobody is left, only its watch over the setpoints is there."""
+    of all that makes it stop when nobody is left, only its watch over the setpoints is there. Node 3 is another drive's, which is
+    on the bus through all of these tests."""
     rig = Rig.load("rx130l-joint3-simulated").model_dump(mode="json", exclude_none=True)
     rig |= {"bus": {"interface": "socketcan", "channel": "vcan0"}}
-    rig["axes"][0] |= {"feedforward": "cyclic-torque", "held_by": "brake"}
+    rig["axes"][0] |= {"node": 5, "feedforward": "cyclic-torque", "held_by": "brake"}
     rig["supervision"] |= {"heartbeat_timeout": 60.0, "parent_timeout": 60.0}
     rig["simulated"]["sync_timeout"] = 5.0
     rig["simulated"]["drives"][0]["sync_loss"] = "run-on"
