@@ -128,6 +128,7 @@ def test_a_wrong_address_is_said_in_one_line(address, words):
     assert str(told.value).startswith(f"--cluster {address}: ")
 
 
+@pytest.mark.second_chance("distributed gives its own thread 10 s to start, and asserts that it has")
 def test_a_scheduler_without_workers_is_refused():
     with (
         local_cluster(0) as empty,
