@@ -155,6 +155,12 @@ class RigDrives:
                     received="the drive has no mode display" if shown is None else f"{shown} came",
                 )
 
+    def end_setpoint_watch(self) -> None:
+        """Give the drives the watch over their setpoints back that they had before torque mode. Raises DriveError."""
+        for drive in self.drives:
+            with drive.sdo.hurried(_MODE_ANSWER, 1):
+                drive.end_setpoint_watch()
+
     def stream(self) -> None:
         """Let the drives exchange process data (NMT OPERATIONAL). Raises DriveError when one does not."""
         for drive in self.drives:

@@ -35,7 +35,8 @@ class TorqueMode:
         self.holds = True
 
     def hand_back(self) -> None:
-        """The axes' own mode, confirmed by every drive. Raises DriverError."""
+        """The axes' own mode, confirmed by every drive, without the watch that torque mode needs. Raises DriverError."""
         self._drives.set_mode(None)
         self.holds = False
         self._setpoints.release()
+        self._drives.end_setpoint_watch()

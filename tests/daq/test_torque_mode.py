@@ -29,6 +29,9 @@ class Drives:
             raise DriveError(3, "switching the mode", received="8 came")
         self.story.append("own mode" if mode is None else int(mode))
 
+    def end_setpoint_watch(self) -> None:
+        self.story.append("no watch")
+
 
 class Setpoints:
     """Follows each trajectory at once, and tells what was asked of it."""
@@ -121,7 +124,7 @@ def test_torque_mode_lasts_from_rest_at_the_plan_s_begin_to_rest_after_it(driven
     driven.until(Step.HANDING_BACK)
     assert driven.told() == [("hold", [5000])]
     driven.until(Step.SETTLING)
-    assert driven.told() == ["own mode", "release"]
+    assert driven.told() == ["own mode", "release", "no watch"]
     driven.until(Step.POWERING_OFF)
     assert driven.sequence.reason.cause is StopCause.PLAN_DONE
 
