@@ -29,7 +29,7 @@ CHOICES: tuple[tuple[Driven | Literal["file"], str], ...] = (
     ("torque", "by the recorded torque"),
     ("drives", "in closed loop, gains read from the drives"),
     ("estimate", "in closed loop, gains told from the record"),
-    ("file", "in closed loop, gains of the file chosen here"),
+    ("file", "in closed loop, gains from a file"),
 )
 
 
