@@ -1,5 +1,7 @@
 """The position loop of a proof in cyclic torque mode: what its axes move by the identified model, and the gains that hold it."""
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,6 +16,8 @@ from identify.export.write import module_of
 from identify.recording import InputError
 
 Array = NDArray[np.float64]
+RigidTorque = Callable[[Array, Array], Array]
+"""(N, n) N m or N of positions and accelerations (N, n)"""
 
 _POSES = 60
 """along the plan"""
@@ -37,8 +41,9 @@ def position_loop(model: ExportedModel, rig: Rig, motion: Motion, share: float) 
             f"rig {rig.name}: feedforward: cyclic-torque is for axes with a motor each; here one motor moves several joints"
         )
     rows = np.unique(np.linspace(0, len(motion.q) - 1, _POSES).astype(int))
-    inertia = _inertia(model, motion, motion.q[rows])
-    gravity, stiffness = _gravity(model, motion, motion.q[rows])
+    rigid = _rigid_torque(model, motion)
+    inertia = _inertia(rigid, motion.q[rows])
+    gravity, stiffness = _gravity(rigid, motion.q[rows])
     least, greatest = _felt(inertia)
     gains = []
     for joint, axis in enumerate(rig.axes):
@@ -81,31 +86,35 @@ def _strength(rig: Rig) -> Array:
     return np.abs(np.diag(rig.drive_gain)) * np.array([axis.limits.current for axis in rig.axes])
 
 
-def _rigid(model: ExportedModel, motion: Motion, q: Array, ddq: Array) -> Array:
-    module = module_of(model)
-    payload = payload_parameters(motion.payload)
-    return np.asarray(module.rigid_torque(q.T, np.zeros_like(q).T, ddq.T, payload)).T
+def _rigid_torque(model: ExportedModel, motion: Motion) -> RigidTorque:
+    """Of arm, rotors and payload at rest."""
+    module, payload = module_of(model), payload_parameters(motion.payload)
+
+    def at_rest(q: Array, ddq: Array) -> Array:
+        return np.asarray(module.rigid_torque(q.T, np.zeros_like(q).T, ddq.T, payload)).T
+
+    return at_rest
 
 
-def _inertia(model: ExportedModel, motion: Motion, q: Array) -> Array:
+def _inertia(rigid: RigidTorque, q: Array) -> Array:
     """(N, n, n) kg m², the mass matrix of arm, rotors and payload."""
-    still = _rigid(model, motion, q, np.zeros_like(q))
+    still = rigid(q, np.zeros_like(q))
     columns = []
     for joint in range(q.shape[1]):
         unit = np.zeros_like(q)
         unit[:, joint] = 1.0
-        columns.append(_rigid(model, motion, q, unit) - still)
+        columns.append(rigid(q, unit) - still)
     return np.stack(columns, axis=2)
 
 
-def _gravity(model: ExportedModel, motion: Motion, q: Array) -> tuple[Array, Array]:
+def _gravity(rigid: RigidTorque, q: Array) -> tuple[Array, Array]:
     """(n,) each: the greatest gravity torque along the plan, and its greatest derivative by the joint's own position."""
-    still = _rigid(model, motion, q, np.zeros_like(q))
+    still = rigid(q, np.zeros_like(q))
     slopes = []
     for joint in range(q.shape[1]):
         moved = q.copy()
         moved[:, joint] += _STEP
-        change = _rigid(model, motion, moved, np.zeros_like(q)) - still
+        change = rigid(moved, np.zeros_like(q)) - still
         slopes.append(np.abs(change[:, joint]).max() / _STEP)
     return np.abs(still).max(axis=0), np.array(slopes)
 

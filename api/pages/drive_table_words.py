@@ -4,9 +4,9 @@ from itertools import groupby
 
 from api.pages.figures.drive_table import TableLine, draw_drive_table
 from api.pages.layout import experiment_link
-from api.pages.motion_table import sentence
 from api.pages.number_format import significant
 from api.pages.rendering import Context
+from api.pages.sentence import sentence
 from api.service.drive_table_writings import TablesWriting
 from identify.results.drive_tables import DriveTable, DriveTablesDocument, JointTables
 
@@ -28,7 +28,7 @@ def joint_tables(tables: DriveTablesDocument, joint: str) -> Context | None:
         "node": own_tables.node,
         "drive": own_tables.drive,
         "tables": [_table(own_tables, each) for each in own_tables.tables],
-        "remarks": [sentence(remark.rstrip(".")) for remark in (*own_tables.remarks, *tables.remarks)],
+        "remarks": [sentence(remark) for remark in (*own_tables.remarks, *tables.remarks)],
     }
 
 

@@ -12,9 +12,9 @@ from api.pages.experiment_frame import experiment_context, no_model_page
 from api.pages.form_input import input_errors_as_problems
 from api.pages.job_views import follow
 from api.pages.layout import experiment_link, frame
-from api.pages.motion_table import sentence
 from api.pages.rendering import PREFIX, page
-from api.pages.rigs_of_experiment import rigs_of_experiment
+from api.pages.rigs_of_experiment import rig_of_choice, rigs_of_experiment
+from api.pages.sentence import sentence
 from api.pages.stored_models import StoredExperiment
 from api.service import access
 from api.service.jobs import Job
@@ -45,9 +45,7 @@ def drive_tables_page(
     if shown is None:
         return no_model_page(request, stored, name, context)
     rigs = rigs_of_experiment(service, stored)
-    measured_on = service.catalogue.rigs(experiment)
-    rig_id = rig if rig in rigs else next((each for each in reversed(measured_on) if each in rigs), None)
-    rig_id = rig_id or next(iter(rigs), None)
+    rig_id = rig_of_choice(service, experiment, rigs, rig)
     kept = {"version": str(shown.number), "rig": rig_id or ""}
     for each in context["joints"]:
         each["link"] = f"{each['link']}&{urlencode(kept)}"
@@ -116,8 +114,7 @@ def write_back(request: Request, user: access.Operator, experiment: str, number:
 
 
 def _why_not(service: Service, rig: str) -> str:
-    why = service.drive_tables.why_not(rig)
-    return sentence(why) if why else ""
+    return sentence(service.drive_tables.why_not(rig))
 
 
 def _progress(request: Request, experiment: str, identifier: str) -> HTMLResponse:

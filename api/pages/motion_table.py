@@ -7,6 +7,7 @@ from urllib.parse import urlencode
 from api.pages.layout import experiment_link
 from api.pages.number_format import THIN, percent
 from api.pages.rendering import Context
+from api.pages.sentence import sentence
 from api.service.model_use import ENDINGS, Driven, Ending, ModelUse
 from api.simulation_text import GAINS
 from identify.recording.errors import InputError
@@ -131,11 +132,6 @@ def _shared(certificates: Collection[Certificate]) -> list[str]:
         return []
     first, *others = certificates
     return [remark for remark in first.remarks if all(remark in other.remarks for other in others)]
-
-
-def sentence(text: str) -> str:
-    """With a capital and a full stop."""
-    return f"{text[0].upper()}{text[1:]}."
 
 
 def certificate_words(certificate: Certificate, but: Collection[str] = ()) -> list[str]:

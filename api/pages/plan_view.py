@@ -10,6 +10,7 @@ from api.pages.error_figures import JointUnits
 from api.pages.figures.plan_preview import draw_plan_signal
 from api.pages.number_format import listing, number, percent, significant
 from api.pages.plan_preview_times import preview_times
+from api.pages.sentence import sentence
 from api.plan_model import Identified, RegressorModel, usual_model
 from api.planned_motion import Determination, Repetition, determination, repetition
 from api.predicting_model import predicting_model
@@ -130,12 +131,11 @@ def purpose_words(report: SeparatingPlanReport | None) -> str | None:
         return None
     titles, purpose = effect_titles(), report.purpose
     names = [titles.get(name, name) for name in purpose.rivals]
-    sentence = (
+    made_for = (
         f"Made to tell {' from '.join(names)} on joint {purpose.joint}, with the payload {purpose.payload}: "
         f"{significant(purpose.separation, 2)} standard deviations are expected."
     )
-    remarks = [f"{remark[0].upper()}{remark[1:]}." for remark in report.remarks]
-    return " ".join([sentence, *remarks])
+    return " ".join([made_for, *(sentence(remark) for remark in report.remarks)])
 
 
 def findings(
@@ -158,8 +158,9 @@ def findings(
     for (reason, remedy, names), joints in unseen.items():
         because = reason if len(joints) == len(rig.axes) else f"{listing(joints)}: {reason}"
         effects = listing(titles.get(name, name) for name in names)
-        sentence = f"{effects[0].upper()}{effects[1:]}: {because}. {remedy[0].upper()}{remedy[1:]}."
-        listed.append(Finding("warn", "Cannot be seen", sentence))
+        listed.append(
+            Finding("warn", "Cannot be seen", f"{sentence(f'{effects}: {because}')} {sentence(remedy)}")
+        )
     if not unseen:
         listed.append(Finding("good", "Effects", "Every effect of the catalogue shows in this motion."))
     return listed

@@ -17,7 +17,7 @@ from api.pages.job_views import follow
 from api.pages.layout import experiment_link, frame, session_link
 from api.pages.proof_words import joint_rows, proof_row
 from api.pages.rendering import PREFIX, Context, page
-from api.pages.rigs_of_experiment import rigs_of_experiment
+from api.pages.rigs_of_experiment import rig_of_choice, rigs_of_experiment
 from api.pages.session_words import outcome
 from api.pages.stored_models import StoredExperiment
 from api.service import access
@@ -52,9 +52,7 @@ def proofs_page(
     if shown is None:
         return no_model_page(request, stored, stored.joint_names[0], context)
     rigs = rigs_of_experiment(service, stored)
-    measured_on = service.catalogue.rigs(experiment)
-    rig_id = rig if rig in rigs else next((each for each in reversed(measured_on) if each in rigs), None)
-    rig_id = rig_id or next(iter(rigs), None)
+    rig_id = rig_of_choice(service, experiment, rigs, rig)
     proofs, damaged = service.proofs.listed(experiment)
     context |= {
         "rows": [proof_row(experiment, each) for each in proofs],

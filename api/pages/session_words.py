@@ -5,6 +5,7 @@ from urllib.parse import urlencode
 
 from api.pages.layout import experiment_link, session_link
 from api.pages.rendering import PREFIX
+from api.pages.sentence import sentence
 from api.service.active_session import ActiveSession
 from api.service.database import SessionRow
 from api.service.proof_drives import drive_of_proof
@@ -80,23 +81,23 @@ def outcome(service: Service, row: SessionRow) -> Outcome | None:
     if state in (SessionState.ARMED, SessionState.RUNNING) and active is not None:
         return None
     if state == SessionState.DONE:
-        sentence = reason or f"The plan ran to its end with the payload {row.payload.name}"
-        return _measured(service, row, _sentence(sentence))
+        ending = reason or f"The plan ran to its end with the payload {row.payload.name}"
+        return _measured(service, row, sentence(ending))
     if state == SessionState.ABORTED:
-        return Outcome("warn", "The session was stopped.", _sentence(reason), kept, again, measured)
+        return Outcome("warn", "The session was stopped.", sentence(reason), kept, again, measured)
     if state == SessionState.FAULTED:
         todo = f"{kept} Remove the cause at the machine, then check the rig again.".strip()
-        return Outcome("fault", "A fault ended the session.", _sentence(reason), todo, again, measured)
+        return Outcome("fault", "A fault ended the session.", sentence(reason), todo, again, measured)
     if row.state == RECORDING:
-        sentence = f"The service ended while {name} was recorded. What was measured until then is kept."
+        cut_off = f"The service ended while {name} was recorded. What was measured until then is kept."
         recover = NextStep("Recover the recording", experiment_link(row.experiment, "sessions"))
-        return Outcome("warn", "The session was cut off.", sentence, "", recover)
+        return Outcome("warn", "The session was cut off.", cut_off, "", recover)
     if row.file is not None:
         return _measured(service, row, f"{name} is in the experiment.")
     go_on = NextStep("Continue the session", session_link(row.experiment, row.id))
     if active is None and row.state != SessionState.NEW:
-        sentence = f"The service was restarted after {name} was checked. Check the rig again."
-        return Outcome("warn", "Nothing has moved.", sentence, "", go_on)
+        cut_off = f"The service was restarted after {name} was checked. Check the rig again."
+        return Outcome("warn", "Nothing has moved.", cut_off, "", go_on)
     return Outcome("good", "Nothing has moved.", f"{name} is being prepared.", "", go_on)
 
 
@@ -106,7 +107,7 @@ def _of_drive(service: Service, row: SessionRow, active: ActiveSession | None) -
     assert drive is not None
     number, which = drive
     state = active.state if active is not None else SessionState(row.state)
-    reason = _sentence(
+    reason = sentence(
         for_a_page((service.sessions.reason(active) if active is not None else row.reason) or "")
     )
     back = NextStep("Continue the proof", experiment_link(row.experiment, f"proofs/{number}"))
@@ -128,15 +129,15 @@ def _of_drive(service: Service, row: SessionRow, active: ActiveSession | None) -
     return Outcome("good", "Nothing has moved.", f"A run of proof {number} is being prepared.", "", go_on)
 
 
-def _measured(service: Service, row: SessionRow, sentence: str) -> Outcome:
+def _measured(service: Service, row: SessionRow, ending: str) -> Outcome:
     """The next payload where one of the rig is not measured yet, else the result; the other one beside it."""
     result = NextStep("See the result", experiment_link(row.experiment, "model"))
     unmeasured = _unmeasured(service, row)
     if not unmeasured:
         another = NextStep("Another session", _prepare(row, row.payload.name))
-        return Outcome("good", "Measured.", sentence, "", result, another)
+        return Outcome("good", "Measured.", ending, "", result, another)
     following = NextStep(f"Next payload: {unmeasured[0]}", _prepare(row, unmeasured[0]))
-    return Outcome("good", "Measured.", sentence, "", following, result)
+    return Outcome("good", "Measured.", ending, "", following, result)
 
 
 def _unmeasured(service: Service, row: SessionRow) -> list[str]:
@@ -165,7 +166,3 @@ def _prepare(row: SessionRow, payload: str) -> str:
 def for_a_page(reason: str) -> str:
     """A reason without what it advises for the command line: the page has its own way there."""
     return "; ".join(part for part in reason.split("; ") if "`coulomb " not in part)
-
-
-def _sentence(text: str) -> str:
-    return f"{text[:1].upper()}{text[1:]}{'' if text.endswith('.') or not text else '.'}"

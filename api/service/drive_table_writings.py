@@ -30,6 +30,7 @@ from daq.rig import Rig
 from drivers.errors import DriverError
 from identify.recording.atomic_file import write_atomically
 from identify.recording.errors import InputError
+from identify.recording.first_fault import first_fault
 from identify.results.drive_tables import DriveTablesDocument
 from identify.results.reading import read_document
 
@@ -280,6 +281,4 @@ def _read(file: Path) -> TablesWriting:
     try:
         return TablesWriting.model_validate_json(file.read_bytes())
     except ValidationError as error:
-        first = error.errors()[0]
-        place = ".".join(str(part) for part in first["loc"])
-        raise InputError(f"{file}: {place}: {first['msg']}") from error
+        raise InputError(f"{file}: {first_fault(error)}") from error
