@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from api.service.envelope import envelope
-from identify.recording.atomic_file import write_atomically
 from identify.recording.errors import InputError
 from identify.simulation.free_motion import FreeMotion
 
@@ -98,11 +97,6 @@ def _kept(motion: FreeMotion) -> int:
     runs = [motion.model_q] if motion.usual_q is None else [motion.model_q, motion.usual_q]
     ended = max(int(np.isfinite(run[:, 0]).sum()) for run in runs)
     return min(len(motion.time), ended + max(1, int(AFTERWARDS * ended)))
-
-
-def write_runs(file: Path, content: bytes) -> None:
-    """Keep what `stored_runs` gave."""
-    write_atomically(file, content)
 
 
 def read_runs(file: Path, session: str, joint: int) -> FreeRunCurves | None:

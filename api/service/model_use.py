@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
 
 from api.service.experiment_store import ExperimentStore
-from api.service.free_run_curves import FreeRunCurves, read_runs, write_runs
+from api.service.free_run_curves import FreeRunCurves, read_runs
 from api.service.job_documents import JobResult
 from api.service.jobs import Job, JobRunner
 from api.service.model_story import ModelStory
@@ -60,7 +60,7 @@ class ModelUse:
             # Never the curves of one run beside the figures of another, wherever the service may be killed.
             (folder / FREE_RUNS_FILE).unlink(missing_ok=True)
             write_atomically(folder / SIMULATION_FILE, predicted.document.json_text(indent=1).encode())
-            write_runs(folder / FREE_RUNS_FILE, predicted.runs)
+            write_atomically(folder / FREE_RUNS_FILE, predicted.runs)
             return JobResult(model=model)
 
         return self._jobs.submit(

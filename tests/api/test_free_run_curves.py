@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from api.service.free_run_curves import AFTERWARDS, POINTS, read_runs, stored_runs, write_runs
+from api.service.free_run_curves import AFTERWARDS, POINTS, read_runs, stored_runs
 from identify.recording import InputError
 from identify.simulation.free_motion import FreeMotion
 
@@ -21,7 +21,7 @@ def motion(file, rows, ends=None, usual=True):
 
 def test_a_long_session_is_reduced_and_its_extremes_stay(tmp_path):
     file = tmp_path / "runs.npz"
-    write_runs(file, stored_runs([motion("a.csv", 30_000), motion("b.csv", 300, usual=False)]))
+    file.write_bytes(stored_runs([motion("a.csv", 30_000), motion("b.csv", 300, usual=False)]))
     curves = read_runs(file, "a.csv", 1)
     assert len(curves.time) <= POINTS
     assert np.nanmax(curves.position.error) == pytest.approx(0.25, abs=1e-6)
@@ -35,7 +35,7 @@ def test_a_long_session_is_reduced_and_its_extremes_stay(tmp_path):
 
 def test_what_was_measured_after_both_runs_had_ended_is_left_out_but_for_a_little(tmp_path):
     file = tmp_path / "runs.npz"
-    write_runs(file, stored_runs([motion("a.csv", 30_000, ends=1000, usual=False)]))
+    file.write_bytes(stored_runs([motion("a.csv", 30_000, ends=1000, usual=False)]))
     curves = read_runs(file, "a.csv", 0)
     assert curves.time[-1] == pytest.approx(0.002 * 1000 * (1.0 + AFTERWARDS), abs=0.01)
     assert np.isnan(curves.position.error[-1])
@@ -44,8 +44,8 @@ def test_what_was_measured_after_both_runs_had_ended_is_left_out_but_for_a_littl
 def test_stretches_of_a_record_with_holes_are_not_joined_by_a_line(tmp_path):
     file = tmp_path / "runs.npz"
     later = motion("a.csv", 200)
-    write_runs(
-        file, stored_runs([motion("a.csv", 100), FreeMotion(**{**vars(later), "time": later.time + 9.0})])
+    file.write_bytes(
+        stored_runs([motion("a.csv", 100), FreeMotion(**{**vars(later), "time": later.time + 9.0})])
     )
     curves = read_runs(file, "a.csv", 0)
     np.testing.assert_array_equal(np.flatnonzero(np.isnan(curves.time)), [100])
