@@ -154,6 +154,9 @@ def test_recover_closes_what_a_kill_of_everything_left_and_says_so(parent, tmp_p
     recorder = parent.children[1]
     folder = tmp_path / "experiment"
     (path,) = (folder / "incomplete").glob("session-*.h5")
+    log = path.with_name(path.stem + ".log.gz")
+    # The drive moves before the recorder's first flush: wait until there is something that a kill can leave.
+    wait_until(lambda: log.stat().st_size)
     assert being_written(path)
     assert recover_experiment(folder, "not yet") == []
     for process in (parent.pid, *parent.children):
@@ -173,5 +176,4 @@ def test_recover_closes_what_a_kill_of_everything_left_and_says_so(parent, tmp_p
     with h5py.File(path) as file:
         assert len(file["cycle"]) == session["samples"]
         assert file.attrs["status"] == "faulted"
-    log = path.with_name(path.stem + ".log.gz")
     assert gzip.decompress(log.read_bytes()).endswith(b"\n")
