@@ -8,7 +8,7 @@ from identify.export.exported_model import ExportedModel, Torque
 from identify.export.expression_code import C, literal, one_line, torque_text
 
 HEADER = """/* Inverse dynamics of {experiment}, model {name}: torque of each joint from its motion. Written by coulomb.
- * SI units, joint space: rad or m, s, kg, N m or N. Joints in their order from the base: {joints}. */
+ * SI units, joint space: rad or m, s, kg, N m or N. Joints in their order from the base: {joints}.{remarks} */
 #ifndef {guard}
 #define {guard}
 
@@ -223,6 +223,7 @@ def c_code(model: ExportedModel, stem: str) -> tuple[str, str]:
     shared = {
         "experiment": _comment(model.experiment),
         "name": _comment(model.name),
+        "remarks": "".join(f"\n * Remark: {_comment(remark)}." for remark in model.remarks),
         "joints": _comment(", ".join(geometry.names)),
         "guard": f"{prefix.upper()}_H",
         "PREFIX": prefix.upper(),

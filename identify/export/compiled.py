@@ -25,13 +25,14 @@ def compiler_here() -> str | None:
     return shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 
 
-def compile_library(compiler: str, sources: Sequence[Path], library: Path) -> None:
+def compile_library(compiler: str, sources: Sequence[Path], library: Path, *options: str) -> None:
     """Compile C sources into a shared library.
 
+    options : of the compiler, beside those that every library is made with
     Raises InputError: the compiler refuses a source.
     """
     files = [str(source) for source in sources]
-    command = [compiler, "-std=c99", "-O2", "-fPIC", "-shared", "-o", str(library), *files, "-lm"]
+    command = [compiler, "-std=c99", "-O2", "-fPIC", "-shared", *options, "-o", str(library), *files, "-lm"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise InputError(

@@ -82,29 +82,31 @@ C = Dialect(
     "pow",
     _SIGNALS,
 )
-STRUCTURED_TEXT = Dialect(
-    {
-        "sign": "SIGN_OF",
-        "abs": "ABS",
-        "exp": "EXP",
-        "log": "LN",
-        "sqrt": "SQRT",
-        "sin": "SIN",
-        "cos": "COS",
-        "tan": "TAN",
-        "tanh": "TANH_OF",
-        "atan": "ATAN",
-        "min": "MIN",
-        "max": "MAX",
-        "finite": "FINITE_OF",
-    },
-    "EXPT",
-    {
-        signal: array.upper() + bracket + index
-        for signal, name in _SIGNALS.items()
-        for array, bracket, index in [name.partition("[")]
-    },
-)
+_STRUCTURED_TEXT_FUNCTIONS = {
+    "abs": "ABS",
+    "exp": "EXP",
+    "log": "LN",
+    "sqrt": "SQRT",
+    "sin": "SIN",
+    "cos": "COS",
+    "tan": "TAN",
+    "atan": "ATAN",
+    "min": "MIN",
+    "max": "MAX",
+}
+_STRUCTURED_TEXT_SIGNALS = {
+    signal: array.upper() + bracket + index
+    for signal, name in _SIGNALS.items()
+    for array, bracket, index in [name.partition("[")]
+}
+
+
+def structured_text_dialect(block: str) -> Dialect:
+    """Structured text of a function block; what the standard has no function for bears the block's name before its beside, so
+    that several models stand in one project."""
+    beside = {name: f"{block}_{name.upper()}" for name in ("sign", "tanh", "finite")}
+    return Dialect(_STRUCTURED_TEXT_FUNCTIONS | beside, "EXPT", _STRUCTURED_TEXT_SIGNALS)
+
 
 _OPERATORS: Mapping[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 

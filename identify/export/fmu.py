@@ -41,6 +41,10 @@ PAYLOAD = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
 WARM = "20"
 """°C where nothing else is set"""
 
+ONLY_WHAT_IS_SHOWN = "-fvisibility=hidden"
+"""the library gives the functions of the standard alone: two units of one file name, loaded into one program, would otherwise
+call each other's model"""
+
 PACKED = (1980, 1, 1, 0, 0, 0)
 """the earliest date of a ZIP archive, for all entries: the same model is packed into the same file"""
 
@@ -70,7 +74,10 @@ def fmu(model: ExportedModel, stem: str, compiler: str | None) -> bytes:
                 (Path(folder) / name).write_text(text, encoding="utf-8")
             library = Path(folder) / f"{prefix}{library_ending()}"
             compile_library(
-                compiler, [Path(folder) / name for name in sources if name.endswith(".c")], library
+                compiler,
+                [Path(folder) / name for name in sources if name.endswith(".c")],
+                library,
+                ONLY_WHAT_IS_SHOWN,
             )
             files[f"binaries/{platform_name()}/{library.name}"] = library.read_bytes()
     packed = io.BytesIO()

@@ -8,7 +8,7 @@ from identify.export.expression_code import PYTHON, one_line, torque_text
 TEMPLATE = '''"""Inverse dynamics of {experiment}, model {name}: torque of each joint from its motion. Written by coulomb.
 
 SI units, joint space: rad or m, s, kg, N m or N. Every array has the joints first: (n,) for one instant or (n, samples).
-"""
+{remarks}"""
 
 import numpy as np
 
@@ -139,6 +139,7 @@ def python_code(model: ExportedModel) -> str:
     return TEMPLATE.format(
         experiment=_quoted(model.experiment),
         name=_quoted(model.name),
+        remarks="".join(f"\nRemark: {_quoted(remark)}.\n" for remark in model.remarks),
         joints=list(geometry.names),
         gravity=_array(geometry.gravity),
         frames=frames,

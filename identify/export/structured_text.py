@@ -6,22 +6,22 @@ import re
 
 from identify.export.c_code import c_name
 from identify.export.exported_model import ExportedModel, Torque
-from identify.export.expression_code import STRUCTURED_TEXT, literal, one_line, torque_text
+from identify.export.expression_code import Dialect, literal, one_line, structured_text_dialect, torque_text
 
-FUNCTIONS = """FUNCTION SIGN_OF : LREAL
+FUNCTIONS = """FUNCTION {block}_SIGN : LREAL
 VAR_INPUT
     X : LREAL;
 END_VAR
 IF X > 0.0 THEN
-    SIGN_OF := 1.0;
+    {block}_SIGN := 1.0;
 ELSIF X < 0.0 THEN
-    SIGN_OF := -1.0;
+    {block}_SIGN := -1.0;
 ELSE
-    SIGN_OF := 0.0;
+    {block}_SIGN := 0.0;
 END_IF;
 END_FUNCTION
 
-FUNCTION TANH_OF : LREAL
+FUNCTION {block}_TANH : LREAL
 VAR_INPUT
     X : LREAL;
 END_VAR
@@ -29,20 +29,20 @@ VAR
     E : LREAL;
 END_VAR
 E := EXP(-2.0 * ABS(X));
-TANH_OF := SIGN_OF(X) * (1.0 - E) / (1.0 + E);
+{block}_TANH := {block}_SIGN(X) * (1.0 - E) / (1.0 + E);
 END_FUNCTION
 """
 
 FINITE = """
-FUNCTION FINITE_OF : LREAL
+FUNCTION {block}_FINITE : LREAL
 VAR_INPUT
     X : LREAL;
 END_VAR
 (* no comparison holds with what is no number *)
 IF ABS(X) < 1.0E308 THEN
-    FINITE_OF := X;
+    {block}_FINITE := X;
 ELSE
-    FINITE_OF := 0.0;
+    {block}_FINITE := 0.0;
 END_IF;
 END_FUNCTION
 """
@@ -55,14 +55,14 @@ TAKEN = frozenset(
     ELSIF EQ EXIT EXP EXPT FALSE FIND FOR FROM FUNCTION GE GT IF INSERT INT LE LEFT LEN LIMIT LINT LN LOG LREAL LT LWORD MAX MID
     MIN MOD MOVE MUL MUX NE NOT NULL OF ON OR PROGRAM REAL REF REPEAT REPLACE RESOURCE RETURN RIGHT ROL ROR SEL SHL SHR SIN SINT
     SQRT STEP STRING STRUCT SUB TAN TASK THEN TIME TO TOD TRANSITION TRUE TRUNC TYPE UDINT UINT ULINT UNTIL USINT VAR WHILE WITH
-    WORD WSTRING XOR SIGN_OF TANH_OF FINITE_OF X E
+    WORD WSTRING XOR X E
     Q DQ DDQ T TEMP PAYLOAD TORQUE LAST GRAVITY DH_ALPHA DH_D DH_THETA DH_R PRISMATIC BODY LINK LOAD DIRECTION WHOLE MOTOR_DQ
     MOTOR_DDQ TURN PLACE FORCE MOMENT RATE CHANGE ACCELERATION WA WB ANGLE ALONG COS_A SIN_A COS_T SIN_T AX AY AZ UX UY UZ J K
     STATE BEFORE BEGUN TRAVEL
     """,
     )
 )
-"""words of IEC 61131-3, and names inside the exported text"""
+"""words of IEC 61131-3, and names of variables inside the exported text"""
 
 RECURSION = """(* tau_out of eq. (6): inertia, Coriolis, centrifugal and gravity torque, by the recursion of Newton and Euler *)
 FOR K := 0 TO 2 DO
@@ -165,6 +165,10 @@ def structured_text(model: ExportedModel, stem: str) -> str:
     It is called once a cycle with the motion of that cycle; states of presliding stay in the block from call to call.
     """
     n, last, geometry = model.joints, model.joints - 1, model.geometry
+    block = block_name(stem)
+    dialect = structured_text_dialect(block)
+    sign = dialect.functions["sign"]
+    functions = (FUNCTIONS + (FINITE if model.may_have_no_value else "")).format(block=block)
     links = model.standard.reshape(n, -1)
     states = model.memories
     one = f"ARRAY[0..{last}] OF LREAL"
@@ -175,6 +179,7 @@ def structured_text(model: ExportedModel, stem: str) -> str:
         return ", ".join(literal(float(value)).strip("()") for value in values)
 
     names = _comment(", ".join(geometry.names))
+    remarks = "".join(f"\n   Remark: {_comment(remark)}." for remark in model.remarks)
     memory = ""
     if states:
         memory = (
@@ -183,9 +188,9 @@ def structured_text(model: ExportedModel, stem: str) -> str:
         )
     declared = f"""(* Inverse dynamics of {_comment(model.experiment)}, model {_comment(model.name)}:
    torque of each joint from its motion. Written by coulomb.
-   SI units, joint space: rad or m, s, kg, N m or N. Joints from the base: {names}. *)
-{FUNCTIONS}{FINITE if model.may_have_no_value else ""}
-FUNCTION_BLOCK {block_name(stem)}
+   SI units, joint space: rad or m, s, kg, N m or N. Joints from the base: {names}.{remarks} *)
+{functions}
+FUNCTION_BLOCK {block}
 VAR_INPUT
     Q : {one};
     DQ : {one};
@@ -229,7 +234,7 @@ VAR
 """
     body = [RECURSION]
     for joint in range(n):
-        body.append(f"DIRECTION[{joint}] := SIGN_OF(DQ[{joint}]);\n")
+        body.append(f"DIRECTION[{joint}] := {sign}(DQ[{joint}]);\n")
         for name, speed in (("MOTOR_DQ", "DQ"), ("MOTOR_DDQ", "DDQ")):
             terms = [
                 f"{literal(float(share))} * {speed}[{row}]"
@@ -238,17 +243,17 @@ VAR
             ]
             body.append(f"{name}[{joint}] := {' + '.join(terms) or '0.0'};\n")
     if states:
-        body.append(_memory(states, n))
+        body.append(_memory(states, n, sign))
     body += [f"TORQUE[{joint}] := LOAD[{joint}];\n" for joint in range(n)]
     first, late = model.in_order
-    body += [_line(model, torque) for torque in first]
+    body += [_line(model, torque, dialect) for torque in first]
     if late:
         body += [f"WHOLE[{joint}] := TORQUE[{joint}];\n" for joint in range(n)]
-        body += [_line(model, torque) for torque in late]
+        body += [_line(model, torque, dialect) for torque in late]
     return declared + "".join(body) + "END_FUNCTION_BLOCK\n"
 
 
-def _memory(states: tuple[Torque, ...], joints: int) -> str:
+def _memory(states: tuple[Torque, ...], joints: int, sign: str) -> str:
     """Statements that move the states of presliding on since the last call."""
     lines = []
     for index, torque in enumerate(states):
@@ -256,15 +261,15 @@ def _memory(states: tuple[Torque, ...], joints: int) -> str:
         lines.append(
             f"IF NOT BEGUN THEN\n    STATE[{index}] := DIRECTION[{torque.row}];\nELSE\n"
             f"    TRAVEL := Q[{torque.row}] - BEFORE[{torque.row}];\n    IF ABS(TRAVEL) > 0.0 THEN\n"
-            f"        STATE[{index}] := SIGN_OF(TRAVEL) + (STATE[{index}] - SIGN_OF(TRAVEL)) * EXP(-ABS(TRAVEL) / {distance});\n"
+            f"        STATE[{index}] := {sign}(TRAVEL) + (STATE[{index}] - {sign}(TRAVEL)) * EXP(-ABS(TRAVEL) / {distance});\n"
             "    END_IF;\nEND_IF;\n"
         )
     lines += [f"BEFORE[{joint}] := Q[{joint}];\n" for joint in range(joints)]
     return "".join(lines) + "BEGUN := TRUE;\n"
 
 
-def _line(model: ExportedModel, torque: Torque) -> str:
-    text = torque_text(model, torque, STRUCTURED_TEXT)
+def _line(model: ExportedModel, torque: Torque, dialect: Dialect) -> str:
+    text = torque_text(model, torque, dialect)
     return f"(* {torque.effect} *)\nTORQUE[{torque.row}] := TORQUE[{torque.row}] + {text};\n"
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from identify.dynamics.inverse_dynamics import InverseDynamics
 from identify.estimation.context import contexts
+from identify.estimation.doubts import predicts_worse
 from identify.estimation.small_algebra import single_threaded
 from identify.export.bodies import feasible_standard
 from identify.export.c_code import c_code, c_name
@@ -192,6 +193,7 @@ def _certificate(
         for joint, (kept, approximated, lost), before, error in listed
     )
     linear = [LINEAR_S_ERROR] if result.structured is not None and result.form == "linear" else []
+    worse = predicts_worse(result.fitted, result.relative_error, result.relative_error_validation)
     return Certificate(
         target=target.name,
         kind=KINDS[target.suffix],
@@ -200,7 +202,13 @@ def _certificate(
         joints=joints,
         checked_with=measured.by,
         not_measured=measured.not_measured,
-        remarks=(*model.remarks, *linear, *made.remarks, *_disagreements(joints)),
+        remarks=(
+            *model.remarks,
+            *([worse] if worse else []),
+            *linear,
+            *made.remarks,
+            *_disagreements(joints),
+        ),
     )
 
 

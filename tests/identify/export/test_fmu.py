@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import shutil
 import subprocess
 from io import BytesIO
@@ -59,6 +60,16 @@ def test_fmpy_finds_nothing_wrong_with_the_unit(unit):
     assert shown["q1"] == ("input", "rad")
     assert shown["torque1"] == ("output", "N.m")
     assert shown["payload_MX"] == ("parameter", "kg.m")
+
+
+def test_the_binary_shows_the_functions_of_the_standard_and_nothing_else(unit, tmp_path):
+    """Two units of one name in one program: neither may call the other's model."""
+    folder = Path(fmpy.extract(unit, tmp_path / "unpacked"))
+    (binary,) = (folder / "binaries").rglob("arm_1.*")
+    library = ctypes.CDLL(str(binary))
+    assert library.fmi3GetVersion is not None
+    for own in ("arm_1_torque", "arm_1_rigid_torque", "arm_1_memory_after"):
+        assert not hasattr(library, own)
 
 
 def test_the_unit_is_the_model_on_held_out_motion(result, unit):

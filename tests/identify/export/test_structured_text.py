@@ -8,6 +8,7 @@ import pytest
 
 from identify.export.exported_model import exported_model
 from identify.export.formula_torque import module_of, module_torque
+from identify.export.iec61131.parser import Parser
 from identify.export.structured_text import TAKEN, block_name, structured_text
 from identify.export.structured_text_torque import structured_text_torque
 from identify.identification import identify
@@ -53,6 +54,19 @@ def test_the_structured_text_is_opened_by_a_parser_of_the_standard_that_is_not_o
 )
 def test_the_block_s_name_is_one_that_the_standard_allows(stem, name):
     assert block_name(stem) == name
+
+
+def test_two_models_stand_in_one_project(result, motion, tmp_path):
+    """Their functions have the blocks' names before their own; a reader of the standard refuses two of one name."""
+    model = exported_model(result)
+    texts = [structured_text(model, stem) for stem in ("left-arm", "right-arm")]
+    named = [set(re.findall(r"^FUNCTION(?:_BLOCK)? (\w+)", text, flags=re.MULTILINE)) for text in texts]
+    assert named[0] == {name.replace("RIGHT", "LEFT") for name in named[1]}
+    units = Parser("\n".join(texts), "project.st").units()
+    assert set(units) == named[0] | named[1]
+    called = [set(re.findall(r"\w+_(?:SIGN|TANH|FINITE)(?=\()", text)) for text in texts]
+    for own, names in zip(called, named, strict=True):
+        assert own <= names
 
 
 def test_no_name_inside_the_block_can_be_its_own(plant):

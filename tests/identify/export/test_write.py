@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from identify.export.write import export, write_export
@@ -28,6 +30,19 @@ def test_targets_are_written_whole_with_a_certificate(plant, tmp_path):
     document = ExportedModelDocument.model_validate_json((tmp_path / "arm.json").read_text())
     assert [own.effect for own in document.torques] == ["viscous", "coulomb", "offset", "stribeck"]
     assert not [path.name for path in tmp_path.iterdir() if path.name.startswith(".")]
+
+
+def test_a_model_that_no_machine_can_be_is_exported_with_a_remark_in_file_and_certificate(plant, tmp_path):
+    """A drive gain of the wrong sign: the estimate has a negative inertia, and its friction is held at nothing."""
+    (joint,) = plant.robot.joints
+    reversed_drive = joint.model_copy(update={"drive_gain": -joint.drive_gain})
+    robot = plant.robot.model_copy(update={"joints": (reversed_drive,)})
+    result = identify(replace(plant, robot=robot), "usual")
+    for name, shown in (("arm.c", "arm.h"), ("arm.py", "arm.py"), ("arm.st", "arm.st")):
+        certificate = write_export(result, tmp_path / name)
+        said = [remark for remark in certificate.remarks if "negative, which no mass" in remark]
+        assert said
+        assert f"Remark: {said[0]}." in (tmp_path / shown).read_text()
 
 
 @pytest.mark.parametrize(
