@@ -71,7 +71,11 @@ class Recorder:
         self._rows = RingReader(order.rows)
         self._frames = RingReader(order.frames)
         self._log = RawLog(raw_log_of(order.path), order.description.rig.bus.channel, claimed=order.claimed)
-        self.file = RecordingFile(order.path, order.description)
+        try:
+            self.file = RecordingFile(order.path, order.description)
+        except OSError:
+            self._log.close()
+            raise
         self.lost_rows = 0
         self.lost_frames = 0
         self._waiting: deque[NDArray[Any]] = deque()

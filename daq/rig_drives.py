@@ -228,9 +228,12 @@ class RigDrives:
         """Leave the drives without power and silent, as far as they answer, and leave the bus.
 
         A drive that is not read back without power goes on watching our heartbeat, which ends now: so it stops by itself.
+        One that was only looked at is left as it was found: somebody else may be moving its axis.
         """
         try:
             for drive in self.drives:
+                if drive.is_as_found:
+                    continue
                 with contextlib.suppress(DriverError), drive.sdo.hurried(_CLOSING_ANSWER, 1):
                     drive.disable()
                     if self.rig.bus.interface != "virtual":

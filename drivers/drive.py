@@ -243,6 +243,7 @@ class Drive(ManagedNode):
     def _ask_at_once(self, command: Command) -> None:
         index = cia402.CONTROLWORD
         request = bytes((0x2B, index & 0xFF, index >> 8, 0, command.value, 0, 0, 0))
+        self._was_commanded = True
         self.network.send(0x600 + self.node, request)
 
     # ---- process data ----

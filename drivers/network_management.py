@@ -35,6 +35,16 @@ class ManagedNode(StateMachine):
         self.set_up_remarks: list[str] = []
         """What was done otherwise than usual while it was set up, in words."""
         self._boot_ups_expected = 0
+        self._was_commanded = False
+
+    @property
+    def is_as_found(self) -> bool:
+        """Whether nothing was written to it and no command was sent to it: it may be somebody else's."""
+        return not (self._was_commanded or self.sdo.has_written)
+
+    def _command_nmt(self, command: int) -> None:
+        self._was_commanded = True
+        self.network.send(0, bytes((command, self.node)))
 
     # ---- signs of life ----
 
@@ -150,7 +160,7 @@ class ManagedNode(StateMachine):
         command, wanted = NMT_COMMANDS[name]
         # A heartbeat that was on its way before the command says nothing about it.
         self.watch.nmt_state = None
-        self.network.send(0, bytes((command, self.node)))
+        self._command_nmt(command)
 
         def reached() -> bool:
             return self.watch.nmt_state == wanted
@@ -174,7 +184,7 @@ class ManagedNode(StateMachine):
         """
         before = self.watch.boot_ups
         self._boot_ups_expected = before + 1
-        self.network.send(0, bytes((NMT_RESET_NODE, self.node)))
+        self._command_nmt(NMT_RESET_NODE)
         if not self.watch.wait_for(lambda: self.watch.boot_ups > before, self.timeouts.boot):
             raise DriveError(
                 self.node,
@@ -186,8 +196,8 @@ class ManagedNode(StateMachine):
     def reset_at_once(self) -> None:
         """NMT stop and reset, without waiting: a drive boots without power. Raises BusError when the bus refuses."""
         self._boot_ups_expected = self.watch.boot_ups + 1
-        self.network.send(0, bytes((NMT_COMMANDS["STOPPED"][0], self.node)))
-        self.network.send(0, bytes((NMT_RESET_NODE, self.node)))
+        self._command_nmt(NMT_COMMANDS["STOPPED"][0])
+        self._command_nmt(NMT_RESET_NODE)
 
     def expect_no_restart(self) -> None:
         """From now on a boot-up that nobody asked for is a restart."""

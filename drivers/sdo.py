@@ -66,6 +66,8 @@ class SdoAccess:
         vars(self._client)["request_response"] = self._ask
         self._lock = threading.RLock()
         self._segments = 0
+        self.has_written = False
+        """whether any object of the node was to be written, whatever became of it"""
 
     @contextlib.contextmanager
     def hurried(self, timeout: float, retries: int = 0) -> Generator[None]:
@@ -167,6 +169,7 @@ class SdoAccess:
             data = struct.pack(_FORMATS[kind], value)
         except struct.error as error:
             raise ValueError(f"{value} does not fit object 0x{index:04X}:{subindex:02X} ({kind})") from error
+        self.has_written = True
         with self._lock:
             try:
                 self._client.download(index, subindex, data)

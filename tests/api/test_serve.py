@@ -1,6 +1,5 @@
 """`coulomb serve`, `users` and `reindex` as real processes."""
 
-import io
 import json
 import os
 import re
@@ -9,14 +8,11 @@ import subprocess
 import sys
 import threading
 import time
-from dataclasses import dataclass
 
 import httpx
 import pytest
-import typer
 from websockets.sync.client import connect
 
-from api import command_line
 from api.client import Client
 from daq.recovery import recording_state
 
@@ -35,38 +31,6 @@ def coulomb(*arguments, data, **options):
         check=False,
         **options,
     )
-
-
-@dataclass(frozen=True)
-class Answered:
-    """What a command left: as `subprocess.run` says it."""
-
-    returncode: int
-    stdout: str
-    stderr: str
-
-
-@pytest.fixture
-def coulomb_here(data_folder, capsys, monkeypatch):
-    """The command line within this process, which spares the seconds that a new one takes to begin."""
-
-    def run(*arguments, given=None) -> Answered:
-        application = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
-        application.callback()(command_line.coulomb)
-        monkeypatch.setattr(command_line, "application", application)
-        monkeypatch.setenv("COULOMB_DATA", str(data_folder))
-        monkeypatch.setattr(sys, "argv", ["coulomb", *arguments])
-        monkeypatch.setattr(sys, "stdin", io.StringIO(given or ""))
-        capsys.readouterr()
-        try:
-            command_line.main()
-            status = 0
-        except SystemExit as ended:
-            status = ended.code if isinstance(ended.code, int) else 0
-        said = capsys.readouterr()
-        return Answered(status, said.out, said.err)
-
-    return run
 
 
 @pytest.fixture

@@ -51,7 +51,9 @@ def test_nothing_is_written_to_a_drive_that_has_power(still_rig, powered):
     assert written == []
     assert node.nmt_state == 5
     assert node.drive.machine.state is State.OPERATION_ENABLED
-    drives.network.close()
+    drives.close()
+    assert written == []
+    assert (node.nmt_state, node.drive.machine.state) == (5, State.OPERATION_ENABLED), "it may be another's"
     (joint,) = reset_drives(still_rig)
     assert joint.ok
     assert "had power (OPERATION ENABLED), which was taken" in joint.words

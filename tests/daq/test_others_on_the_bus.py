@@ -9,12 +9,19 @@ from daq.rig_check import check_rig
 from daq.rig_drives import RigDrives
 from daq.simulated_rig import simulated_rig
 from drivers.bus import open_bus
+from drivers.cia402 import Command, State
+from drivers.simulated import process_image as slot
 
 
 def checked_beside(rig: Rig, can_id: int):
-    """The check of a rig while somebody else sends a frame over and over."""
+    """The check of a rig, whose drive moves an axis, while somebody else sends a frame over and over."""
     ended = threading.Event()
-    with simulated_rig(rig, rig.payload("none")), open_bus(rig.bus) as stranger:
+    with simulated_rig(rig, rig.payload("none")) as on, open_bus(rig.bus) as stranger:
+        (node,) = on.nodes
+        for command in (Command.SHUTDOWN, Command.SWITCH_ON, Command.ENABLE_OPERATION):
+            node.drive.image[slot.CONTROLWORD] = command.value
+            node.drive.take_controlword()
+        node.take_nmt(1, node.node)
 
         def send() -> None:
             while not ended.wait(0.005):
@@ -29,6 +36,8 @@ def checked_beside(rig: Rig, can_id: int):
             ended.set()
             thread.join()
             drives.close()
+            assert (node.nmt_state, node.drive.machine.state) == (5, State.OPERATION_ENABLED)
+            assert [frame for frame in stranger.take() if frame[1] == 0 or frame[1] & 0x780 == 0x600] == []
 
 
 @pytest.mark.parametrize(

@@ -6,24 +6,10 @@ import pytest
 
 from daq.recording_verdict import _AROUND, RecordingVerdict, _cycles_behind
 from daq.recovery import recover_experiment
-from daq.samples import COMMAND_CAME, POSITION_CAME, Phase, sample_dtype
 from daq.session_events import SessionState
 from identify.recording import load_experiment
+from tests.daq.recorded_swing import recorded_swing
 from tests.daq.rig_variants import with_faults
-
-WHOLE = POSITION_CAME | COMMAND_CAME
-
-
-def recorded(rig, seconds: float = 8.0) -> np.ndarray:
-    """A swing as a drive would answer it."""
-    rows = np.zeros(round(seconds / rig.cycle), sample_dtype(1))
-    rows["cycle"] = np.arange(len(rows)) + 1000
-    time = rows["cycle"] * rig.cycle
-    position = 0.5 * np.sin(2 * np.pi * 0.3 * time) / rig.position_matrix[0, 0]
-    rows["position"][:, 0] = rows["setpoint"][:, 0] = np.rint(position)
-    rows["command"][:, 0] = np.rint(500 * np.sin(2 * np.pi * 0.3 * time) + 20 * np.sin(40 * time))
-    rows["phase"], rows["valid"] = Phase.PLAN, WHOLE
-    return rows
 
 
 def problems(rig, rows: np.ndarray, block: int = 37) -> list[str]:
@@ -39,14 +25,14 @@ def lose(rows: np.ndarray, lost: np.ndarray) -> None:
 
 
 def test_nothing_is_said_of_a_good_recording(rig):
-    assert problems(rig, recorded(rig)) == []
+    assert problems(rig, recorded_swing(rig)) == []
 
 
 def test_few_losses_are_borne_and_many_are_said(rig):
-    rows = recorded(rig)
+    rows = recorded_swing(rig)
     lose(rows, np.arange(0, len(rows), 50))
     assert problems(rig, rows) == []
-    rows = recorded(rig)
+    rows = recorded_swing(rig)
     lose(rows, np.arange(0, len(rows), 2))
     (said,) = problems(rig, rows)
     assert "only 50 % of the rows have an answer of every drive, 90 % are needed" in said
@@ -55,7 +41,7 @@ def test_few_losses_are_borne_and_many_are_said(rig):
 @pytest.mark.parametrize("block", [1, 16, 500])
 @pytest.mark.parametrize("begin", [400, 1500, 3777])
 def test_answers_that_fall_behind_by_a_cycle_and_stay_so_are_seen_where_it_began(rig, begin, block):
-    rows = recorded(rig)
+    rows = recorded_swing(rig)
     late = rows.copy()
     for name in ("position", "command"):
         late[name][begin + 1 :] = rows[name][begin:-1]
@@ -68,18 +54,18 @@ def test_answers_that_fall_behind_by_a_cycle_and_stay_so_are_seen_where_it_began
 
 
 def test_a_current_that_does_not_move_is_said_and_one_that_rests_is_not(rig):
-    rows = recorded(rig)
+    rows = recorded_swing(rig)
     rows["command"] = 0
     (said,) = problems(rig, rows)
     assert "the current stood at 0 counts for" in said
     assert "the drive's profile" in said
-    rows = recorded(rig)
+    rows = recorded_swing(rig)
     rows["setpoint"][:2000], rows["command"][:2000] = rows["setpoint"][0], 7
     assert problems(rig, rows) == []
 
 
 def test_answers_that_come_twice_are_said(rig):
-    rows = recorded(rig)
+    rows = recorded_swing(rig)
     rows["valid"][::3] |= 0x10
     (said,) = problems(rig, rows)
     assert "33 % of the answers came more than once" in said

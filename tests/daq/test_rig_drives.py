@@ -78,6 +78,32 @@ def test_drives_are_left_silent_and_where_they_answer(still_rig, powered):
     assert (node.nmt_state, node.heartbeat_period) == (127, 0.0)
 
 
+@pytest.mark.parametrize(
+    ("touch", "left"),
+    [
+        (lambda drive: drive.state(), State.OPERATION_ENABLED),
+        (lambda drive: drive.produce_heartbeat(0.1), State.SWITCH_ON_DISABLED),
+        (
+            lambda drive: (drive.produce_heartbeat(0.1), drive.set_nmt_state("OPERATIONAL")),
+            State.SWITCH_ON_DISABLED,
+        ),
+        (lambda drive: drive.quick_stop_at_once(), State.SWITCH_ON_DISABLED),
+    ],
+    ids=["read", "written", "NMT", "asked at once"],
+)
+def test_power_is_taken_on_leaving_from_a_drive_that_was_touched_and_from_no_other(
+    still_rig, powered, touch, left
+):
+    (node,) = powered.nodes
+    for command in (Command.SHUTDOWN, Command.SWITCH_ON, Command.ENABLE_OPERATION):
+        node.drive.image[slot.CONTROLWORD] = command.value
+        node.drive.take_controlword()
+    drives = RigDrives(still_rig)
+    touch(drives.drives[0])
+    drives.close()
+    assert node.drive.machine.state is left
+
+
 def test_power_is_taken_from_a_drive_whose_master_has_gone(still_rig, powered):
     node = powered.nodes[0]
     for command in (Command.SHUTDOWN, Command.SWITCH_ON, Command.ENABLE_OPERATION):
