@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from drivers.compensation_objects import CompensationObjects
 from drivers.errors import DriverError
+from drivers.first_fault import first_fault
 from drivers.object_kinds import OBJECT_KINDS, ObjectType
 from drivers.servo_objects import ServoObjects
 
@@ -196,6 +197,4 @@ def _parsed(path: Path) -> DriveProfile:
     try:
         return DriveProfile.model_validate(content)
     except ValidationError as error:
-        first = error.errors()[0]
-        field = ".".join(str(part) for part in first["loc"]) or "profile"
-        raise ProfileError(f"{path}: {field}: {first['msg']}") from error
+        raise ProfileError(f"{path}: {first_fault(error)}") from error

@@ -12,11 +12,13 @@ from api.pages.figures.column_outline import column_outline
 from api.pages.form_input import input_errors_as_problems
 from api.pages.layout import experiment_link, frame
 from api.pages.rendering import PREFIX, Context, page
+from api.pages.sentence import sentence
 from api.service import access
 from api.service.experiment_upload import UploadedFile, uploaded
 from api.service.problems import Problem
 from api.service.record_documents import CanLogImport, Dialect, RecordDescription, RecordImport
 from api.service.request_body import FORM_OF_RECORDS, MOST_RECORDS
+from identify.recording.first_fault import fault_of
 from identify.results.document import Json
 
 router = APIRouter(prefix=f"{PREFIX}/records", include_in_schema=False, form_limits=FORM_OF_RECORDS)
@@ -253,11 +255,9 @@ def _checked(wanted: Json, kind: type[Document]) -> Document:
     try:
         return kind.model_validate(wanted)
     except ValidationError as error:
-        fault = error.errors()[0]
-        field = " ".join(
-            str(part + 1) if isinstance(part, int) else part.replace("_", " ") for part in fault["loc"]
-        )
-        raise Problem(422, f"{field[:1].upper()}{field[1:]}: {fault['msg']}.") from error
+        place, mistake = fault_of(error)
+        field = " ".join(str(part + 1) if isinstance(part, int) else part.replace("_", " ") for part in place)
+        raise Problem(422, sentence(f"{field}: {mistake}")) from error
 
 
 def _number(typed: str, field: str, whole: bool = False) -> float:

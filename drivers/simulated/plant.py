@@ -5,6 +5,7 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
+from drivers.first_fault import first_fault
 from drivers.simulated.arm import Arm
 from drivers.simulated.elastic_arm import ElasticArm
 from drivers.simulated.hidden_effect_settings import Backlash, Elasticity
@@ -25,10 +26,7 @@ def read_plant_settings(section: Mapping[str, Any]) -> ArmSettings | RobotSettin
     try:
         return TypeAdapter[ArmSettings | RobotSettings](PlantSettings).validate_python(section)
     except ValidationError as error:
-        problem = error.errors(include_url=False)[0]
-        field = ".".join(str(part) for part in ("simulated", "plant", *problem["loc"]))
-        fault = problem["msg"].removeprefix("Value error, ")
-        raise PlantSettingsError(f"{field}: {fault}") from None
+        raise PlantSettingsError(first_fault(error, "simulated", "plant")) from None
 
 
 def build_mechanism(

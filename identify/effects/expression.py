@@ -18,7 +18,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field
 
 from identify.effects.conditions import TEMPERATURE
 from identify.effects.effect import Constants, Effect, number
@@ -26,6 +26,7 @@ from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter
 from identify.effects.picture import picture_over
 from identify.recording.errors import InputError
+from identify.recording.experiment_file import check_settings
 from identify.recording.strict_yaml import read_strict_yaml
 
 SIGNALS: Mapping[str, str] = {
@@ -187,14 +188,7 @@ def load_own_effect(path: Path) -> OwnEffect:
     Raises InputError: the file is no effect; names file, field and what would be right.
     """
     content, lines = read_strict_yaml(path)
-    try:
-        settings = OwnEffectFile.model_validate(content)
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"]) or "the file"
-        line = lines.get(tuple(part for part in first["loc"] if not isinstance(part, bytes)))
-        at = f" line {line}:" if line else ""
-        raise InputError(f"{path}:{at} {where}: {first['msg']}") from None
+    settings = check_settings(OwnEffectFile, content, lines, path)
     try:
         return OwnEffect(settings)
     except ValueError as error:

@@ -2,10 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     from pydantic import ValidationError
+
+
+class Fault(NamedTuple):
+    """One thing that is wrong: `place`, names of fields and numbers of items from the outside in, and the mistake there."""
+
+    place: tuple[str | int, ...]
+    mistake: str
+
+
+def fault_of(error: ValidationError) -> Fault:
+    """The first fault; of a text that is no JSON it has no place."""
+    fault = error.errors(include_url=False)[0]
+    return Fault(fault["loc"], fault["msg"].removeprefix("Value error, "))
 
 
 def first_fault(error: ValidationError, *above: str) -> str:
@@ -13,7 +26,6 @@ def first_fault(error: ValidationError, *above: str) -> str:
 
     above : names of the sections that the checked values stand in
     """
-    fault = error.errors(include_url=False)[0]
-    field = ".".join(str(part) for part in (*above, *fault["loc"]))
-    mistake = fault["msg"].removeprefix("Value error, ")
+    place, mistake = fault_of(error)
+    field = ".".join(str(part) for part in (*above, *place))
     return f"{field}: {mistake}" if field else mistake

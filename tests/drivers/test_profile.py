@@ -95,12 +95,12 @@ def test_a_user_s_own_profile_is_read_from_its_path(tmp_path):
         (
             "unit: A, sign: -1}",
             "unit: A}\nrated: {index: 0x6076, type: uint32, unit: N m}",
-            r"mine\.yaml: profile: .*rated is for a current_reference in rated current or rated torque",
+            r"mine\.yaml: rated is for a current_reference in rated current or rated torque",
         ),
         (
             "unit: A, sign: -1}",
             "unit: rated torque}\nrated: {index: 0x6075, type: uint32, unit: A}",
-            r"mine\.yaml: profile: .*rated must be in N m",
+            r"mine\.yaml: rated must be in N m",
         ),
         ("name: mine", "nme: mine", r"mine\.yaml: name"),
         ("index: 0x30D0", "index: 0x30", r"mine\.yaml: current_reference\.index"),

@@ -2,8 +2,9 @@
 
 import pytest
 
-from api.pages.records_page import _number, _numbers
+from api.pages.records_page import _checked, _number, _numbers
 from api.service.problems import Problem
+from api.service.record_documents import RecordImport
 
 
 @pytest.mark.parametrize(
@@ -31,3 +32,10 @@ def test_a_decimal_comma_is_a_decimal_sign():
     assert _number("35,15", "Gain") == 35.15
     with pytest.raises(Problem, match="Header line"):
         _number("1.5", "Header line", whole=True)
+
+
+def test_what_a_form_may_not_hold_is_named_as_people_count():
+    joint = {"position": "q", "command": ""}
+    with pytest.raises(Problem) as refused:
+        _checked({"joints": [{"position": "q", "command": "i"}, joint]}, RecordImport)
+    assert refused.value.detail == "Joints 2 command: String should have at least 1 character."

@@ -76,6 +76,13 @@ def test_a_wrong_file_is_refused_in_one_line_that_names_the_field(tmp_path):
     assert "\n" not in str(refused.value)
 
 
+def test_a_misspelt_field_is_named_with_its_line_and_the_one_that_was_meant(tmp_path):
+    path = tmp_path / "own.yaml"
+    path.write_text("name: drag\ncolums: ['dq']\n")
+    with pytest.raises(InputError, match=r"own\.yaml line 2: colums: unknown field.*columns"):
+        load_own_effect(path)
+
+
 def test_an_own_effect_is_judged_like_those_of_the_catalogue(hidden_stretch):
     said = identify.diagnose(identify.load_experiment(hidden_stretch)).joints[0]
     assert said.missing[0].effect.name == "lean-on-bumper"
