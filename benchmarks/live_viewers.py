@@ -63,11 +63,11 @@ def main() -> None:
 
 def measure(client: Client, process: int, address: str, data: Path, plan: str, viewers: int) -> float:
     """One session; returns the spread of the SYNC period in ms."""
-    session = client.create_session("viewers", RIG, plan, {"name": "none"})["id"]
+    session = client.create_session("viewers", RIG, plan, "none").id
     client.step("viewers", session, "weigh", mass=0.0)
     check = client.step("viewers", session, "check")
-    if not check["ok"]:
-        raise SystemExit(f"the rig is not ready: {check['items']}")
+    if not check.ok:
+        raise SystemExit(f"the rig is not ready: {check.items}")
     client.step("viewers", session, "confirm")
     client.step("viewers", session, "arm")
     live = address.replace("http", "ws") + f"/rigs/{RIG}/live"
@@ -81,7 +81,7 @@ def measure(client: Client, process: int, address: str, data: Path, plan: str, v
     client.step("viewers", session, "start")
     before = processor_seconds(process)
     begin = time.monotonic()
-    while client.session("viewers", session)["state"] in ("armed", "running"):
+    while client.session("viewers", session).state in ("armed", "running"):
         time.sleep(0.5)
     used = (processor_seconds(process) - before) / (time.monotonic() - begin)
     for thread in crowd:
@@ -89,9 +89,9 @@ def measure(client: Client, process: int, address: str, data: Path, plan: str, v
     if idle is not None:
         idle.close()
     state = client.session("viewers", session)
-    if state["file"] is None:
-        raise SystemExit(f"the session was not recorded: {state['state']}, {state['reason']}")
-    with h5py.File(data / "experiments" / "viewers" / state["file"]) as recording:
+    if state.file is None:
+        raise SystemExit(f"the session was not recorded: {state.state}, {state.reason}")
+    with h5py.File(data / "experiments" / "viewers" / state.file) as recording:
         periods = np.diff(recording["sync_time"][:]) * 1e-6
         valid = recording["valid"][:]
         cycles = len(valid)
@@ -104,7 +104,7 @@ def measure(client: Client, process: int, address: str, data: Path, plan: str, v
         f"{periods.max():9.2f} {blocks:>12} {100 * used:21.1f}"
     )
     if state["state"] != "done":
-        print(f"         ended early: {state['state']}, {state['reason']}")
+        print(f"         ended early: {state.state}, {state.reason}")
     return float(periods.std())
 
 

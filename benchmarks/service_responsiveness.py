@@ -70,7 +70,7 @@ def main() -> None:
         def in_process() -> None:
             with Client(address, timeout=120.0) as client:
                 client.wait(client.fit("busy", "usual"))
-                client.wait(client.diagnose("busy", client.models("busy")["current"]))
+                client.wait(client.diagnose("busy", client.models("busy").current or ""))
             running.clear()
 
         def in_thread() -> None:

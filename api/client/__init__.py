@@ -4,12 +4,13 @@
 
     with Client("http://localhost:8000", token="coulomb_…") as coulomb:
         for experiment in coulomb.experiments():
-            print(experiment["id"], coulomb.results(experiment["id"]).relative_error)
+            print(experiment.id, coulomb.results(experiment.id).relative_error)
         job = coulomb.add_effect("rx130l-joint3", "load-friction-asymmetric", "j3")
         coulomb.wait(job, print)
         time, signals = coulomb.model_signals("rx130l-joint3", "m2", "session-00", points=2000)
 
-SI units, joint space. Every refusal of the service is a `ServiceError` with its words.
+SI units, joint space. Answers are the documents that REST describes.
+Every refusal of the service is a `ServiceError` with its words.
 """
 
 from api.client.client import Client

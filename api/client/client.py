@@ -6,7 +6,7 @@ from api.client.jobs import JobCalls
 from api.client.models import ModelCalls
 from api.client.proofs import ProofCalls
 from api.client.rigs import RigCalls
-from identify.results.document import Json
+from api.service.account_documents import Me
 
 
 class Client(ExperimentCalls, ModelCalls, ProofCalls, DriveTableCalls, JobCalls, RigCalls):
@@ -17,6 +17,6 @@ class Client(ExperimentCalls, ModelCalls, ProofCalls, DriveTableCalls, JobCalls,
     timeout : s for one answer
     """
 
-    def me(self) -> Json:
+    def me(self) -> Me:
         """Who the service takes this client for."""
-        return self._get("/me")
+        return self._one(Me, "/me")

@@ -5,18 +5,33 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import IO, Any, Self
+from typing import IO, Any, Self, TypeVar
 
 import httpx
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel, ValidationError
 
 from api.service.job_documents import JobView
+from identify.recording.errors import InputError
+from identify.recording.first_fault import first_fault
 from identify.results.document import Json
 
+View = TypeVar("View", bound=BaseModel)
 Signals = dict[str, NDArray[np.float32]]
 STOP_TIMEOUT = 2.0
 """s for the answer to a stop"""
+
+
+def view_of(kind: type[View], values: object, address: str) -> View:
+    """The document that an answer is; what it holds beyond that, as of a newer service, is left out.
+
+    Raises InputError where it is no such document, as of a service of another version: names address and field.
+    """
+    try:
+        return kind.model_validate(values)
+    except ValidationError as error:
+        raise InputError(f"{address}: not a {kind.__name__} of this version: {first_fault(error)}") from None
 
 
 class ServiceError(Exception):
@@ -70,14 +85,30 @@ class Connection:
     def _get(self, address: str, **query: Any) -> Any:
         return self._answer(self._http.get(address, params=query))
 
+    def _one(self, kind: type[View], address: str, **query: Any) -> View:
+        """What a GET answers, as its document."""
+        return view_of(kind, self._get(address, **query), address)
+
+    def _all(self, kind: type[View], address: str, **query: Any) -> list[View]:
+        """What a GET answers, as documents."""
+        return [view_of(kind, each, address) for each in self._get(address, **query)]
+
+    def _done(self, kind: type[View], address: str, body: Json | None = None) -> View:
+        """What a POST answers, as its document."""
+        return view_of(kind, self._post(address, body), address)
+
     def _post(self, address: str, body: Json | None = None) -> Any:
         return self._answer(
             self._http.post(address, json=body) if body is not None else self._http.post(address)
         )
 
+    def _sent(self, kind: type[View], answer: httpx.Response) -> View:
+        """What files that were sent became, as its document."""
+        return view_of(kind, self._answer(answer), str(answer.url))
+
     def _begin(self, address: str, body: Json | None = None) -> JobView:
         """Post what begins a job; the job."""
-        return JobView.model_validate(self._post(address, body))
+        return self._done(JobView, address, body)
 
     def _post_at_once(self, address: str) -> Any:
         """Post by a new connection, to the stop's own port where the service has one.

@@ -1,8 +1,8 @@
 """The drives' own compensation tables from a model."""
 
 from api.client.connection import Connection
+from api.service.drive_table_documents import TablesWriting
 from api.service.job_documents import JobView
-from identify.results.document import Json
 from identify.results.drive_tables import DriveTablesDocument
 from identify.results.reading import document_of
 
@@ -22,14 +22,15 @@ class DriveTableCalls(Connection):
         address = f"/experiments/{experiment}/drive-tables"
         return document_of(DriveTablesDocument, self._get(address, rig=rig, model=model), address)
 
-    def write_drive_tables(self, experiment: str, rig: str, model: str | None = None) -> Json:
+    def write_drive_tables(self, experiment: str, rig: str, model: str | None = None) -> TablesWriting:
         """Write the computed tables to the drives, and read them back; a real drive is changed."""
-        return self._post(f"/experiments/{experiment}/drive-tables/writings", {"rig": rig, "model": model})
+        address = f"/experiments/{experiment}/drive-tables/writings"
+        return self._done(TablesWriting, address, {"rig": rig, "model": model})
 
-    def drive_table_writings(self, experiment: str) -> list[Json]:
+    def drive_table_writings(self, experiment: str) -> list[TablesWriting]:
         """Everything that was written, the newest first, with what the drives held before."""
-        return self._get(f"/experiments/{experiment}/drive-tables/writings")
+        return self._all(TablesWriting, f"/experiments/{experiment}/drive-tables/writings")
 
-    def write_drive_tables_back(self, experiment: str, writing: str) -> Json:
+    def write_drive_tables_back(self, experiment: str, writing: str) -> TablesWriting:
         """Write what the drives held before a writing."""
-        return self._post(f"/experiments/{experiment}/drive-tables/writings/{writing}/back")
+        return self._done(TablesWriting, f"/experiments/{experiment}/drive-tables/writings/{writing}/back")

@@ -7,26 +7,27 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from api.client.connection import Connection, Signals, opened
+from api.client.connection import Connection, Signals, opened, view_of
+from api.service.experiment_documents import ExperimentSummary, ExperimentView, Imported, ImportedRecords
 from api.service.job_documents import JobView
 from api.service.record_documents import CanLogImport, Dialect, RecordDescription, RecordImport
-from identify.results.document import Json
+from api.service.session_documents import RecordingSummary
 
 
 class ExperimentCalls(Connection):
     """What a client can ask about experiments."""
 
-    def experiments(self) -> list[Json]:
+    def experiments(self) -> list[ExperimentSummary]:
         """All experiments, the one changed last first."""
-        return self._get("/experiments")
+        return self._all(ExperimentSummary, "/experiments")
 
-    def experiment(self, experiment: str) -> Json:
+    def experiment(self, experiment: str) -> ExperimentView:
         """One experiment with its payloads and sessions."""
-        return self._get(f"/experiments/{experiment}")
+        return self._one(ExperimentView, f"/experiments/{experiment}")
 
-    def create_experiment(self, name: str, rig: str) -> Json:
+    def create_experiment(self, name: str, rig: str) -> ExperimentView:
         """An experiment without sessions on a rig."""
-        return self._post("/experiments", {"name": name, "rig": rig})
+        return self._done(ExperimentView, "/experiments", {"name": name, "rig": rig})
 
     def start_demo(self) -> JobView:
         """Measure three payload sessions on the simulated arm and fit the first model.
@@ -35,13 +36,14 @@ class ExperimentCalls(Connection):
         """
         return self._begin("/experiments/demo")
 
-    def import_experiment(self, archive: Path | str) -> Json:
+    def import_experiment(self, archive: Path | str) -> Imported:
         """Store an experiment measured elsewhere: a .zip of experiment.yaml and its sessions.
 
         Returns the experiment and the job of its first identification.
         """
         with Path(archive).open("rb") as stream:
-            return self._answer(self._http.post("/experiments/import", files={"file": stream}))
+            answer = self._http.post("/experiments/import", files={"file": stream})
+        return self._sent(Imported, answer)
 
     def import_session(
         self,
@@ -50,13 +52,13 @@ class ExperimentCalls(Connection):
         payload: str,
         role: Literal["identification", "validation"] = "identification",
         mass: float | None = None,
-    ) -> Json:
+    ) -> Imported:
         """Add a session measured elsewhere (.csv, .csv.gz, .h5); `mass` in kg adds a payload of that name."""
         fields = {"payload": payload, "role": role} | ({"mass": str(mass)} if mass is not None else {})
         with Path(file).open("rb") as stream:
             files = {"file": (Path(file).name, stream)}
             answer = self._http.post(f"/experiments/{experiment}/sessions/import", data=fields, files=files)
-        return self._answer(answer)
+        return self._sent(Imported, answer)
 
     def describe_records(
         self, files: Sequence[Path | str], dialect: Dialect | None = None
@@ -64,12 +66,12 @@ class ExperimentCalls(Connection):
         """What other people's records hold, and what their columns probably are; nothing is kept there."""
         fields = dialect.model_dump(exclude_none=True) if dialect else {}
         with opened(files) as parts:
-            answer = self._answer(self._http.post("/experiments/import/columns", data=fields, files=parts))
-        return [RecordDescription.model_validate(each) for each in answer]
+            answer = self._http.post("/experiments/import/columns", data=fields, files=parts)
+        return [view_of(RecordDescription, each, str(answer.url)) for each in self._answer(answer)]
 
     def import_records(
         self, files: Sequence[Path | str], settings: RecordImport, robot: Path | str | None = None
-    ) -> Json:
+    ) -> ImportedRecords:
         """Make an experiment of other people's records; `robot` is a URDF, SDF or MJCF.
 
         Returns the experiment, what was decided on the way, and the job of its first identification.
@@ -77,9 +79,10 @@ class ExperimentCalls(Connection):
         fields = {"settings": settings.model_dump_json()}
         with opened(files) as parts, opened([robot] if robot else [], "robot") as described:
             sent = [*parts, *described]
-            return self._answer(self._http.post("/experiments/import/records", data=fields, files=sent))
+            answer = self._http.post("/experiments/import/records", data=fields, files=sent)
+        return self._sent(ImportedRecords, answer)
 
-    def import_can_logs(self, files: Sequence[Path | str], settings: CanLogImport) -> Json:
+    def import_can_logs(self, files: Sequence[Path | str], settings: CanLogImport) -> ImportedRecords:
         """Make an experiment of logs of a CAN bus by the mapping of a rig, or add them to one.
 
         Returns the same as `import_records`.
@@ -88,11 +91,11 @@ class ExperimentCalls(Connection):
             sent = self._http.post(
                 "/experiments/import/can-logs", data={"settings": settings.model_dump_json()}, files=parts
             )
-        return self._answer(sent)
+        return self._sent(ImportedRecords, sent)
 
-    def recordings(self, experiment: str) -> list[Json]:
+    def recordings(self, experiment: str) -> list[RecordingSummary]:
         """The recordings of an experiment, also those that ended badly."""
-        return self._get(f"/experiments/{experiment}/recordings")
+        return self._all(RecordingSummary, f"/experiments/{experiment}/recordings")
 
     def download(
         self,

@@ -21,11 +21,11 @@ class JobCalls(Connection):
     def jobs(self, experiment: str | None = None) -> list[JobView]:
         """The newest jobs first, of one experiment or of all."""
         query = {"experiment": experiment} if experiment else {}
-        return [JobView.model_validate(each) for each in self._get("/jobs", **query)]
+        return self._all(JobView, "/jobs", **query)
 
     def job(self, identifier: str) -> JobView:
         """A job as it is now."""
-        return JobView.model_validate(self._get(f"/jobs/{identifier}"))
+        return self._one(JobView, f"/jobs/{identifier}")
 
     def cancel(self, identifier: str) -> JobView:
         """Cancel a job."""

@@ -4,11 +4,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from api.client.connection import Connection, ServiceError, Signals
+from api.service.free_run_documents import FreeRunView
 from api.service.job_documents import JobView
+from api.service.model_documents import Comparison, Stepped, StoryView, VersionView
+from api.service.plan_documents import MadePlanView
 from identify.recording.controller_file import ControllerFile
 from identify.results.certificate import Certificate
 from identify.results.diagnosis import DiagnosisDocument
-from identify.results.document import Json
 from identify.results.effect import CatalogueEffect
 from identify.results.identification import IdentificationDocument
 from identify.results.next_experiment import NextExperimentDocument
@@ -34,17 +36,17 @@ class ModelCalls(Connection):
         fields = {name: value for name, value in self._answer(answer).items() if name not in BESIDE_RESULTS}
         return document_of(IdentificationDocument, fields, str(answer.url))
 
-    def models(self, experiment: str) -> Json:
+    def models(self, experiment: str) -> StoryView:
         """All model versions and which of them is current."""
-        return self._get(f"/experiments/{experiment}/models")
+        return self._one(StoryView, f"/experiments/{experiment}/models")
 
-    def model(self, experiment: str, model: str) -> Json:
+    def model(self, experiment: str, model: str) -> VersionView:
         """One model version with its newest fit and diagnosis."""
-        return self._get(f"/experiments/{experiment}/models/{model}")
+        return self._one(VersionView, f"/experiments/{experiment}/models/{model}")
 
-    def compare(self, experiment: str, first: str, second: str) -> Json:
+    def compare(self, experiment: str, first: str, second: str) -> Comparison:
         """Two model versions side by side."""
-        return self._get(f"/experiments/{experiment}/models/compare", first=first, second=second)
+        return self._one(Comparison, f"/experiments/{experiment}/models/compare", first=first, second=second)
 
     def fit(self, experiment: str, model: str = "usual", add: list[str] | None = None) -> JobView:
         """Fit a model (a job); it becomes the current one."""
@@ -59,13 +61,13 @@ class ModelCalls(Connection):
         change = {"effect": effect, "joint": joint}
         return self._begin(f"/experiments/{experiment}/models/effects/remove", change)
 
-    def undo(self, experiment: str) -> Json:
+    def undo(self, experiment: str) -> Stepped:
         """Go back to the model before."""
-        return self._post(f"/experiments/{experiment}/models/undo")
+        return self._done(Stepped, f"/experiments/{experiment}/models/undo")
 
-    def redo(self, experiment: str) -> Json:
+    def redo(self, experiment: str) -> Stepped:
         """Take back the last undo."""
-        return self._post(f"/experiments/{experiment}/models/redo")
+        return self._done(Stepped, f"/experiments/{experiment}/models/redo")
 
     def diagnose(self, experiment: str, model: str, motion: bool = False) -> JobView:
         """Find what a model version misses (a job); with `motion`, also what that does to motion predicted a second ahead."""
@@ -93,10 +95,11 @@ class ModelCalls(Connection):
 
     def plan_next_experiment(
         self, experiment: str, model: str, joint: str, proposal: int = 1, rig: str | None = None
-    ) -> Json:
+    ) -> MadePlanView:
         """Plan a proposed experiment; `plan`, `rig` and `payload` are what a session takes."""
         wanted = {"joint": joint, "proposal": proposal, "rig": rig}
-        return self._post(f"/experiments/{experiment}/models/{model}/next-experiment/plan", wanted)
+        address = f"/experiments/{experiment}/models/{model}/next-experiment/plan"
+        return self._done(MadePlanView, address, wanted)
 
     def simulate(
         self, experiment: str, model: str, driven_by: str = "torque", gains: ControllerFile | None = None
@@ -116,14 +119,13 @@ class ModelCalls(Connection):
         address = f"/experiments/{experiment}/models/{model}/simulation"
         return document_of(SimulationDocument, self._get(address), address)
 
-    def free_run(self, experiment: str, model: str, session: str, joint: str) -> Json:
+    def free_run(self, experiment: str, model: str, session: str, joint: str) -> FreeRunView:
         """`time`, and `position` and `speed` as measured, of the model, of the usual one, and the errors, from a session's start.
 
         Raises ServiceError with status 404 until the model was simulated.
         """
-        return self._get(
-            f"/experiments/{experiment}/models/{model}/simulation/free-run", session=session, joint=joint
-        )
+        address = f"/experiments/{experiment}/models/{model}/simulation/free-run"
+        return self._one(FreeRunView, address, session=session, joint=joint)
 
     def export(self, experiment: str, model: str, ending: str) -> JobView:
         """Write a model version for another program: urdf, sdf, xml, py, c, st, fmu or json (a job)."""
@@ -158,4 +160,4 @@ class ModelCalls(Connection):
 
     def effects(self) -> list[CatalogueEffect]:
         """The catalogue of physical effects."""
-        return [CatalogueEffect.model_validate(entry) for entry in self._get("/effects")]
+        return self._all(CatalogueEffect, "/effects")

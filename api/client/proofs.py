@@ -4,9 +4,9 @@ from typing import Literal
 
 from api.client.connection import Connection, ServiceError
 from api.service.job_documents import JobView
+from api.service.proof_documents import ProofView
+from api.service.session_documents import SessionSummary
 from identify.results.compensation import CompensationDocument
-from identify.results.document import Json
-from identify.results.reading import document_of
 
 
 class ProofCalls(Connection):
@@ -26,25 +26,24 @@ class ProofCalls(Connection):
         wanted = {"rig": rig, "plan": plan, "payload": payload, "model": model, "part": part, "share": share}
         return self._begin(f"/experiments/{experiment}/proofs", wanted)
 
-    def proofs(self, experiment: str) -> list[Json]:
+    def proofs(self, experiment: str) -> list[ProofView]:
         """All proofs on the drive, the newest first."""
-        return self._get(f"/experiments/{experiment}/proofs")
+        return self._all(ProofView, f"/experiments/{experiment}/proofs")
 
-    def proof(self, experiment: str, proof: str) -> Json:
+    def proof(self, experiment: str, proof: str) -> ProofView:
         """One proof: what is sent, its two drives, and which comes next."""
-        return self._get(f"/experiments/{experiment}/proofs/{proof}")
+        return self._one(ProofView, f"/experiments/{experiment}/proofs/{proof}")
 
     def proof_result(self, experiment: str, proof: str) -> CompensationDocument:
         """What a proof did to the following error.
 
         Raises ServiceError with status 404 until feedforward torque was sent.
         """
-        address = f"/experiments/{experiment}/proofs/{proof}"
-        result = self._get(address)["result"]
+        result = self.proof(experiment, proof).result
         if result is None:
             raise ServiceError(404, {"detail": f"proof {proof}: no feedforward torque was sent yet"})
-        return document_of(CompensationDocument, result, address)
+        return result
 
-    def prepare_drive(self, experiment: str, proof: str, drive: Literal["without", "with"]) -> Json:
+    def prepare_drive(self, experiment: str, proof: str, drive: Literal["without", "with"]) -> SessionSummary:
         """A session for one of a proof's drives, to be taken through its steps as any other (`step`)."""
-        return self._post(f"/experiments/{experiment}/proofs/{proof}/drives/{drive}")
+        return self._done(SessionSummary, f"/experiments/{experiment}/proofs/{proof}/drives/{drive}")

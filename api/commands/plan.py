@@ -1,6 +1,5 @@
 """`coulomb plan`."""
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -91,7 +90,7 @@ def plan_command(
         except OSError as error:
             raise InputError(f"{output}: cannot be written ({error.strerror or error})") from None
     if as_json:
-        print(json.dumps(report.to_json(), ensure_ascii=False, allow_nan=False))
+        print(report.document().json_text())
     else:
         print(_in_words(report))
 

@@ -7,7 +7,7 @@ from api.pages.layout import experiment_link
 from api.pages.number_format import significant
 from api.pages.rendering import Context
 from api.pages.sentence import sentence
-from api.service.drive_table_writings import TablesWriting
+from api.service.drive_table_documents import TablesWriting
 from identify.results.drive_tables import DriveTable, DriveTablesDocument, JointTables
 
 STATES = {

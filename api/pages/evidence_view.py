@@ -17,7 +17,7 @@ from api.pages.error_figures import JointUnits
 from api.pages.joint_samples import JointSamples, every_few
 from api.pages.kept_numbers import KeptNumbers
 from api.pages.stored_models import ShownModel, StoredExperiment
-from api.service.model_story import Fit, ModelVersion
+from api.service.model_documents import Fit, ModelVersion
 from identify.results.diagnosis import Candidate, Estimate, JointDiagnosis, Learned
 
 _pictures: KeptNumbers[list[Picture]] = KeptNumbers("effect", list[Picture])

@@ -14,7 +14,7 @@ from api.pages.sentence import sentence
 from api.plan_model import Identified, RegressorModel, usual_model
 from api.planned_motion import Determination, Repetition, determination, repetition
 from api.predicting_model import predicting_model
-from api.service.plan_store import SeparatingPlanReport
+from api.service.plan_documents import SeparatingPlanReport
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.excitation.plan_limits import violations
 from daq.excitation.plan_model import PlannedMotion

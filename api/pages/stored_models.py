@@ -9,7 +9,8 @@ import numpy as np
 
 from api.pages.joint_samples import JointSamples, every_few, gathered
 from api.pages.lru_cache import LruCache
-from api.service.model_story import ModelStory, ModelVersion, Story
+from api.service.model_documents import ModelVersion
+from api.service.model_story import ModelStory, Story
 from api.service.prediction_files import prediction_file, read_candidate, read_outline, read_prediction
 from api.service.problems import Problem
 from identify.recording.experiment_file import ExperimentFile

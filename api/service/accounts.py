@@ -10,13 +10,13 @@ import secrets
 from base64 import b64encode
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import StrEnum
 from functools import cache
 
 from argon2 import PasswordHasher
 from argon2.exceptions import InvalidHashError, VerificationError
 from sqlalchemy import delete, func, select, update
 
+from api.service.account_documents import Role
 from api.service.database import Database, SignInRow, TokenRow, UserRow
 from api.service.new_password import LONGEST_PASSWORD, check_new_password
 from identify.recording.errors import InputError
@@ -25,19 +25,6 @@ NAME_PATTERN = r"^[a-z][a-z0-9._-]{0,63}$"
 TOKEN_PREFIX = "coulomb_"
 """Makes a leaked token recognisable to secret scanners."""
 LONGEST_TOKEN_LIFE = 366 * 86400.0
-
-
-class Role(StrEnum):
-    """What a person may do: look; run experiments and change models; manage people too."""
-
-    VIEWER = "viewer"
-    OPERATOR = "operator"
-    ADMIN = "admin"
-
-    def covers(self, needed: "Role") -> bool:
-        """True if whoever has this role may do what `needed` may."""
-        order = list(Role)
-        return order.index(self) >= order.index(needed)
 
 
 @dataclass(frozen=True)

@@ -7,25 +7,21 @@ drive-tables/00.json                              in the experiment's folder: wh
 
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import ValidationError
 
 from api.drive_tables import require_tables, tables_before, written
 from api.service.accounts import User
-from api.service.audit import AuditLog
-from api.service.bus_claims import BusClaims
+from api.service.drive_table_documents import State, TablesWriting
+from api.service.drive_work import DriveWork
 from api.service.experiment_store import ExperimentStore
 from api.service.job_documents import JobResult
 from api.service.jobs import Job, JobRunner
 from api.service.model_story import ModelStory, ModelVersion
 from api.service.problems import Problem, not_found
-from api.service.rig_operators import RigOperators
 from api.service.rig_store import RigStore
-from daq.homing import require_lasting_drives
 from daq.rig import Rig
 from drivers.errors import DriverError
 from identify.recording.atomic_file import write_atomically
@@ -36,39 +32,6 @@ from identify.results.reading import read_document
 
 FOLDER = "drive-tables"
 COMPUTATION = "api.service.use_computations:drive_tables"
-State = Literal["begun", "written", "refused"]
-
-
-@dataclass(frozen=True)
-class _Writing:
-    """What has the bus meanwhile."""
-
-    moves: bool = False
-    refusal: str = "Tables are being written to its drives; that takes some seconds."
-
-
-class TablesWriting(BaseModel):
-    """One writing to the drives of a rig."""
-
-    model_config = ConfigDict(frozen=True)
-
-    format: Literal[1] = 1
-    number: str = Field(description="within the experiment", examples=["00"])
-    state: State = Field(
-        description="`begun`: it did not come to its end, and the drives may hold some of both; `refused`: a drive refused, and"
-        " all hold what they held before",
-        examples=["written"],
-    )
-    reason: str = Field(description="why a drive refused; else empty", examples=[""])
-    version: str | None = Field(
-        description="of the model; null where it is what the drives held before another writing",
-        examples=["m2"],
-    )
-    undoes: str | None = Field(description="the writing that was taken back", examples=[None])
-    rig: str = Field(examples=["rx130l-joint3-simulated"])
-    operator: str = Field(examples=["ada"])
-    created: str = Field(description="ISO 8601, UTC", examples=["2026-11-28T09:00:00+00:00"])
-    tables: DriveTablesDocument = Field(description="what the drives were to hold, and held before")
 
 
 class DriveTableWritings:
@@ -78,17 +41,13 @@ class DriveTableWritings:
         self,
         experiments: ExperimentStore,
         rigs: RigStore,
-        operators: RigOperators,
-        claims: BusClaims,
-        audit: AuditLog,
+        work: DriveWork,
         jobs: JobRunner,
         clock: Callable[[], float],
     ) -> None:
         self._experiments = experiments
         self._rigs = rigs
-        self._operators = operators
-        self._claims = claims
-        self._audit = audit
+        self._work = work
         self._jobs = jobs
         self._clock = clock
         self._lock = threading.Lock()
@@ -144,11 +103,7 @@ class DriveTableWritings:
 
     def why_not(self, rig: str) -> str:
         """Why the drives of a rig cannot be written to at all; empty where they can."""
-        try:
-            require_lasting_drives(self._rigs.rig(rig))
-        except InputError as error:
-            return str(error)
-        return ""
+        return self._work.why_not(self._rigs.rig(rig))
 
     # --- writing
 
@@ -205,13 +160,16 @@ class DriveTableWritings:
         undoes: str | None,
         client: str,
     ) -> TablesWriting:
-        require_lasting_drives(settings)
-        self._operators.take(rig, user)
-        with self._claims.claim(rig, settings.bus, _Writing()):
-            asked = f"rig {rig}, experiment {experiment}, " + (
-                f"model {version}" if version else f"as before writing {undoes}"
-            )
-            self._audit.append(user, "drive tables", asked, "asked", client=client)
+        wanted = f"model {version}" if version else f"as before writing {undoes}"
+        with self._work.on(
+            rig,
+            settings,
+            user,
+            action="drive tables",
+            target=f"rig {rig}, experiment {experiment}, {wanted}",
+            refusal="Tables are being written to its drives; that takes some seconds.",
+            client=client,
+        ):
             file: Path | None = None
 
             def stored(document: DriveTablesDocument, state: State, reason: str = "") -> TablesWriting:
@@ -250,11 +208,7 @@ class DriveTableWritings:
     # --- inside
 
     def _version(self, experiment: str, model: str | None) -> ModelVersion:
-        story = self._story(experiment).read()
-        version = story.version(model) if model else story.current
-        if version is None:
-            raise Problem(409, "There is no model yet: measure or import a session, or fit a model first.")
-        return version
+        return self._story(experiment).read().required(model)
 
     def _story(self, experiment: str) -> ModelStory:
         return ModelStory(self._experiments.folder(experiment))

@@ -1,7 +1,6 @@
 """Reads the running session's ring buffer and hands encoded blocks and the status to the rig's viewers."""
 
 import asyncio
-import json
 import logging
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -17,9 +16,9 @@ from api.service.expected_current import Expectation, ExpectedCurrent
 from api.service.live import Broadcast, encode_block
 from api.service.payload_sessions import PayloadSessions
 from api.service.problems import Problem
+from api.service.rig_documents import ActiveSessionView, BusFigures, LiveStatus, RigStatus, SessionEventView
 from api.service.rig_operators import RigOperators
 from identify.recording.errors import InputError
-from identify.results.document import Json
 
 if TYPE_CHECKING:
     from daq.live import LiveRows
@@ -78,30 +77,32 @@ class LiveFeed:
         if self._loop is not None and not self._loop.is_closed():
             self._loop.call_soon_threadsafe(self._send_status, rig)
 
-    def status(self, rig: str) -> Json:
+    def status(self, rig: str) -> RigStatus:
         """What the live page says about a rig, in an operator's words and SI units."""
         active = self._sessions.active(rig)
-        status: Json = {
-            "rig": rig,
-            "operator": self._operators.operator(rig),
-            "onlookers": self._operators.onlookers(rig),
-            "session": None,
-        }
-        if active is None:
-            return status
+        return RigStatus(
+            rig=rig,
+            operator=self._operators.operator(rig),
+            onlookers=self._operators.onlookers(rig),
+            session=None if active is None else self._session(active),
+        )
+
+    def _session(self, active: ActiveSession) -> ActiveSessionView:
         progress = active.payload_session.progress
-        status["session"] = {
-            "experiment": active.experiment,
-            "experiment_name": active.experiment_name,
-            "id": active.id,
-            "state": active.state.value,
-            "reason": self._sessions.reason(active),
-            "alarm": active.payload_session.alarm,
-            "fraction": progress.fraction,
-            "elapsed": progress.elapsed,
-            "events": [event.to_json() for event in active.events[-20:]],
-        }
-        return status
+        return ActiveSessionView(
+            experiment=active.experiment,
+            experiment_name=active.experiment_name,
+            id=active.id,
+            state=active.state.value,
+            reason=self._sessions.reason(active),
+            alarm=active.payload_session.alarm,
+            fraction=progress.fraction,
+            elapsed=progress.elapsed,
+            events=[SessionEventView.model_validate(event.to_json()) for event in active.events[-20:]],
+        )
+
+    def _live_status(self, rig: str, reader: "BlockReader") -> str:
+        return LiveStatus(**dict(self.status(rig)), figures=reader.figures()).model_dump_json()
 
     def _changed(self, active: ActiveSession) -> None:
         """An event of a session, in that session's thread."""
@@ -114,7 +115,7 @@ class LiveFeed:
 
     def _send_status(self, rig: str) -> None:
         if rig in self._broadcasts:
-            self._broadcasts[rig].send_status(json.dumps(self.status(rig)))
+            self._broadcasts[rig].send_status(self.status(rig).model_dump_json())
 
     def _ensure_producer(self, rig: str) -> None:
         running = self._producers.get(rig)
@@ -137,11 +138,11 @@ class LiveFeed:
                     block = await anyio.to_thread.run_sync(reader.read, limiter=self._threads)
                     if block is not None:
                         broadcast.send_block(block)
-                    broadcast.send_status(json.dumps(self.status(rig) | {"figures": reader.figures()}))
+                    broadcast.send_status(self._live_status(rig, reader))
                 await asyncio.sleep(self._pause)
         except Exception:
             _log.exception("live view of %s ended", rig)
-        broadcast.send_status(json.dumps(self.status(rig) | {"figures": reader.figures()}))
+        broadcast.send_status(self._live_status(rig, reader))
 
     def _expectation(self, active: ActiveSession) -> Expectation | None:
         """What is expected of the drives. The motion is watched without it where it cannot be said."""
@@ -214,12 +215,12 @@ class BlockReader:
         self._missing += int(((valid & 0x03) != 0x03).sum())
         self._steps = [*self._steps, *np.diff(time).tolist()][-5000:]
 
-    def figures(self) -> Json:
+    def figures(self) -> BusFigures:
         """Rows seen, values that did not come, and the spread of the SYNC period in s over the last rows."""
         steps = np.array(self._steps)
-        return {
-            "rows": self._rows,
-            "missing": self._missing,
-            "sync_period": float(steps.mean()) if len(steps) else None,
-            "sync_jitter": float(steps.std()) if len(steps) else None,
-        }
+        return BusFigures(
+            rows=self._rows,
+            missing=self._missing,
+            sync_period=float(steps.mean()) if len(steps) else None,
+            sync_jitter=float(steps.std()) if len(steps) else None,
+        )

@@ -23,6 +23,7 @@ from typing import Any, Concatenate, Literal, ParamSpec, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from api.service.model_documents import Cause, Fit, ModelVersion
 from api.service.problems import Problem, not_found
 from identify.recording.atomic_file import write_atomically
 from identify.recording.errors import InputError
@@ -35,46 +36,6 @@ from identify.results.reading import Kind, read_document
 IDENTIFICATION_FILE = "identification.json"
 DIAGNOSIS_FILE = "diagnosis.json"
 """in the folder of a fit"""
-
-Cause = Literal["fit", "effect added", "effect removed", "improved"]
-
-
-class Fit(BaseModel):
-    """One least-squares fit of a version."""
-
-    model_config = ConfigDict(frozen=True)
-
-    id: str = Field(examples=["f1"])
-    data: str = Field(
-        description="fingerprint of the experiment's data that were fitted", examples=["9f2c41d0"]
-    )
-    sessions: int = Field(description="identification and validation sessions at that time", examples=[3])
-    created: str = Field(examples=["2026-11-22T15:04:05+00:00"])
-    relative_error: float | None = Field(examples=[0.0733])
-    relative_error_validation: float | None = Field(examples=[0.081])
-
-
-class ModelVersion(BaseModel):
-    """A model of the experiment: a named start and the effects added to it."""
-
-    model_config = ConfigDict(frozen=True)
-
-    id: str = Field(examples=["m2"])
-    model: str = Field(examples=["usual"])
-    add: list[str] = Field(examples=[["load-friction-asymmetric@j3"]])
-    cause: Cause = Field(examples=["effect added"])
-    change: str | None = Field(
-        description="the effect added or removed", examples=["load-friction-asymmetric@j3"]
-    )
-    parent: str | None = Field(description="the version it was made from", examples=["m1"])
-    user: str = Field(examples=["ada"])
-    created: str = Field(examples=["2026-11-22T15:04:05+00:00"])
-    fits: list[Fit]
-
-    @property
-    def fit(self) -> Fit:
-        """The newest fit."""
-        return self.fits[-1]
 
 
 class Story(BaseModel):
@@ -108,6 +69,13 @@ class Story(BaseModel):
             if version.id == identifier:
                 return version
         raise not_found("model of this experiment", identifier)
+
+    def required(self, identifier: str | None = None) -> ModelVersion:
+        """The version with that id, the current one where none is named. Raises the problem 404, and 409 before the first fit."""
+        version = self.version(identifier) if identifier else self.current
+        if version is None:
+            raise Problem(409, "There is no model yet: measure or import a session, or fit a model first.")
+        return version
 
 
 def data_fingerprint(folder: Path) -> str:

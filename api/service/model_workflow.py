@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 from api.service.experiment_store import ExperimentStore
 from api.service.job_documents import JobResult
 from api.service.jobs import Arguments, Job, JobRunner, JobState
-from api.service.model_story import Cause, ModelStory, ModelVersion, data_fingerprint
+from api.service.model_documents import Cause, ModelVersion
+from api.service.model_story import ModelStory, data_fingerprint
 from api.service.problems import Problem
 from api.service.refit import fit_entry, fresh_folder, next_refit, store_refit
 from identify.effects.model import IN_EVERY_MODEL, NAMED_MODELS
@@ -204,7 +205,7 @@ class ModelWorkflow:
         """
         self._refuse_overlap(experiment)
         story = self.story(experiment)
-        version = story.read().version(identifier) if identifier else self._current_version(experiment)
+        version = story.read().required(identifier)
 
         def store(document: DiagnosisDocument) -> JobResult:
             story.store_diagnosis(version.id, document)
@@ -234,7 +235,7 @@ class ModelWorkflow:
         if joint not in joints:
             raise Problem(404, f"The robot has no joint {joint}; it has {', '.join(joints)}.")
         story = self.story(experiment)
-        version = story.read().version(identifier) if identifier else self._current_version(experiment)
+        version = story.read().required(identifier)
         diagnosis = story.diagnosis(version.id)
         if diagnosis is None:
             raise Problem(409, f"The model {version.id} was not diagnosed yet: ask first what it misses.")
@@ -313,10 +314,7 @@ class ModelWorkflow:
     # --- inside
 
     def _current_version(self, experiment: str) -> ModelVersion:
-        version = self.story(experiment).read().current
-        if version is None:
-            raise Problem(409, "There is no model yet: measure or import a session, or fit a model first.")
-        return version
+        return self.story(experiment).read().required()
 
     def _effects(self, experiment: str, version: ModelVersion) -> tuple[EffectOnJoint, ...]:
         """Effects of a fitted version, those of its named model included."""

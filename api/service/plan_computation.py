@@ -8,12 +8,12 @@ import numpy as np
 from api.assumed_masses import torque_limits
 from api.plan_model import Identified, RegressorModel
 from api.service.job_process import Progress
+from api.service.plan_documents import PredictedCurrent, PredictedCurrents, StoredPlanReport
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.excitation.optimal_excitation import Request
 from daq.excitation.plan_model import PlannedMotion
 from daq.excitation.plan_report import make_plan
 from daq.rig import Rig
-from identify.results.document import Json
 from identify.results.identification import IdentificationDocument
 
 NOISE = 0.01
@@ -29,7 +29,7 @@ class PlanFound:
     """A plan that was made, and the report on it: what it will tell, what it cannot, and the predicted currents."""
 
     plan: ExcitationPlan
-    report: Json
+    report: StoredPlanReport
 
 
 def plan(
@@ -58,26 +58,26 @@ def plan(
     )
     planned = make_plan(request, progress)
     made = planned.plan.model_copy(update={"name": name})
-    report = planned.to_json() | {"predicted": _predicted(request, made)}
-    report.pop("plan")
-    return PlanFound(made, report)
+    findings = dict(planned.document())
+    findings.pop("plan")
+    return PlanFound(made, StoredPlanReport(**findings, predicted=_predicted(request, made)))
 
 
-def _predicted(request: Request, plan: ExcitationPlan) -> Json:
-    """Predicted current of every payload and joint over time: time in s, currents in A."""
+def _predicted(request: Request, plan: ExcitationPlan) -> PredictedCurrents:
+    """Predicted current of every payload and joint over time."""
     rig, period = request.rig, plan.duration / PREDICTED_POINTS
     motions = [PlannedMotion.of(plan, payload, period) for payload in request.payloads]
     currents = [np.linalg.solve(rig.drive_gain, request.model.torque(motion).T) for motion in motions]
-    return {
-        "time": np.round(motions[0].time, 6).tolist(),
-        "currents": [
-            {
-                "payload": payload.name,
-                "joint": axis.joint,
-                "limit": axis.limits.current,
-                "current": np.round(currents[p][j], 6).tolist(),
-            }
+    return PredictedCurrents(
+        time=np.round(motions[0].time, 6).tolist(),
+        currents=[
+            PredictedCurrent(
+                payload=payload.name,
+                joint=axis.joint,
+                limit=axis.limits.current,
+                current=np.round(currents[p][j], 6).tolist(),
+            )
             for p, payload in enumerate(request.payloads)
             for j, axis in enumerate(rig.axes)
         ],
-    }
+    )

@@ -1,46 +1,20 @@
 """Excitation plans as files: made for a rig, kept, and taken by id for a session."""
 
-import json
 import re
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import ValidationError
 
+from api.service.plan_documents import SeparatingPlanReport, StoredPlanReport, StoredReport
 from api.service.problems import not_found
 from daq.excitation.excitation_plan import ExcitationPlan
 from identify.recording.atomic_file import write_atomically
 from identify.recording.errors import InputError
-from identify.results.document import Json
+from identify.recording.first_fault import first_fault
 
 REPORTS = "reports"
 """Folder within that of the plans for what was found when they were made."""
 PLAN_ID = re.compile(r"[a-z0-9][a-z0-9_.-]{0,63}")
-
-
-class PlanPurpose(BaseModel):
-    """What a plan was made to tell apart."""
-
-    model_config = ConfigDict(frozen=True)
-
-    rivals: tuple[str, ...]
-    """names of the effects"""
-    joint: str
-    payload: str
-    """the one to mount"""
-    separation: float | None
-    """standard deviations between them that are expected"""
-    decides: bool
-    """whether that is enough"""
-
-
-class SeparatingPlanReport(BaseModel):
-    """The report on a plan that was made to tell effects apart."""
-
-    model_config = ConfigDict(frozen=True)
-
-    purpose: PlanPurpose
-    remarks: tuple[str, ...] = ()
-    """what the rig's limits made of the motion"""
 
 
 class PlanStore:
@@ -66,32 +40,35 @@ class PlanStore:
         except InputError as error:
             raise InputError(str(error).replace(f"{self._folder}/", "")) from error
 
-    def report(self, identifier: str) -> Json | None:
-        """What the plan will tell about its model and what it cannot, as found when it was made; else
-        None.
+    def report(self, identifier: str) -> StoredPlanReport | SeparatingPlanReport | None:
+        """What the plan will tell about its model and what it cannot, as found when it was made; else None.
+
+        Raises the problem 404, and InputError if the file was damaged.
         """
         if identifier not in self.ids():
             raise not_found("plan", identifier)
+        file = self._folder / REPORTS / f"{identifier}.json"
         try:
-            return json.loads((self._folder / REPORTS / f"{identifier}.json").read_bytes())
+            return StoredReport.model_validate_json(file.read_bytes()).root
         except FileNotFoundError:
             return None
+        except ValidationError as error:
+            raise InputError(f"{REPORTS}/{file.name}: {first_fault(error)}") from error
 
     def separating_report(self, identifier: str) -> SeparatingPlanReport | None:
-        """The report on a plan that was made to tell effects apart; None for any other. Raises the problem 404."""
+        """The report on a plan that was made to tell effects apart; None for any other. Raises as `report`."""
         report = self.report(identifier)
-        return SeparatingPlanReport.model_validate(report) if report and "purpose" in report else None
+        return report if isinstance(report, SeparatingPlanReport) else None
 
-    def add(self, plan: ExcitationPlan, report: Json | SeparatingPlanReport | None = None) -> str:
+    def add(self, plan: ExcitationPlan, report: StoredPlanReport | SeparatingPlanReport | None = None) -> str:
         """Store a plan under an id made from its name, with the report on it; returns the id."""
         wanted = re.sub(r"[^a-z0-9]+", "-", plan.name.lower()).strip("-")[:50] or "plan"
         taken = set(self.ids())
         numbered = (wanted if number == 1 else f"{wanted}-{number}" for number in range(1, len(taken) + 2))
         identifier = next(each for each in numbered if each not in taken)
         (self._folder / REPORTS).mkdir(parents=True, exist_ok=True)
-        if isinstance(report, SeparatingPlanReport):
-            report = report.model_dump(mode="json")
         if report is not None:
-            write_atomically(self._folder / REPORTS / f"{identifier}.json", json.dumps(report).encode())
+            text = report.model_dump_json(by_alias=True)
+            write_atomically(self._folder / REPORTS / f"{identifier}.json", text.encode())
         write_atomically(self._folder / f"{identifier}.json", plan.to_json().encode())
         return identifier

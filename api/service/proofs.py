@@ -122,10 +122,7 @@ class Proofs:
         declared = {each.name: each for each in self._experiments.declared(experiment).payloads}
         carried = declared.get(payload) or settings.payload(payload)
         folder = self._experiments.folder(experiment)
-        story = ModelStory(folder).read()
-        version = story.version(model) if model else story.current
-        if version is None:
-            raise Problem(409, "There is no model yet: measure or import a session, or fit a model first.")
+        version = ModelStory(folder).read().required(model)
         asked = ProofSettings(
             experiment=experiment,
             rig=rig,

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from api.service.model_story import Fit, ModelStory, ModelVersion, now_text
+from api.service.model_documents import Fit, ModelVersion
+from api.service.model_story import ModelStory, now_text
 
 if TYPE_CHECKING:  # the service does not load what its processes compute with
     from api.service.computations import FitFound

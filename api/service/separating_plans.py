@@ -6,7 +6,8 @@ import numpy as np
 
 from api.service.experiment_store import ExperimentStore
 from api.service.model_workflow import ModelWorkflow
-from api.service.plan_store import PlanPurpose, PlanStore, SeparatingPlanReport
+from api.service.plan_documents import PlanPurpose, SeparatingPlanReport
+from api.service.plan_store import PlanStore
 from api.service.problems import Problem
 from api.service.rig_store import RigStore
 from daq.excitation.separating_plan import SeparatingMotion, separating_plan

@@ -11,6 +11,7 @@ from api.service.demos import Demos
 from api.service.disk_budget import DiskBudget
 from api.service.drive_resets import DriveResets
 from api.service.drive_table_writings import DriveTableWritings
+from api.service.drive_work import DriveWork
 from api.service.expected_current import CurrentForecast
 from api.service.experiment_store import ExperimentStore
 from api.service.experiment_upload import Uploads
@@ -106,6 +107,7 @@ def create_service(settings: ServiceSettings) -> Service:
     sessions = PayloadSessions(
         experiments, rigs, operators, claims, plans, models, proofs, audit, clock, readiness.could_stop_now
     )
+    work = DriveWork(operators, claims, audit)
     homings = Homings(rigs, operators, claims, audit, readiness.could_stop_now)
     passes = StopPasses()
     return Service(
@@ -132,8 +134,8 @@ def create_service(settings: ServiceSettings) -> Service:
         sessions=sessions,
         unlisted_recordings=UnlistedRecordings(experiments, models, sessions),
         homings=homings,
-        drive_resets=DriveResets(rigs, operators, claims, audit),
-        drive_tables=DriveTableWritings(experiments, rigs, operators, claims, audit, jobs, clock),
+        drive_resets=DriveResets(rigs, work),
+        drive_tables=DriveTableWritings(experiments, rigs, work, jobs, clock),
         rig_stop=RigStop(sessions, homings),
         samples=SessionSamples(settings.data_folder / "looked-at", ConfinedReader(settings.upload_limits)),
         stop_passes=passes,

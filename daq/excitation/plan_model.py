@@ -4,7 +4,7 @@ The planner knows nothing of rigid bodies or friction: it plans for whatever lin
 """
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from daq.excitation.blend import Array
 from daq.excitation.excitation_plan import ExcitationPlan
-from daq.json_object import JsonObject
 from identify.recording.experiment_file import Payload
 
 
@@ -73,10 +72,6 @@ class JointCoverage:
     """N m, as predicted, over all sessions"""
     payload_masses: tuple[float, ...]
     """kg, of the sessions"""
-
-    def to_json(self) -> JsonObject:
-        """As plain data."""
-        return asdict(self)
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,15 @@ from daq.excitation.information import Information
 from daq.excitation.optimal_excitation import Request, information_of, optimal_plan
 from daq.excitation.plan_limits import Violation, require_within_limits, sampling_times, violations
 from daq.excitation.plan_model import Hidden, JointCoverage, PlannedMotion
-from daq.json_object import JsonObject
+from daq.excitation.plan_report_document import (
+    CoveredJoint,
+    ExpectedParameter,
+    NotShown,
+    PeakCurrent,
+    PlannedNoise,
+    PlanReportDocument,
+    RepeatedStretch,
+)
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import Payload
 
@@ -44,62 +52,55 @@ class PlanReport:
         names = [parameter.name for parameter in self.request.model.parameters]
         return [[names[k] for k in group] for group in self.information.inseparable()]
 
-    def to_json(self) -> JsonObject:
-        """As plain data; a figure that cannot be given is None."""
+    def document(self) -> PlanReportDocument:
+        """As a document; a figure that cannot be given is None."""
         request, deviations = self.request, self.information.deviations()
-        return {
-            "rig": request.rig.name,
-            "model": request.model.name,
-            "criterion": request.criterion,
-            "payloads": [payload.name for payload in request.payloads],
-            "seconds": self.plan.duration,
-            "repeated": [
-                {"from": begin, "to": end, "period": period} for begin, end, period in self.plan.repeated
-            ],
-            "loads": request.model.source,
-            "noise": [
-                {"joint": axis.joint, "std": float(noise)}
+        return PlanReportDocument(
+            rig=request.rig.name,
+            model=request.model.name,
+            criterion=request.criterion,
+            payloads=tuple(payload.name for payload in request.payloads),
+            seconds=self.plan.duration,
+            repeated=tuple(
+                RepeatedStretch(begin=begin, end=end, period=period)
+                for begin, end, period in self.plan.repeated
+            ),
+            loads=request.model.source,
+            noise=tuple(
+                PlannedNoise(joint=axis.joint, std=float(noise))
                 for axis, noise in zip(request.rig.axes, request.noise, strict=True)
-            ],
-            "condition_number": self.information.condition_number,
-            "parameters": [
-                {
-                    "name": parameter.name,
-                    "joint": parameter.joint,
-                    "unit": parameter.unit,
-                    "effect": parameter.effect,
-                    "value": parameter.value,
-                    "std": std,
-                    "relative_std_percent": 100.0 * std / abs(parameter.value)
+            ),
+            condition_number=self.information.condition_number,
+            parameters=tuple(
+                ExpectedParameter(
+                    name=parameter.name,
+                    joint=parameter.joint,
+                    unit=parameter.unit,
+                    effect=parameter.effect,
+                    value=parameter.value,
+                    std=std,
+                    relative_std_percent=100.0 * std / abs(parameter.value)
                     if std is not None and parameter.value
                     else None,
-                }
+                )
                 for parameter, std in zip(request.model.parameters, deviations, strict=True)
-            ],
-            "inseparable": self.inseparable,
-            "cannot_tell": [
-                {
-                    "joint": hidden.joint,
-                    "effects": list(hidden.effects),
-                    "reason": hidden.reason,
-                    "remedy": hidden.remedy,
-                }
-                for hidden in self.hidden
-            ],
-            "coverage": [joint.to_json() for joint in self.covered],
-            "peak_current": [
-                {
-                    "payload": payload.name,
-                    "joint": axis.joint,
-                    "current": float(self.peak_current[p, j]),
-                    "limit": axis.limits.current,
-                }
+            ),
+            inseparable=tuple(tuple(group) for group in self.inseparable),
+            cannot_tell=tuple(NotShown.model_validate(hidden) for hidden in self.hidden),
+            coverage=tuple(CoveredJoint.model_validate(joint) for joint in self.covered),
+            peak_current=tuple(
+                PeakCurrent(
+                    payload=payload.name,
+                    joint=axis.joint,
+                    current=float(self.peak_current[p, j]),
+                    limit=axis.limits.current,
+                )
                 for p, payload in enumerate(request.payloads)
                 for j, axis in enumerate(request.rig.axes)
-            ],
-            "remarks": list(self.remarks),
-            "plan": self.plan.model_dump(mode="json"),
-        }
+            ),
+            remarks=self.remarks,
+            plan=self.plan,
+        )
 
 
 def make_plan(request: Request, progress: Callable[[float, str], None] | None = None) -> PlanReport:

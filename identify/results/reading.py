@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar, cast
 
-from pydantic import ValidationError
+from pydantic import BeforeValidator, ValidationError
 
 from identify.recording.errors import InputError
 from identify.recording.first_fault import first_fault
@@ -61,6 +61,20 @@ def document_of(kind: type[Kind], values: object, source: str) -> Kind:
         return kind.model_validate(fields)
     except ValidationError as error:
         raise InputError(f"{source}: not a result of `{kind.MADE_BY}`: {first_fault(error)}") from None
+
+
+def of_any_version(kind: type[Document]) -> BeforeValidator:
+    """For a field that holds a whole document: plain values of an older form are read too.
+
+    Validation raises InputError: see `read_document`.
+    """
+
+    def read(values: object) -> object:
+        return (
+            values if values is None or isinstance(values, kind) else document_of(kind, values, kind.MADE_BY)
+        )
+
+    return BeforeValidator(read)
 
 
 def _from_format_1(kind: type[Document], values: Json) -> Json:

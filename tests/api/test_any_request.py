@@ -48,7 +48,7 @@ def stocked(listening, tmp_path, write_measured_experiment, zipped):
     archive = tmp_path / "pendulum.zip"
     archive.write_bytes(zipped(write_measured_experiment(tmp_path / "measured")))
     with Client(listening.address, token.removeprefix("Bearer ")) as client:
-        client.wait(client.import_experiment(archive)["job"]["id"])
+        client.wait(client.import_experiment(archive).job)
     return listening.address, token
 
 

@@ -24,8 +24,8 @@ def experiment(coulomb, tmp_path, write_measured_experiment, zipped):
     archive = tmp_path / "pendulum.zip"
     archive.write_bytes(zipped(write_measured_experiment(tmp_path / "measured")))
     imported = coulomb.import_experiment(archive)
-    coulomb.wait(imported["job"]["id"])
-    return imported["experiment"]["id"]
+    coulomb.wait(imported.job)
+    return imported.experiment.id
 
 
 def test_a_notebook_goes_from_data_to_a_better_model(coulomb, experiment, tmp_path):
@@ -42,11 +42,11 @@ def test_a_notebook_goes_from_data_to_a_better_model(coulomb, experiment, tmp_pa
     coulomb.wait(coulomb.add_effect(experiment, joint.missing[0], joint.joint))
     after = coulomb.results(experiment)
     assert after.relative_error < 0.1 * before.relative_error
-    assert coulomb.compare(experiment, "m1", "m2")["relative_error_change"] < 0
-    assert coulomb.undo(experiment)["version"]["id"] == "m1"
-    assert coulomb.redo(experiment)["version"]["id"] == "m2"
-    assert coulomb.models(experiment)["line"] == ["m1", "m2"]
-    assert coulomb.model(experiment, "m2")["version"]["parent"] == "m1"
+    assert coulomb.compare(experiment, "m1", "m2").relative_error_change < 0
+    assert coulomb.undo(experiment).version.id == "m1"
+    assert coulomb.redo(experiment).version.id == "m2"
+    assert coulomb.models(experiment).line == ["m1", "m2"]
+    assert coulomb.model(experiment, "m2").version.parent == "m1"
     coulomb.wait(coulomb.remove_effect(experiment, joint.missing[0], joint.joint))
     assert coulomb.results(experiment).relative_error == pytest.approx(before.relative_error)
 
@@ -81,7 +81,7 @@ def test_refusals_are_exceptions_with_the_services_words(coulomb, experiment):
 def test_a_cookie_that_an_answer_brings_does_not_stand_in_the_way_of_a_change(listening):
     with Client(listening.address) as client:
         assert client._http.get("/pages/rig", headers={"Accept": "text/html"}).headers.get("set-cookie")
-        assert client.create_experiment("after a cookie", RIG)["id"] == "after-a-cookie"
+        assert client.create_experiment("after a cookie", RIG).id == "after-a-cookie"
 
 
 def test_the_catalogue_is_the_identifiers_own(coulomb):
@@ -90,15 +90,15 @@ def test_the_catalogue_is_the_identifiers_own(coulomb):
 
 def test_a_session_is_measured_from_a_notebook(coulomb, tmp_path):
     plan = coulomb.wait(coulomb.make_plan(RIG, "short", seconds=20, model="usual")).result.plan
-    experiment = coulomb.create_experiment("arm", RIG)["id"]
-    session = coulomb.create_session(experiment, RIG, plan, {"name": "none"})["id"]
+    experiment = coulomb.create_experiment("arm", RIG).id
+    session = coulomb.create_session(experiment, RIG, plan, "none").id
     coulomb.step(experiment, session, "weigh", mass=0.0)
-    assert coulomb.step(experiment, session, "check")["ok"]
+    assert coulomb.step(experiment, session, "check").ok
     for step in ("confirm", "arm", "start"):
         coulomb.step(experiment, session, step)
     assert coulomb.stop(RIG) is True
-    assert coulomb.rig(RIG)["status"]["session"]["id"] == session
-    assert coulomb.session(experiment, session)["rig"] == RIG
+    assert coulomb.rig(RIG).status.session.id == session
+    assert coulomb.session(experiment, session).rig == RIG
 
 
 def test_other_peoples_records_and_logs_become_experiments(coulomb, tmp_path):
@@ -110,12 +110,12 @@ def test_other_peoples_records_and_logs_become_experiments(coulomb, tmp_path):
     joint = JointOfRecord(position=described.position[0], command=described.command[0], gain=2.0)
     wanted = RecordImport(name="bench", joints=[joint], time=["t [s]"], gravity=(0.0, -9.81, 0.0))
     made = coulomb.import_records([tmp_path / "run.csv"], wanted)
-    assert made["experiment"]["name"] == "bench"
+    assert made.experiment.name == "bench"
     added = coulomb.import_records(
-        [tmp_path / "run.csv"], wanted.model_copy(update={"experiment": made["experiment"]["id"]})
+        [tmp_path / "run.csv"], wanted.model_copy(update={"experiment": made.experiment.id})
     )
-    assert added["experiment"]["id"] == made["experiment"]["id"]
-    assert len(coulomb.recordings(made["experiment"]["id"])) == 2
+    assert added.experiment.id == made.experiment.id
+    assert len(coulomb.recordings(made.experiment.id)) == 2
     (tmp_path / "bus.log").write_text("(0.000000) can0 183#0000000000003712\n")
     with pytest.raises(ServiceError, match="holds no SYNC"):
         coulomb.import_can_logs([tmp_path / "bus.log"], CanLogImport(rig=RIG))

@@ -5,24 +5,28 @@ import threading
 from collections.abc import Generator
 from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, HTTPServer
+from pathlib import Path
 
 import httpx
 import numpy as np
 import pytest
 
 from api.client import Client, ServiceError
+from identify.recording.errors import InputError
+
+ADA = {"name": "ada", "role": "viewer", "via": "token", "csrf_token": None}
 
 
 @contextmanager
 def answering(stopped: bool, headers: dict[str, str]) -> Generator[tuple[int, list[tuple[str, str, str]]]]:
-    """A server that answers everything by `stopped`; its port, and what was asked of it."""
+    """A server that answers everything by who asks and `stopped`; its port, and what was asked of it."""
     asked: list[tuple[str, str, str]] = []
 
     class Answer(BaseHTTPRequestHandler):
         def answer(self) -> None:
             self.rfile.read(int(self.headers.get("Content-Length", "0")))
             asked.append((self.command, self.path, self.headers.get("Authorization", "")))
-            body = json.dumps({"stopped": stopped}).encode()
+            body = json.dumps({**ADA, "stopped": stopped}).encode()
             self.send_response(200)
             for name, value in {**headers, "Content-Length": str(len(body))}.items():
                 self.send_header(name, value)
@@ -76,6 +80,29 @@ def test_what_is_no_problem_document_is_an_error_with_its_text():
     with pytest.raises(ServiceError, match=r"^bad gateway$") as refused:
         client_of(httpx.Response(502, text="bad gateway")).me()
     assert refused.value.status == 502
+
+
+def test_what_a_newer_service_adds_is_left_out_and_what_it_took_away_is_named():
+    me = ADA | {"language": "fr"}
+    assert client_of(httpx.Response(200, json=me)).me().name == "ada"
+    del me["role"]
+    with pytest.raises(InputError, match=r"^/me: not a Me of this version: role: Field required$"):
+        client_of(httpx.Response(200, json=me)).me()
+
+
+def test_a_version_of_a_service_before_documents_had_a_form_is_read():
+    story = Path(__file__).parents[1] / "identify" / "results" / "stored-format-1"
+    identification, diagnosis = (
+        json.loads((story / "m1" / "f1" / f"{name}.json").read_text())
+        for name in ("identification", "diagnosis")
+    )
+    assert "format" not in identification
+    version = json.loads((story / "story.json").read_text())["versions"][0]
+    answer = {"version": version, "identification": identification, "diagnosis": diagnosis}
+    read = client_of(httpx.Response(200, json=answer)).model("arm", "m1")
+    assert read.version.fit.relative_error == read.identification.relative_error
+    assert read.diagnosis is not None
+    assert read.diagnosis.joints[0].joint == identification["joints"][0]["joint"]
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ import pytest
 import yaml
 
 import api.service.drive_table_writings as writings
+import api.service.drive_work as drive_work
 from api.client import Client, ServiceError
 from api.drive_tables import tables_before
 from api.service.accounts import Role, User
@@ -24,9 +25,9 @@ def bench(service, finished, monkeypatch):
     folder = held.settings.data_folder / "rigs"
     folder.mkdir(exist_ok=True)
     (folder / f"{BENCH}.yaml").write_text(yaml.safe_dump(settings))
-    real = writings.require_lasting_drives
+    real = drive_work.require_lasting_drives
     monkeypatch.setattr(
-        writings, "require_lasting_drives", lambda rig: None if rig.name == BENCH else real(rig)
+        drive_work, "require_lasting_drives", lambda rig: None if rig.name == BENCH else real(rig)
     )
     rig = held.rigs.rig(BENCH)
     with held.experiments.incoming() as incoming:
@@ -81,16 +82,16 @@ def test_tables_are_computed_shown_written_and_taken_back(bench, service, finish
     assert held_by(compensation) == before
 
     writing = client.write_drive_tables("arm", BENCH)
-    assert (writing["number"], writing["state"], writing["version"]) == ("00", "written", "m1")
+    assert (writing.number, writing.state, writing.version) == ("00", "written", "m1")
     assert compensation.raw[0x2021][0] == table.objects[8].value != 0
     assert service.service.operators.operator(BENCH) == "the-operator"
     assert any(
         row.action == "drive tables" and "model m1" in row.target for row in service.service.audit.rows()
     )
     back = client.write_drive_tables_back("arm", "00")
-    assert (back["undoes"], back["state"]) == ("00", "written")
+    assert (back.undoes, back.state) == ("00", "written")
     assert held_by(compensation) == before
-    assert [each["number"] for each in client.drive_table_writings("arm")] == ["01", "00"]
+    assert [each.number for each in client.drive_table_writings("arm")] == ["01", "00"]
     assert "what was before 00" in http.get(address, params={"rig": BENCH}).text
     refuses_what_cannot_be_written_to(client, http, finished)
     # another operator does not write to drives of a rig that somebody has
@@ -121,8 +122,8 @@ def test_a_changed_rig_file_and_a_refusing_drive_leave_everything_as_it_was(
         with pytest.raises(ServiceError, match="0x2022:08 refused"):
             client.write_drive_tables("arm", BENCH)
     (writing,) = client.drive_table_writings("arm")
-    assert (writing["state"], writing["reason"]) == ("refused", "node 3: 0x2022:08 refused")
-    held = [each["before"] for table in writing["tables"]["joints"][0]["tables"] for each in table["objects"]]
+    assert (writing.state, writing.reason) == ("refused", "node 3: 0x2022:08 refused")
+    held = [each.before for table in writing.tables.joints[0].tables for each in table.objects]
     assert held == [0.0] * len(held)
 
     class Killed(BaseException):
@@ -137,7 +138,7 @@ def test_a_changed_rig_file_and_a_refusing_drive_leave_everything_as_it_was(
     with pytest.raises(Killed):
         service.service.drive_tables.write("arm", User("the-operator", Role.OPERATOR, "token"), BENCH)
     monkeypatch.setattr(writings, "written", real)
-    assert client.drive_table_writings("arm")[0]["state"] == "begun"
+    assert client.drive_table_writings("arm")[0].state == "begun"
     page = http.get("/pages/experiments/arm/drive-tables").text
     assert "the drives may hold some of both" in page
     # what they held before is on disk, and given back

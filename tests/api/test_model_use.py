@@ -35,11 +35,11 @@ def test_a_model_is_simulated_and_its_errors_are_kept_with_its_fit(imported_shor
     free = next(row for row in found.horizons if row.horizon is None)
     session, by_rest = free.sessions[0], Client("", http=client)
     run = by_rest.free_run(experiment, "m1", session.file, session.joints[0].joint)
-    assert run["time"] == sorted(run["time"])
-    error = [value for value in run["position"]["error"] if value is not None]
+    assert run.time == sorted(run.time)
+    error = [value for value in run.position.error if value is not None]
     # left out of the reduced curves: nothing of the error's extremes, so that its mean square cannot be beyond them
     assert max(map(abs, error)) >= session.joints[0].position_rms
-    assert set(run["position"]["usual"]) == {None}
+    assert set(run.position.usual) == {None}
     name = session.joints[0].joint
     # in closed loop with given gains: refused by what is wrong with them, and where the record has no reference
     gains = {"joints": [{"joint": name, "position": 1.0, "velocity": 0.5}]}

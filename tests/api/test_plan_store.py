@@ -4,9 +4,11 @@ import os
 
 import pytest
 
-from api.service.plan_store import PlanPurpose, PlanStore, SeparatingPlanReport
+from api.service.plan_documents import PlanPurpose, PredictedCurrents, SeparatingPlanReport, StoredPlanReport
+from api.service.plan_store import PlanStore
 from api.service.problems import Problem
 from daq.excitation.excitation_plan import ExcitationPlan
+from daq.excitation.plan_report_document import RepeatedStretch
 from daq.excitation.trapezoid import Dwell
 from identify.recording.errors import InputError
 
@@ -40,11 +42,40 @@ def test_the_newest_comes_first_and_other_files_are_no_plans(store, tmp_path):
     assert store.ids() == ["new", "older", "oldest"]
 
 
+def report() -> StoredPlanReport:
+    return StoredPlanReport(
+        rig="bench",
+        model="usual",
+        criterion="d-optimal",
+        payloads=("none",),
+        seconds=2.0,
+        repeated=(RepeatedStretch(begin=0.5, end=1.5, period=0.5),),
+        loads="from assumed masses",
+        noise=(),
+        condition_number=None,
+        parameters=(),
+        inseparable=(("ZZ1R",),),
+        cannot_tell=(),
+        coverage=(),
+        peak_current=(),
+        remarks=(),
+        predicted=PredictedCurrents(time=[0.0], currents=[]),
+    )
+
+
 def test_a_report_stands_beside_its_plan_or_there_is_none(store):
-    store.add(plan("told"), {"deviations": [1.5]})
+    store.add(plan("told"), report())
     store.add(plan("untold"))
-    assert store.report("told") == {"deviations": [1.5]}
+    assert store.report("told") == report()
     assert store.report("untold") is None
+
+
+def test_a_report_that_was_damaged_is_named_with_the_field(store, tmp_path):
+    store.add(plan("told"), report())
+    file = tmp_path / "plans" / "reports" / "told.json"
+    file.write_text(file.read_text().replace('"seconds"', '"second"'))
+    with pytest.raises(InputError, match=r"^reports/told\.json: .*seconds: Field required$"):
+        store.report("told")
 
 
 def test_the_report_on_a_plan_that_tells_effects_apart_is_read_as_it_was_stored(store):
@@ -53,7 +84,7 @@ def test_the_report_on_a_plan_that_tells_effects_apart_is_read_as_it_was_stored(
     )
     made = SeparatingPlanReport(purpose=purpose, remarks=("slower than proposed",))
     store.add(plan("told"), made)
-    store.add(plan("other"), {"deviations": [1.5]})
+    store.add(plan("other"), report())
     assert store.separating_report("told") == made
     assert store.separating_report("other") is None
 

@@ -32,7 +32,7 @@ def drive(service, client, session):
     """A drive through the steps of every session, to its end."""
     for step in ("check", "weigh", "confirm", "arm", "start"):
         fields = {"mass": 0.0} if step == "weigh" else {}
-        client.step("arm", session["id"], step, **fields)
+        client.step("arm", session.id, step, **fields)
     active = service.service.sessions.active(RIG)
     assert active.payload_session.wait(200.0) is SessionState.DONE, active.payload_session.reason
     active.close()
@@ -62,7 +62,7 @@ def refuses_a_rig_whose_file_was_changed(service, client, experiment):
         ServiceError, match="cycle changed since the proof was prepared; prepare another proof"
     ):
         client.prepare_drive(experiment, "00", "without")
-    assert client.proof(experiment, "00")["without"] is None
+    assert client.proof(experiment, "00").without is None
     changed.unlink()
 
 
@@ -89,21 +89,21 @@ def test_a_proof_is_prepared_driven_twice_and_listed_with_what_it_did(arm, servi
         client.proof_result(experiment, "00")
     with pytest.raises(ServiceError, match="Run the plan without feedforward torque first"):
         client.prepare_drive(experiment, "00", "with")
-    assert client.proof(experiment, "00")["next"] == "without"
+    assert client.proof(experiment, "00").next == "without"
 
     refuses_a_rig_whose_file_was_changed(service, client, experiment)
     first = client.prepare_drive(experiment, "00", "without")
-    assert first["id"] == "proof-00-without"
-    assert client.prepare_drive(experiment, "00", "without")["id"] == first["id"]  # it is gone on with
+    assert first.id == "proof-00-without"
+    assert client.prepare_drive(experiment, "00", "without").id == first.id  # it is gone on with
     drive(service, client, first)
     second = client.prepare_drive(experiment, "00", "with")
-    page = http.get(f"/pages/experiments/{experiment}/sessions/{second['id']}").text
+    page = http.get(f"/pages/experiments/{experiment}/sessions/{second.id}").text
     assert re.search(r"j3 up to [0-9.]+ A of feedforward, stopped at a following error of", page)
     drive(service, client, second)
 
     (listed,) = client.proofs(experiment)
-    assert (listed["next"], listed["model"], listed["operator"]) == (None, "m1", "the-operator")
-    assert listed["without"]["state"] == listed["with_torque"]["state"] == "done"
+    assert (listed.next, listed.model, listed.operator) == (None, "m1", "the-operator")
+    assert listed.without.state == listed.with_torque.state == "done"
     found = client.proof_result(experiment, "00")
     assert found.folder == "compensation/00"
     assert found.joints[0].rms_with < found.joints[0].rms_without
@@ -116,7 +116,7 @@ def test_a_proof_is_prepared_driven_twice_and_listed_with_what_it_did(arm, servi
     store = service.service.experiments
     store.reindex()
     assert [row.id for row in store.sessions(experiment)] == ["session-00", "session-01"]
-    assert client.session(experiment, "proof-00-with")["file"] == "compensation/00/session-01.h5"
+    assert client.session(experiment, "proof-00-with").file == "compensation/00/session-01.h5"
     for step in ("recover", "admit"):
         with pytest.raises(ServiceError, match="no model uses"):
             getattr(client, step)(experiment, "proof-00-with")
@@ -136,7 +136,7 @@ def test_a_proof_is_prepared_driven_twice_and_listed_with_what_it_did(arm, servi
     for number, written in (("01", b"{"), ("02", b"\xff\xfe")):
         (folder / number).mkdir()
         (folder / number / "proof.json").write_bytes(written)
-    assert [each["proof"] for each in client.proofs(experiment)] == ["00"]
+    assert [each.proof for each in client.proofs(experiment)] == ["00"]
     page = http.get(f"/pages/experiments/{experiment}/proofs").text
     assert "Proof 01 cannot be read" in page
     assert "Proof 02 cannot be read" in page

@@ -169,7 +169,7 @@ def test_a_service_that_ends_during_motion_loses_no_sample_and_finds_the_session
     with Client(address, timeout=60) as client:
         plan = client.wait(client.make_plan(RIG, "short", seconds=20, model="usual")).result.plan
         client.create_experiment("arm", RIG)
-        session = client.create_session("arm", RIG, plan, {"name": "none"})["id"]
+        session = client.create_session("arm", RIG, plan, "none").id
         client.step("arm", session, "weigh", mass=0.0)
         for step in ("check", "confirm", "arm"):
             client.step("arm", session, step)
@@ -198,6 +198,6 @@ def test_a_service_that_ends_during_motion_loses_no_sample_and_finds_the_session
     _process, address = serve()
     with Client(address, timeout=60) as client:
         again = client.session("arm", session)
-        assert again["state"] == found.status
-        assert again["reason"] == found.reason
-        assert client.recordings("arm")[0]["session"] == session
+        assert again.state == found.status
+        assert again.reason == found.reason
+        assert client.recordings("arm")[0].session == session

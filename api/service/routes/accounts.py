@@ -6,6 +6,7 @@ from fastapi import APIRouter, Path, Request
 from pydantic import BaseModel, Field
 
 from api.service import access
+from api.service.account_documents import Me
 from api.service.accounts import NAME_PATTERN, Role, User
 from api.service.openapi import ResourceRoute, problems
 from api.service.problems import Problem, not_found
@@ -22,18 +23,6 @@ class Credentials(BaseModel):
 
     name: Annotated[str, Field(max_length=64, examples=["ada"])]
     password: Annotated[str, Field(max_length=1000, examples=["correct horse battery"])]
-
-
-class Me(BaseModel):
-    """Who asks, and what a page needs to go on."""
-
-    name: str = Field(examples=["ada"])
-    role: Role = Field(examples=[Role.OPERATOR])
-    via: str = Field(description="cookie, token or local", examples=["cookie"])
-    csrf_token: str | None = Field(
-        description="to be sent as X-CSRF-Token with every change; null with a bearer token",
-        examples=["8cJx0n4mWb2p"],
-    )
 
 
 class UserSummary(BaseModel):

@@ -9,6 +9,7 @@ from api.service import access
 from api.service.access import service_of
 from api.service.job_documents import JobView
 from api.service.openapi import ResourceRoute, problems
+from api.service.plan_documents import MadePlanView
 from api.service.problems import Problem
 from api.service.routes.experiments import ExperimentId
 from api.service.routes.jobs import accepted
@@ -46,15 +47,6 @@ class ProposalChoice(OfJoint):
             examples=["rx130l-joint3-simulated"],
         ),
     ] = None
-
-
-class MadePlanView(BaseModel):
-    """A plan just made for a proposed experiment."""
-
-    plan: str = Field(examples=["load-friction-asymmetric-from-load-friction-on-j3"])
-    rig: str = Field(examples=["rx130l-joint3-simulated"])
-    payload: str = Field(description="the payload to mount", examples=["disk-7"])
-    remarks: list[str] = Field(description="what the rig's limits made of the proposal", examples=[[]])
 
 
 @router.get("/effects")

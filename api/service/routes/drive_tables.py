@@ -7,7 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from api.service import access
 from api.service.access import client_address, service_of
-from api.service.drive_table_writings import TablesWriting
+from api.service.drive_table_documents import TablesWriting
 from api.service.job_documents import JobView
 from api.service.openapi import ResourceRoute, problems
 from api.service.problems import Problem

@@ -6,12 +6,12 @@ from fastapi import APIRouter, File, Form, Path, Request, Response, UploadFile
 from pydantic import BaseModel, Field
 
 from api.service import access
-from api.service.database import ExperimentRow
+from api.service.experiment_documents import ExperimentSummary, ExperimentView, Imported
 from api.service.job_documents import JobView
 from api.service.openapi import ResourceRoute, problems
 from api.service.routes.jobs import accepted
 from api.service.session_catalogue import CatalogueEntry
-from api.service.session_payload import SessionPayload
+from api.service.session_documents import SessionSummary
 from api.stored_experiments import EXPERIMENT_ID
 from identify.recording import Payload
 from identify.recording.plain_text import Printable
@@ -20,87 +20,6 @@ router = APIRouter(tags=["experiments"], route_class=ResourceRoute)
 
 ExperimentId = Annotated[str, Path(pattern=f"^{EXPERIMENT_ID.pattern}$")]
 SessionId = Annotated[str, Path(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$")]
-
-
-class SessionSummary(BaseModel):
-    """A payload session, measured or being prepared."""
-
-    id: str = Field(examples=["session-01"])
-    file: str | None = Field(description="null until it is measured", examples=["session-01.h5"])
-    payload: SessionPayload = Field(
-        description="kg, m, kg m²; mass null where the file does not say it",
-        examples=[{"name": "disk", "mass": 3.4584, "com": [1.277, 0.0, 0.0]}],
-    )
-    weighed: float | None = Field(
-        description="kg, the payload as weighed; null where it was not weighed here", examples=[3.4602]
-    )
-    role: Literal["identification", "validation"] = Field(examples=["identification"])
-    state: str = Field(
-        description="new, checked, payload confirmed, armed, running; done, aborted, faulted; "
-        "measured (elsewhere), missing, damaged",
-        examples=["complete"],
-    )
-    reason: str | None = Field(description="why it ended so, in words", examples=[None])
-    rig: str | None = Field(examples=["rx130l-joint3-simulated"])
-    plan: str | None = Field(examples=["joint3-sinusoids"])
-    started: str | None = Field(
-        description="ISO 8601, UTC; null where the file does not say", examples=["2026-11-22T15:04:05+00:00"]
-    )
-    operator: str | None = Field(description="who measured it", examples=["ada"])
-    seconds: float | None = Field(
-        description="from the first sample to the last; null where not known", examples=[60.0]
-    )
-    lost: float | None = Field(
-        description="share of the drives' answers that did not come, 0 to 1", examples=[0.0002]
-    )
-    excluded: str | None = Field(
-        description="why no model uses it; null where it takes part in its role", examples=[None]
-    )
-    note: str = Field(description="what somebody wrote about it", examples=["second try, colder"])
-
-    @classmethod
-    def of(cls, entry: CatalogueEntry) -> "SessionSummary":
-        """The view of an entry of the catalogue."""
-        row, facts = entry.row, entry.facts
-        return cls(
-            id=row.id,
-            file=row.file,
-            payload=row.payload,
-            weighed=row.weighed,
-            role=cast(Literal["identification", "validation"], row.role),
-            state=row.state,
-            reason=row.reason,
-            rig=entry.rig,
-            plan=entry.plan,
-            started=facts.started,
-            operator=facts.operator,
-            seconds=facts.seconds,
-            lost=facts.lost,
-            excluded=entry.excluded,
-            note=entry.note,
-        )
-
-
-class ExperimentSummary(BaseModel):
-    """One stored experiment."""
-
-    id: str = Field(examples=["rx130l-joint3"])
-    name: str = Field(examples=["rx130l-joint3"])
-    joints: list[str] = Field(examples=[["j3"]])
-    modified: float = Field(description="s since 1970", examples=[1795360000.0])
-    problem: str | None = Field(description="what is wrong with its experiment.yaml", examples=[None])
-
-    @classmethod
-    def of(cls, row: ExperimentRow) -> "ExperimentSummary":
-        """The view of an index row."""
-        return cls.model_validate(row, from_attributes=True)
-
-
-class ExperimentView(ExperimentSummary):
-    """One stored experiment with its payloads and sessions."""
-
-    payloads: list[Payload] = Field(examples=[[{"name": "none", "mass": 0.0}]])
-    sessions: list[SessionSummary]
 
 
 class NewExperiment(BaseModel):
@@ -114,15 +33,25 @@ class NewExperiment(BaseModel):
     ]
 
 
-class Imported(BaseModel):
-    """What an upload became, and the identification that was started by itself."""
-
-    experiment: ExperimentView
-    job: JobView
-    passed_over: list[str] = Field(
-        default=[],
-        description="files of the archive that experiment.yaml does not name and that were not stored",
-        examples=[["README.md"]],
+def session_summary(entry: CatalogueEntry) -> SessionSummary:
+    """An entry of the catalogue as a document."""
+    row, facts = entry.row, entry.facts
+    return SessionSummary(
+        id=row.id,
+        file=row.file,
+        payload=row.payload,
+        weighed=row.weighed,
+        role=cast(Literal["identification", "validation"], row.role),
+        state=row.state,
+        reason=row.reason,
+        rig=entry.rig,
+        plan=entry.plan,
+        started=facts.started,
+        operator=facts.operator,
+        seconds=facts.seconds,
+        lost=facts.lost,
+        excluded=entry.excluded,
+        note=entry.note,
     )
 
 
@@ -130,14 +59,16 @@ def view(request: Request, identifier: str) -> ExperimentView:
     """The whole of one experiment. Raises the problem 404."""
     service = access.service_of(request)
     row = service.experiments.row(identifier)
-    sessions = [SessionSummary.of(each) for each in service.catalogue.entries(identifier)]
-    return ExperimentView(**ExperimentSummary.of(row).model_dump(), payloads=row.payloads, sessions=sessions)
+    sessions = [session_summary(each) for each in service.catalogue.entries(identifier)]
+    return ExperimentView(
+        **ExperimentSummary.model_validate(row).model_dump(), payloads=row.payloads, sessions=sessions
+    )
 
 
 @router.get("/experiments")
 def list_experiments(request: Request, _user: access.Viewer) -> list[ExperimentSummary]:
     """All experiments, the one changed last first."""
-    return [ExperimentSummary.of(row) for row in access.service_of(request).experiments.rows()]
+    return [ExperimentSummary.model_validate(row) for row in access.service_of(request).experiments.rows()]
 
 
 @router.post("/experiments", status_code=201)

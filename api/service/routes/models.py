@@ -8,13 +8,11 @@ from pydantic import BaseModel, Field
 from api.service import access
 from api.service.access import service_of
 from api.service.job_documents import JobView
-from api.service.model_story import ModelVersion
+from api.service.model_documents import Comparison, Pending, ResultsView, Stepped, StoryView, VersionView
 from api.service.openapi import ResourceRoute, problems
 from api.service.problems import Problem
 from api.service.routes.experiments import ExperimentId
 from api.service.routes.jobs import accepted
-from identify.results.diagnosis import DiagnosisDocument
-from identify.results.identification import IdentificationDocument
 
 router = APIRouter(tags=["models"], route_class=ResourceRoute)
 
@@ -43,59 +41,6 @@ class EffectChange(BaseModel):
 
     effect: EffectName
     joint: JointName | None = None
-
-
-class StoryView(BaseModel):
-    """All model versions, and which of them is current."""
-
-    versions: list[ModelVersion]
-    line: list[str] = Field(description="the versions that lead to the current one", examples=[["m1", "m2"]])
-    undone: list[str] = Field(description="what can be redone, last undone last", examples=[["m3"]])
-    current: str | None = Field(examples=["m2"])
-
-
-class VersionView(BaseModel):
-    """One model version with its newest fit."""
-
-    version: ModelVersion
-    identification: IdentificationDocument
-    diagnosis: DiagnosisDocument | None
-
-
-class Stepped(BaseModel):
-    """The current version after undo or redo, and the job that fits it anew if sessions came since."""
-
-    version: ModelVersion
-    job: JobView | None
-
-
-class Comparison(BaseModel):
-    """Two versions side by side."""
-
-    first: IdentificationDocument
-    second: IdentificationDocument
-    added: list[str] = Field(
-        description="effects that only the second has", examples=[["load-friction-asymmetric@j3"]]
-    )
-    removed: list[str] = Field(description="effects that only the first has", examples=[[]])
-    relative_error_change: float | None = Field(description="second less first", examples=[-0.0249])
-
-
-class ResultsView(IdentificationDocument):
-    """What the identifier says now: the document of `coulomb identify --json` and where it comes from."""
-
-    version: ModelVersion
-    stale: bool = Field(
-        description="sessions or settings changed since; a new fit is on its way", examples=[False]
-    )
-    job: JobView | None = Field(description="the computation under way")
-    diagnosis: DiagnosisDocument | None = Field(description="what this version misses, if somebody asked")
-
-
-class Pending(BaseModel):
-    """There are no results yet; this job makes the first."""
-
-    job: JobView
 
 
 @router.get(

@@ -10,39 +10,16 @@ from api.service import access
 from api.service.access import service_of
 from api.service.job_documents import JobView
 from api.service.openapi import ResourceRoute, problems
+from api.service.plan_documents import PlanPreview, PlanSummary, PlanView
 from api.service.plan_store import PLAN_ID
 from api.service.problems import Problem, not_found
 from api.service.routes.jobs import accepted
 from daq.excitation.excitation_plan import ExcitationPlan
 from identify.recording.plain_text import Printable
-from identify.results.document import Json
 
 router = APIRouter(tags=["plans"], route_class=ResourceRoute)
 
 PlanId = Annotated[str, Path(pattern=f"^{PLAN_ID.pattern}$")]
-
-
-class PlanSummary(BaseModel):
-    """One stored plan."""
-
-    id: str = Field(examples=["joint3-sinusoids"])
-    name: str = Field(examples=["joint3 sinusoids"])
-    rig: str = Field(examples=["rx130l-joint3-simulated"])
-    model: str = Field(examples=["load-velocity"])
-    joints: list[str] = Field(examples=[["j3"]])
-    duration: float = Field(description="s", examples=[60.0])
-
-
-class PlanView(PlanSummary):
-    """One stored plan with its phases in closed form."""
-
-    start: list[float] = Field(description="rad or m", examples=[[0.35]])
-    phases: list[Json] = Field(examples=[[{"kind": "dwell", "duration": 0.5}]])
-    report: Json | None = Field(
-        description="the document of `coulomb plan --json`: deviations to expect, what the plan cannot tell, and the "
-        "predicted currents over time; null for a plan that was not made here",
-        examples=[{"condition_number": 31.2, "cannot_tell": [], "predicted": {"time": [], "currents": []}}],
-    )
 
 
 class PlanRequest(BaseModel):
@@ -67,32 +44,22 @@ class PlanRequest(BaseModel):
     ] = None
 
 
-class PlanPreview(BaseModel):
-    """What the joints are going to do; one list per joint."""
-
-    time: list[float] = Field(description="s", examples=[[0.0, 0.1]])
-    position: list[list[float]] = Field(description="rad or m", examples=[[[0.35, 0.36]]])
-    velocity: list[list[float]] = Field(description="rad/s or m/s", examples=[[[0.0, 0.2]]])
-    acceleration: list[list[float]] = Field(description="rad/s² or m/s²", examples=[[[0.0, 1.0]]])
-    violations: list[str] = Field(description="limits of the rig that it breaks, in words", examples=[[]])
-
-
-def _summary(identifier: str, plan: ExcitationPlan) -> Json:
-    return {
-        "id": identifier,
-        "name": plan.name,
-        "rig": plan.rig,
-        "model": plan.model,
-        "joints": list(plan.joints),
-        "duration": plan.duration,
-    }
+def _summary(identifier: str, plan: ExcitationPlan) -> PlanSummary:
+    return PlanSummary(
+        id=identifier,
+        name=plan.name,
+        rig=plan.rig,
+        model=plan.model,
+        joints=list(plan.joints),
+        duration=plan.duration,
+    )
 
 
 @router.get("/plans")
 def list_plans(request: Request, _user: access.Viewer) -> list[PlanSummary]:
     """All plans, the newest first."""
     plans = service_of(request).plans
-    return [PlanSummary.model_validate(_summary(each, plans.plan(each))) for each in plans.ids()]
+    return [_summary(each, plans.plan(each)) for each in plans.ids()]
 
 
 @router.post("/plans", status_code=202, responses=problems(404, 409))
@@ -114,10 +81,11 @@ def make_plan(request: Request, response: Response, user: access.Operator, wante
 def get_plan(request: Request, _user: access.Viewer, plan: PlanId) -> PlanView:
     """One plan with its phases in closed form."""
     stored = service_of(request).plans.plan(plan)
-    phases = [phase.model_dump(mode="json") for phase in stored.phases]
-    report = service_of(request).plans.report(plan)
-    return PlanView.model_validate(
-        {**_summary(plan, stored), "start": list(stored.start), "phases": phases, "report": report}
+    return PlanView(
+        **dict(_summary(plan, stored)),
+        start=list(stored.start),
+        phases=list(stored.phases),
+        report=service_of(request).plans.report(plan),
     )
 
 

@@ -10,11 +10,12 @@ from api.service.access import service_of
 from api.service.database import SessionRow
 from api.service.job_documents import JobView
 from api.service.openapi import ResourceRoute, problems
+from api.service.proof_documents import ProofView
 from api.service.proofs import ProofState
-from api.service.routes.experiments import ExperimentId, SessionSummary
+from api.service.routes.experiments import ExperimentId, session_summary
 from api.service.routes.jobs import accepted
+from api.service.session_documents import SessionSummary
 from api.service.session_ids import Drive
-from identify.results.compensation import CompensationDocument
 
 router = APIRouter(tags=["proofs"], route_class=ResourceRoute)
 
@@ -52,33 +53,6 @@ class NewProof(BaseModel):
     ] = 0.6
 
 
-class ProofView(BaseModel):
-    """One proof, and how far it is."""
-
-    proof: str = Field(description="its number within the experiment", examples=["00"])
-    model: str | None = Field(
-        description="the version; null for one that was named on the command line", examples=["m2"]
-    )
-    effects: list[str] = Field(
-        description="the model in words: a named one, and what was added", examples=[["usual", "stribeck@j3"]]
-    )
-    rig: str = Field(examples=["rx130l-joint3-simulated"])
-    plan: str = Field(examples=["joint3-sinusoids"])
-    payload: str = Field(examples=["disk-3.5"])
-    part: Literal["whole", "friction"] = Field(examples=["whole"])
-    share: float = Field(examples=[0.6])
-    operator: str = Field(examples=["ada"])
-    created: str = Field(examples=["2026-11-28T09:00:00+00:00"])
-    next: Drive | None = Field(
-        description="the drive that comes next; null where both came to their end", examples=["without"]
-    )
-    without: SessionSummary | None = Field(description="the drive without feedforward torque")
-    with_torque: SessionSummary | None = Field(description="the drive with it")
-    result: CompensationDocument | None = Field(
-        description="the following errors; null until feedforward torque was sent"
-    )
-
-
 def _view(request: Request, experiment: str, state: ProofState) -> ProofView:
     settings = state.settings
     return ProofView(
@@ -100,7 +74,7 @@ def _view(request: Request, experiment: str, state: ProofState) -> ProofView:
 
 
 def _summary(request: Request, experiment: str, row: SessionRow | None) -> SessionSummary | None:
-    return None if row is None else SessionSummary.of(service_of(request).catalogue.entry(experiment, row.id))
+    return None if row is None else session_summary(service_of(request).catalogue.entry(experiment, row.id))
 
 
 @router.post("/experiments/{experiment}/proofs", status_code=202, responses=problems(409, 507))
@@ -156,4 +130,4 @@ def prepare_drive(
     row = service.proofs.prepare_drive(experiment, proof, drive, user)
     service.live.tell(row.rig or "")
     response.headers["Location"] = f"/experiments/{experiment}/sessions/{row.id}"
-    return SessionSummary.of(service.catalogue.entry(experiment, row.id))
+    return session_summary(service.catalogue.entry(experiment, row.id))

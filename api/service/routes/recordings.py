@@ -3,14 +3,12 @@
 import csv
 import io
 from collections.abc import Iterator
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 from fastapi import APIRouter, Query, Request
 from fastapi.responses import FileResponse, StreamingResponse
-from pydantic import BaseModel, Field
 from starlette.responses import Response
 
 from api.service import access
@@ -22,6 +20,7 @@ from api.service.prediction_files import read_prediction
 from api.service.problems import Problem
 from api.service.routes.experiments import ExperimentId, SessionId
 from api.service.routes.models import ModelId
+from api.service.session_documents import RecordingFormat, RecordingSummary
 from api.service.session_export import SessionFormat, SessionTable
 from daq.raw_log import raw_log_of, text_of
 from identify.recording import Session
@@ -36,27 +35,6 @@ BINARY = {
 }
 CSV_BLOCK = 2000
 """Rows of CSV written at a time."""
-
-
-class RecordingFormat(StrEnum):
-    """In what form a recording is downloaded."""
-
-    ORIGINAL = "original"
-    HDF5 = "hdf5"
-    CSV = "csv"
-    RAW = "raw"
-    MAT = SessionFormat.MAT.value
-    PARQUET = SessionFormat.PARQUET.value
-    HDF5_SI = SessionFormat.HDF5_SI.value
-
-
-class RecordingSummary(BaseModel):
-    """The recording of a measured session."""
-
-    session: str = Field(examples=["session-00"])
-    file: str = Field(examples=["session-00.h5"])
-    bytes: int = Field(examples=[1843200])
-    formats: list[RecordingFormat] = Field(examples=[["original", "csv", "mat", "parquet", "hdf5-si"]])
 
 
 def _path(request: Request, experiment: str, session: str) -> Path:

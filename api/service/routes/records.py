@@ -4,15 +4,16 @@ from collections.abc import Sequence
 from typing import Annotated, Literal
 
 from fastapi import APIRouter, File, Form, Request, Response, UploadFile
-from pydantic import BaseModel, Field, Json
+from pydantic import Json
 
 from api.service import access
+from api.service.experiment_documents import ImportedRecords
 from api.service.experiment_upload import uploaded
 from api.service.job_documents import JobView
 from api.service.openapi import ResourceRoute, problems
 from api.service.record_documents import CanLogImport, Dialect, RecordDescription, RecordImport
 from api.service.request_body import FORM_OF_RECORDS, MOST_RECORDS
-from api.service.routes.experiments import ExperimentView, view
+from api.service.routes.experiments import view
 
 router = APIRouter(tags=["experiments"], route_class=ResourceRoute, form_limits=FORM_OF_RECORDS)
 
@@ -34,14 +35,6 @@ CanLogs = Annotated[
         max_length=MOST_RECORDS,
     ),
 ]
-
-
-class ImportedRecords(BaseModel):
-    """The experiment that was made, what was decided on the way, and the identification that was started."""
-
-    experiment: ExperimentView
-    decided: list[str] = Field(examples=[["Lage [Grad]: deg -> rad (× 0.0174532925) by its name"]])
-    job: JobView
 
 
 @router.post("/experiments/import/columns")

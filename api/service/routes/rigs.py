@@ -1,48 +1,21 @@
 """Rigs: what they are, who has them, and the stop."""
 
 import json
-from typing import Annotated, Literal
+from typing import Annotated
 
 from fastapi import APIRouter, Path, Request
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, Field
 
 from api.service import access
 from api.service.access import client_address, service_of
 from api.service.accounts import NAME_PATTERN, Role
 from api.service.openapi import ResourceRoute, problems
 from api.service.problems import Problem, not_found
-from identify.results.document import Json
+from api.service.rig_documents import HomingView, ResetJointView, RigSummary, RigView, Stopped
 
 router = APIRouter(tags=["rigs"], route_class=ResourceRoute)
 
 RigId = Annotated[str, Path(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$")]
-
-
-class RigSummary(BaseModel):
-    """A rig and who is at it."""
-
-    id: str = Field(examples=["rx130l-joint3-simulated"])
-    name: str | None = Field(examples=["rx130l-joint3-simulated"])
-    description: str | None = Field(examples=["RX130L joint 3 on a simulated CiA 402 drive"])
-    simulated: bool = Field(examples=[True])
-    problem: str | None = Field(description="what is wrong with its file", examples=[None])
-    operator: str | None = Field(description="who operates the rig", examples=["ada"])
-    onlookers: list[str] = Field(examples=[["grace"]])
-
-
-class RigView(RigSummary):
-    """A rig with its settings and the session that has its bus."""
-
-    settings: Json = Field(
-        description="the rig's file", examples=[{"name": "rx130l-joint3-simulated", "cycle": 0.002}]
-    )
-    drive_gain: list[list[float]] = Field(
-        description="g_f of eq. (4), N m (or N) per unit of command", examples=[[[35.15]]]
-    )
-    status: Json = Field(
-        description="session, state, progress, events in words",
-        examples=[{"rig": "rx130l-joint3-simulated", "operator": "ada", "onlookers": [], "session": None}],
-    )
 
 
 class HandOver(BaseModel):
@@ -63,40 +36,7 @@ class HomingOrder(BaseModel):
     reset_faults: bool = Field(default=False, description="reset the drives' faults first", examples=[False])
 
 
-class HomingView(BaseModel):
-    """A homing, under way or the last one."""
-
-    model_config = ConfigDict(from_attributes=True)
-
-    joint: str = Field(examples=["j3"])
-    method: int | None = Field(examples=[37])
-    operator: str = Field(examples=["ada"])
-    state: Literal["homing", "done", "stopped", "failed"] = Field(examples=["done"])
-    words: str = Field(description="what was found, or why it ended", examples=["homed; is at 0.02 rad"])
-    position: float | None = Field(description="rad or m, where the joint is once homed", examples=[0.02])
-    within_limits: bool | None = Field(examples=[True])
-
-
-class ResetJointView(BaseModel):
-    """One drive after a reset."""
-
-    model_config = ConfigDict(from_attributes=True)
-
-    joint: str = Field(examples=["j3"])
-    node: int = Field(examples=[3])
-    ok: bool = Field(description="no power and no fault", examples=[True])
-    words: str = Field(
-        examples=["fault reset; it was 0x4310 motor or transmission too hot; now in SWITCH ON DISABLED"]
-    )
-
-
-class Stopped(BaseModel):
-    """What the stop found."""
-
-    stopped: bool = Field(description="false if nothing was under way", examples=[True])
-
-
-def _summary(request: Request, rig: str) -> Json:
+def _summary(request: Request, rig: str) -> RigSummary:
     service = service_of(request)
     try:
         settings, problem = service.rigs.rig(rig), None
@@ -104,15 +44,15 @@ def _summary(request: Request, rig: str) -> Json:
         raise
     except Exception as error:
         settings, problem = None, str(error)
-    return {
-        "id": rig,
-        "name": settings.name if settings else None,
-        "description": settings.description if settings else None,
-        "simulated": bool(settings and settings.simulated is not None),
-        "problem": problem,
-        "operator": service.operators.operator(rig),
-        "onlookers": service.operators.onlookers(rig),
-    }
+    return RigSummary(
+        id=rig,
+        name=settings.name if settings else None,
+        description=settings.description if settings else None,
+        simulated=bool(settings and settings.simulated is not None),
+        problem=problem,
+        operator=service.operators.operator(rig),
+        onlookers=service.operators.onlookers(rig),
+    )
 
 
 def _known(request: Request, rig: str) -> str:
@@ -124,7 +64,7 @@ def _known(request: Request, rig: str) -> str:
 @router.get("/rigs")
 def list_rigs(request: Request, _user: access.Viewer) -> list[RigSummary]:
     """All rigs, and who is at them."""
-    return [RigSummary.model_validate(_summary(request, rig)) for rig in service_of(request).rigs.files()]
+    return [_summary(request, rig) for rig in service_of(request).rigs.files()]
 
 
 @router.get("/rigs/{rig}")
@@ -133,13 +73,11 @@ def get_rig(request: Request, user: access.Viewer, rig: RigId) -> RigView:
     service = service_of(request)
     settings = service.rigs.rig(rig)
     service.operators.watch(rig, user)
-    return RigView.model_validate(
-        {
-            **_summary(request, rig),
-            "settings": json.loads(service.settings.without_folders(settings.model_dump_json())),
-            "drive_gain": settings.drive_gain.tolist(),
-            "status": service.live.status(rig),
-        }
+    return RigView(
+        **dict(_summary(request, rig)),
+        settings=json.loads(service.settings.without_folders(settings.model_dump_json())),
+        drive_gain=settings.drive_gain.tolist(),
+        status=service.live.status(rig),
     )
 
 
@@ -149,7 +87,7 @@ def take(request: Request, user: access.Operator, rig: RigId) -> RigSummary:
     service = service_of(request)
     service.operators.take(_known(request, rig), user)
     service.live.tell(rig)
-    return RigSummary.model_validate(_summary(request, rig))
+    return _summary(request, rig)
 
 
 @router.post("/rigs/{rig}/release", responses=problems(409))
@@ -158,7 +96,7 @@ def release(request: Request, user: access.Operator, rig: RigId) -> RigSummary:
     service = service_of(request)
     service.operators.release(_known(request, rig), user)
     service.live.tell(rig)
-    return RigSummary.model_validate(_summary(request, rig))
+    return _summary(request, rig)
 
 
 @router.post("/rigs/{rig}/hand-over", responses=problems(409))
@@ -171,7 +109,7 @@ def hand_over(request: Request, user: access.Operator, rig: RigId, change: HandO
         raise Problem(409, f"{change.to} is not an operator of this service.")
     service.operators.hand_over(rig, user, change.to)
     service.live.tell(rig)
-    return RigSummary.model_validate(_summary(request, rig))
+    return _summary(request, rig)
 
 
 @router.post("/rigs/{rig}/homing", status_code=202, responses=problems(409, 503))

@@ -1,9 +1,9 @@
 """Payload sessions: create, check, weigh, confirm, arm, start, stop, recover."""
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, Request, Response
-from pydantic import BaseModel, Field, model_validator
+from pydantic import BaseModel, Field
 
 from api.service import access
 from api.service.access import client_address, service_of
@@ -11,38 +11,12 @@ from api.service.database import SessionRow
 from api.service.job_documents import JobView
 from api.service.openapi import ResourceRoute, problems
 from api.service.problems import Problem
-from api.service.routes.experiments import ExperimentId, SessionId, SessionSummary
-from api.service.routes.rigs import Stopped
+from api.service.rig_documents import Stopped
+from api.service.routes.experiments import ExperimentId, SessionId, session_summary
+from api.service.session_documents import ChangedSession, RigCheckView, SessionSummary, TypedPayload
 from identify.recording.experiment_file import Payload
-from identify.results.document import Json
 
 router = APIRouter(tags=["sessions"], route_class=ResourceRoute)
-
-Metre = Annotated[float, Field(ge=-100, le=100, allow_inf_nan=False)]
-InertiaMoment = Annotated[float, Field(ge=-1e6, le=1e6, allow_inf_nan=False)]
-
-
-class TypedPayload(BaseModel):
-    """A payload in the last link's frame: its name alone if the rig knows it, else what it weighs and
-    where.
-    """
-
-    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$", examples=["disk-3.5"])]
-    mass: Annotated[float | None, Field(ge=0, le=1e5, allow_inf_nan=False, examples=[3.4584])] = None
-    com: Annotated[tuple[Metre, Metre, Metre] | None, Field(examples=[[1.277, 0.0, 0.0]])] = None
-    inertia: Annotated[
-        tuple[InertiaMoment, InertiaMoment, InertiaMoment, InertiaMoment, InertiaMoment, InertiaMoment]
-        | None,
-        Field(
-            description="about the centre of mass: XX XY XZ YY YZ ZZ, kg m²", examples=[[0, 0, 0, 0, 0, 0]]
-        ),
-    ] = None
-
-    @model_validator(mode="after")
-    def _whole(self) -> Self:
-        if self.mass is None and (self.com is not None or self.inertia is not None):
-            raise ValueError("mass: is missing; a payload of one's own needs it")
-        return self
 
 
 class NewSession(BaseModel):
@@ -64,16 +38,6 @@ class Weighing(BaseModel):
     ] = None
 
 
-class RigCheckView(BaseModel):
-    """What the check of the rig found, in words."""
-
-    ok: bool = Field(examples=[True])
-    items: list[Json] = Field(
-        description="`advice`: something to do about it, although the session may go on",
-        examples=[[{"what": "node 3", "ok": True, "words": "answers, homed", "advice": False}]],
-    )
-
-
 class SessionChange(BaseModel):
     """What is to be changed of a measured session; what is left out stays."""
 
@@ -90,13 +54,6 @@ class SessionChange(BaseModel):
         Field(description="fit models to it, or only check them on it", examples=[None]),
     ] = None
     note: Annotated[str | None, Field(max_length=2000, examples=["second try, colder"])] = None
-
-
-class ChangedSession(BaseModel):
-    """A session after a change, and the job that fits the models again where the data have changed."""
-
-    session: SessionSummary
-    job: JobView | None
 
 
 @router.post("/experiments/{experiment}/sessions", status_code=201, responses=problems(409, 507))
@@ -122,7 +79,7 @@ def create_session(
 @router.get("/experiments/{experiment}/sessions")
 def list_sessions(request: Request, _user: access.Viewer, experiment: ExperimentId) -> list[SessionSummary]:
     """The sessions of an experiment, measured or being prepared."""
-    return [SessionSummary.of(entry) for entry in service_of(request).catalogue.entries(experiment)]
+    return [session_summary(entry) for entry in service_of(request).catalogue.entries(experiment)]
 
 
 @router.get("/experiments/{experiment}/sessions/{session}")
@@ -130,7 +87,7 @@ def get_session(
     request: Request, _user: access.Viewer, experiment: ExperimentId, session: SessionId
 ) -> SessionSummary:
     """One session."""
-    return SessionSummary.of(service_of(request).catalogue.entry(experiment, session))
+    return session_summary(service_of(request).catalogue.entry(experiment, session))
 
 
 @router.patch("/experiments/{experiment}/sessions/{session}", responses=problems(409))
@@ -156,7 +113,7 @@ def change_session(
         elif catalogue.entry(experiment, session).excluded is not None:
             job = catalogue.include(experiment, session, user.name)
     entry = catalogue.entry(experiment, session)
-    return ChangedSession(session=SessionSummary.of(entry), job=JobView.model_validate(job) if job else None)
+    return ChangedSession(session=session_summary(entry), job=JobView.model_validate(job) if job else None)
 
 
 @router.delete("/experiments/{experiment}/sessions/{session}", status_code=204, responses=problems(409))
@@ -172,8 +129,7 @@ def check(
     request: Request, user: access.Operator, experiment: ExperimentId, session: SessionId
 ) -> RigCheckView:
     """Take the rig's bus and check nodes, homing and limits. Nothing is powered."""
-    checked = service_of(request).sessions.check(experiment, session, user)
-    return RigCheckView.model_validate(checked.to_json())
+    return RigCheckView.model_validate(service_of(request).sessions.check(experiment, session, user))
 
 
 @router.post("/experiments/{experiment}/sessions/{session}/weigh", responses=problems(409, 503))
@@ -245,4 +201,4 @@ def admit(
 
 def _summary(request: Request, row: SessionRow) -> SessionSummary:
     """The session of an index row as the catalogue knows it."""
-    return SessionSummary.of(service_of(request).catalogue.entry(row.experiment, row.id))
+    return session_summary(service_of(request).catalogue.entry(row.experiment, row.id))

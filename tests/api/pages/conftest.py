@@ -16,7 +16,8 @@ import pytest
 import yaml
 
 from api.application import create_application
-from api.service.model_story import IDENTIFICATION_FILE, Fit, ModelStory, data_fingerprint, now_text
+from api.service.model_documents import Fit
+from api.service.model_story import IDENTIFICATION_FILE, ModelStory, data_fingerprint, now_text
 from api.service.prediction_files import write_prediction
 from api.service.settings import ServiceSettings
 from identify.effects.catalogue import effects

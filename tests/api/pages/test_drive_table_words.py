@@ -5,7 +5,7 @@ import re
 import pytest
 
 from api.pages.drive_table_words import joint_tables, writing_row
-from api.service.drive_table_writings import TablesWriting
+from api.service.drive_table_documents import TablesWriting
 from identify.results.drive_tables import DriveTable, DriveTablesDocument, JointTables, TableObject
 from tests.api.pages.path_points import points_of
 
