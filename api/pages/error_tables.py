@@ -9,7 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from api.pages.joint_samples import JointSamples
-from api.service.torque_outline import Columns, Sums
+from api.service.stored_samples import StoredSamples
+from api.service.torque_outline import Sums
 
 LOW_SPEED = 0.10
 """Fraction of the greatest speed up to which Table III calls samples slow."""
@@ -58,8 +59,8 @@ def files_in_fit(files: Sequence[str], fitted: Collection[str]) -> list[str]:
     return [file for file in files if file in fitted] or list(files)
 
 
-def error_sums(parts: Mapping[str, Columns], used: Collection[str]) -> ErrorSums:
-    """Of the stored columns of some sessions, (samples,) each.
+def error_sums(parts: Mapping[str, StoredSamples], used: Collection[str]) -> ErrorSums:
+    """Of the stored samples of some sessions.
 
     used : files of the sessions in the fit
     """
@@ -70,9 +71,10 @@ def error_sums(parts: Mapping[str, Columns], used: Collection[str]) -> ErrorSums
     for file, part in parts.items():
         of_session = np.zeros((3, 3, 3))
         for rows in _pieces(part):
-            moving = np.flatnonzero(np.asarray(part["moving"][rows]) > 0)
+            moving = np.flatnonzero(part.moves(rows))
             velocity, load, measured, predicted = (
-                np.asarray(part[name][rows])[moving] for name in ("velocity", "load", "measured", "predicted")
+                np.asarray(column[rows])[moving]
+                for column in (part.velocity, part.load, part.measured, part.predicted)
             )
             speed = np.abs(velocity)
             kind = 3 * (
@@ -151,15 +153,15 @@ def _row(title: str, sums: Sequence[Sums]) -> ErrorRow:
     return ErrorRow(title, int(sums[0].samples), tuple(each.relative_error for each in sums))
 
 
-def _pieces(part: Columns) -> list[slice]:
-    count = len(part["time"])
+def _pieces(part: StoredSamples) -> list[slice]:
+    count = part.count
     return [slice(start, min(start + PIECE, count)) for start in range(0, count, PIECE)]
 
 
-def _greatest_speed(part: Columns) -> float:
+def _greatest_speed(part: StoredSamples) -> float:
     """rad/s or m/s, of the samples in which the joint moves."""
     greatest = 0.0
     for rows in _pieces(part):
-        speed = np.abs(np.asarray(part["velocity"][rows]))[np.asarray(part["moving"][rows]) > 0]
+        speed = np.abs(np.asarray(part.velocity[rows]))[part.moves(rows)]
         greatest = max(greatest, float(speed.max(initial=0.0)))
     return greatest

@@ -304,7 +304,7 @@ def _predicted(
     if parts is None:
         return None
     here = stored.stored_samples(shown, joint, files)
-    same = all(len(part) == len(here[file]["time"]) for file, part in zip(files, parts, strict=True))
+    same = all(len(part) == here[file].count for file, part in zip(files, parts, strict=True))
     return parts if same else None
 
 

@@ -100,6 +100,6 @@ def make_figures(stored: StoredExperiment, joint: str) -> None:
     selected_evidence(stored, shown, diagnosis, joint, None)
     added_evidence(stored, shown, joint)
     for file, part in stored.stored_samples(shown, joint, files).items():
-        if len(files) > 1 and len(part["time"]) > LONG:
+        if len(files) > 1 and part.count > LONG:
             counted_errors(stored, [shown], joint, [file])
             figures_of(stored, [shown], joint, [file], units)

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from api.service.prediction_files import COLUMNS
+from api.service.stored_samples import COLUMNS, StoredSamples
 
 FIGURE_SAMPLES = 150_000
 """More samples than this are thinned for what figures show: enough for percentiles and averages."""
@@ -80,22 +80,19 @@ def every_few(lengths: Sequence[int], at_most: int = FIGURE_SAMPLES) -> list[sli
     return rows
 
 
-def gathered(parts: Mapping[str, Mapping[str, np.ndarray]], rows: Sequence[slice]) -> JointSamples:
-    """Some rows of the stored columns of sessions, one after the other.
-
-    parts : file -> column -> (samples,)
-    """
+def gathered(parts: Mapping[str, StoredSamples], rows: Sequence[slice]) -> JointSamples:
+    """Some rows of the stored samples of sessions, by file, one after the other."""
+    pieces = list(zip(parts.values(), rows, strict=True))
     columns = {
-        name: np.concatenate(
-            [part[name][of_part] for part, of_part in zip(parts.values(), rows, strict=True)]
-        )
+        name: np.concatenate([getattr(part, name)[of_part] for part, of_part in pieces])
         for name in COLUMNS
+        if name != "moving"
     }
-    columns["moving"] = columns["moving"] > 0
-    lengths = [
-        len(range(*each.indices(len(part["time"])))) for part, each in zip(parts.values(), rows, strict=True)
-    ]
-    return JointSamples(files=tuple(parts), session=np.repeat(np.arange(len(parts)), lengths), **columns)
+    moving = np.concatenate([part.moves(of_part) for part, of_part in pieces])
+    lengths = [len(range(*of_part.indices(part.count))) for part, of_part in pieces]
+    return JointSamples(
+        files=tuple(parts), session=np.repeat(np.arange(len(parts)), lengths), moving=moving, **columns
+    )
 
 
 def relative_error(measured: np.ndarray, error: np.ndarray) -> float | None:

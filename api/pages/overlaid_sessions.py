@@ -6,14 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from api.service.envelope import visible_rows
-from api.service.torque_outline import CURVES, Columns, error_of
+from api.service.stored_samples import StoredSamples
+from api.service.torque_outline import CURVES
 
 Array = NDArray[np.float64]
 
 
 def overlaid(
-    first: Columns,
-    second: Columns,
+    first: StoredSamples,
+    second: StoredSamples,
     start: float | None,
     stop: float | None,
     points: int,
@@ -26,9 +27,9 @@ def overlaid(
     Where samples are many, each piece of time gives its least and its greatest value; where they are few, each curve is
     read off at the instants of an even time. NaN where a session has no samples.
     """
-    begin = float(first["time"][0])
-    later = begin - float(second["time"][0])
-    end = max(float(first["time"][-1]), float(second["time"][-1]) + later)
+    begin = float(first.time[0])
+    later = begin - float(second.time[0])
+    end = max(float(first.time[-1]), float(second.time[-1]) + later)
     low, high = (begin if start is None else start), (end if stop is None else stop)
     high = max(high, low + 1e-9)
     curves: dict[str, Array] = {}
@@ -37,10 +38,10 @@ def overlaid(
     many = (high - low) / step > points
     edges = np.linspace(low, high, points // 2 + 1) if many else np.arange(low, high + step / 2, step)
     for part, shift, ending in ((first, 0.0, ""), (second, later, " overlay")):
-        rows = visible_rows(part["time"], low - shift, high - shift)
-        time = np.asarray(part["time"][rows]) + shift
-        signals = {name: np.asarray(part[name][rows]) for name in ("measured", "predicted")}
-        signals["error"] = error_of(part, rows)
+        rows = visible_rows(part.time, low - shift, high - shift)
+        time = np.asarray(part.time[rows]) + shift
+        signals = {"measured": np.asarray(part.measured[rows]), "predicted": np.asarray(part.predicted[rows])}
+        signals["error"] = part.error(rows)
         if chosen is not None and part is first:
             signals["chosen"] = np.where(chosen[rows], 1.0, np.nan)
         drawn = _extremes(time, signals, edges) if many else _read_off(time, signals, edges, 2 * _step(part))
@@ -55,9 +56,9 @@ def overlaid(
     return np.stack([edges[:-1], middles], axis=1).ravel(), curves
 
 
-def _step(part: Columns) -> float:
+def _step(part: StoredSamples) -> float:
     """s between samples; of a session of a single one, all of it."""
-    time = part["time"]
+    time = part.time
     return float(np.median(np.diff(time[:1000]))) if len(time) > 1 else 1.0
 
 

@@ -66,7 +66,7 @@ class JointSection:
         for file in self._files:
             curves = TorqueCurves.of(self._stored, self._shown, self.name, [file])
             part = curves.parts[file]
-            drawn, _ = reduced(part, curves.outlines[file], slice(0, len(part["time"])), POINTS)
+            drawn, _ = reduced(part, curves.outlines[file], slice(0, part.count), POINTS)
             figure = draw_torque_rows(TorqueRows(drawn.time, **drawn.curves), label, self.units.load)
             yield SessionTorque(file, self._stored.payload_of[file], figure)
 

@@ -100,23 +100,21 @@ class SampleColumns:
         if name in {each.name for each in stored_columns(self.units(self.joint))}:
             return getattr(samples, name)
         parts = self.stored.stored_samples(self.model, self.joint, self.files)
-        return np.concatenate(
-            [self.of_file(file, name)[np.asarray(part["moving"]) > 0] for file, part in parts.items()]
-        )
+        return np.concatenate([self.of_file(file, name)[part.moves()] for file, part in parts.items()])
 
     def of_file(self, file: str, name: str) -> NDArray:
         """(samples,) of all stored samples of one session, at rest too; mapped from the file where it can be."""
         column = self.column(name)
         base, _, of_joint = name.partition("@")
-        time = self.stored.stored_samples(self.model, self.joint, [file])[file]["time"]
+        time = self.stored.stored_samples(self.model, self.joint, [file])[file].time
         if base in RECORDED or column.name.startswith(FURTHER):
             key = (self.model.folder, file, self.joint, name)
             return _recorded.get(key, lambda: self._from_record(time, file, name))
         joint = self.stored.joint_or_first(of_joint or self.joint)
         part = self.stored.stored_samples(self.model, joint, [file])[file]
-        values = part["measured"] - part["predicted"] if base == "error" else part[base]
+        values = part.measured - part.predicted if base == "error" else getattr(part, base)
         if len(values) != len(time):
-            return np.interp(time, part["time"], values)
+            return np.interp(time, part.time, values)
         return values
 
     def further(self) -> list[Column]:

@@ -34,7 +34,7 @@ class ShownSamples:
     def chosen_of_file(self, file: str) -> NDArray[np.bool_]:
         """(samples,) which of all stored samples of a session are chosen; those at rest are no part of the fit, and never
         are. Raises the problems of `SampleColumns.of_file`."""
-        moving = np.asarray(self.stored.stored_samples(self.model, self.joint, [file])[file]["moving"]) > 0
+        moving = self.stored.stored_samples(self.model, self.joint, [file])[file].moves()
         if self.selection is None or self.selection.session not in (None, file):
             return np.zeros(len(moving), bool)
         return moving & self.selection.among(lambda name: self.columns.of_file(file, name), len(moving))

@@ -1,6 +1,6 @@
 """The stored models of one experiment as the pages show them: versions, their documents and their samples."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
@@ -13,6 +13,7 @@ from api.service.model_documents import ModelVersion
 from api.service.model_story import ModelStory, Story
 from api.service.prediction_files import prediction_file, read_candidate, read_outline, read_prediction
 from api.service.problems import Problem
+from api.service.stored_samples import StoredSamples
 from identify.recording.experiment_file import ExperimentFile
 from identify.results.identification import IdentificationDocument, JointError
 
@@ -132,14 +133,14 @@ class StoredExperiment:
 
         def whole() -> JointSamples:
             parts = self._stored(model, files, number)
-            return gathered(parts, [slice(0, len(part["time"])) for part in parts.values()])
+            return gathered(parts, [slice(0, part.count) for part in parts.values()])
 
         return _samples.get(key, whole)
 
     def figure_samples(self, model: ShownModel, joint: str, files: Sequence[str]) -> JointSamples:
         """As many of `samples` as figures show; no others are copied."""
         parts = self.stored_samples(model, joint, files)
-        return gathered(parts, every_few([len(part["time"]) for part in parts.values()]))
+        return gathered(parts, every_few([part.count for part in parts.values()]))
 
     def candidate(
         self, model: ShownModel, joint: str, files: Sequence[str], rank: int
@@ -149,10 +150,8 @@ class StoredExperiment:
         parts = [read_candidate(model.folder, places.index(file), number, rank) for file in files]
         return None if any(part is None for part in parts) else [part for part in parts if part is not None]
 
-    def stored_samples(
-        self, model: ShownModel, joint: str, files: Sequence[str]
-    ) -> dict[str, Mapping[str, np.ndarray]]:
-        """The mapped files behind `samples`: file -> column -> (samples,); read only as far as they are used."""
+    def stored_samples(self, model: ShownModel, joint: str, files: Sequence[str]) -> dict[str, StoredSamples]:
+        """The mapped samples behind `samples`, by file; read only as far as they are used."""
         return self._stored(model, files, self.joint_names.index(joint))
 
     def require_samples(self, model: ShownModel, joint: str, files: Sequence[str]) -> None:
@@ -171,11 +170,9 @@ class StoredExperiment:
                 raise _no_samples(file)
         return {file: table for file, table in outlines.items() if table is not None}
 
-    def _stored(
-        self, model: ShownModel, files: Sequence[str], joint: int
-    ) -> dict[str, Mapping[str, np.ndarray]]:
+    def _stored(self, model: ShownModel, files: Sequence[str], joint: int) -> dict[str, StoredSamples]:
         places = list(self.payload_of)
-        parts: dict[str, Mapping[str, np.ndarray]] = {}
+        parts: dict[str, StoredSamples] = {}
         for file in files:
             stored = read_prediction(model.folder, places.index(file), joint)
             if stored is None:

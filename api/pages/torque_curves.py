@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from api.pages.lru_cache import LruCache
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.service.envelope import visible_rows
-from api.service.torque_outline import CURVES, Columns, Reduced, Sums, reduced, sums
+from api.service.stored_samples import StoredSamples
+from api.service.torque_outline import CURVES, Reduced, Sums, reduced, sums
 
 Array = NDArray[np.float64]
 
@@ -46,7 +47,7 @@ class Window:
 class TorqueCurves:
     """The stored samples of some sessions and their outlines, by file."""
 
-    parts: Mapping[str, Columns]
+    parts: Mapping[str, StoredSamples]
     outlines: Mapping[str, Array]
 
     @classmethod
@@ -64,7 +65,7 @@ class TorqueCurves:
         begins, offset = [], 0.0
         several = len(self.parts) > 1
         for file, part in self.parts.items():
-            time = part["time"]
+            time = part.time
             first = float(time[0]) if len(time) else 0.0
             begin = offset if several else first
             begins.append((begin, file, first))
@@ -76,7 +77,7 @@ class TorqueCurves:
         """The range from `start` to `stop`, s of the plot (None: from the beginning, to the end), in about `points`."""
         visible: dict[str, slice] = {}
         for begin, file, first in self.beginnings:
-            time = self.parts[file]["time"]
+            time = self.parts[file].time
             after = first - begin
             rows = visible_rows(
                 time, None if start is None else start + after, None if stop is None else stop + after

@@ -7,22 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.lib.format import open_memmap
 
+from api.service.stored_samples import COLUMNS, StoredSamples
 from api.service.torque_outline import outline
-
-COLUMNS = (
-    "time",
-    "position",
-    "velocity",
-    "acceleration",
-    "load",
-    "measured",
-    "predicted",
-    "moving",
-    "temperature",
-)
-"""Rows of the file: s; rad, rad/s, rad/s² (or m); N m (or N) for load (tau_out), measured and predicted
-torque; 1 where the sample takes part in the fit; °C, NaN where none was recorded.
-"""
 
 
 def prediction_file(folder: Path, session: int, joint: int) -> Path:
@@ -44,7 +30,7 @@ def write_prediction(folder: Path, session: int, joint: int, prediction) -> None
     for row, values in enumerate(arrays):
         stored[row] = values
     stored.flush()
-    np.save(outline_file(folder, session, joint), outline(dict(zip(COLUMNS, arrays, strict=True))))
+    np.save(outline_file(folder, session, joint), outline(StoredSamples(*arrays)))
 
 
 def outline_file(folder: Path, session: int, joint: int) -> Path:
@@ -70,15 +56,13 @@ def read_outline(folder: Path, session: int, joint: int) -> np.ndarray | None:
         return made
 
 
-def read_prediction(folder: Path, session: int, joint: int) -> dict[str, np.ndarray] | None:
-    """Name -> (M,) views of the mapped file, with `error` = measured - predicted as (M,); None if there
-    is none.
-    """
+def read_prediction(folder: Path, session: int, joint: int) -> StoredSamples | None:
+    """Views of the mapped file; None if there is none."""
     try:
         stored = np.load(prediction_file(folder, session, joint), mmap_mode="r")
     except FileNotFoundError:
         return None
-    return dict(zip(COLUMNS, stored, strict=True))
+    return StoredSamples(*stored)
 
 
 def candidate_file(folder: Path, session: int, joint: int, rank: int) -> Path:

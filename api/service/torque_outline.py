@@ -5,16 +5,15 @@ blocks are as short as those of the outline. Then the samples themselves are few
 """
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from api.service.envelope import envelope
+from api.service.stored_samples import StoredSamples
 
 Array = NDArray[np.float64]
-Columns = Mapping[str, NDArray]
 
 BLOCK = 64
 """Samples of one block. A plot of 1200 columns reads 77 000 samples at most before the outline takes their place."""
@@ -31,25 +30,16 @@ ROWS = (
 samples in which the joint moves. The error is NaN where a joint rests in all of a block."""
 
 
-def error_of(part: Columns, rows: slice) -> Array:
-    """Measured less predicted in some rows, (samples,); NaN where the joint rests: dry friction then takes any value, and
-    such samples are no part of a fit."""
-    error = np.asarray(part["measured"][rows] - part["predicted"][rows], dtype=np.float64)
-    error[np.asarray(part["moving"][rows]) == 0] = np.nan
-    return error
-
-
-def outline(part: Columns) -> Array:
-    """The outline (11, blocks) of a prediction's columns (samples,); the last block may be shorter."""
-    count = len(part["time"])
+def outline(part: StoredSamples) -> Array:
+    """The outline (11, blocks) of stored samples; the last block may be shorter."""
+    count = part.count
     starts = np.arange(0, count, BLOCK)
     if not count:
         return np.zeros((len(ROWS), 0))
-    time = np.asarray(part["time"])
-    everything = slice(0, count)
-    measured, error = np.asarray(part["measured"]), error_of(part, everything)
+    time = np.asarray(part.time)
+    measured, error = np.asarray(part.measured), part.error()
     moving = ~np.isnan(error)
-    curves = {"measured": measured, "predicted": np.asarray(part["predicted"]), "error": error}
+    curves = {"measured": measured, "predicted": np.asarray(part.predicted), "error": error}
     rows = [time[starts], time[np.minimum(starts + BLOCK // 2, count - 1)]]
     for values in curves.values():
         rows += [np.fmin.reduceat(values, starts), np.fmax.reduceat(values, starts)]
@@ -82,15 +72,15 @@ class Reduced:
         return np.where(chosen, 1.0, np.nan)
 
 
-def reduced(part: Columns, of_part: Array, rows: slice, points: int) -> tuple[Reduced, slice]:
+def reduced(part: StoredSamples, of_part: Array, rows: slice, points: int) -> tuple[Reduced, slice]:
     """Reduce some rows of a session to at most `points` points, and say which rows those are: whole blocks of the outline,
     where it is used."""
     count = rows.stop - rows.start
     length = -(-count // max(1, points // 2 - 3))  # two blocks more may be reached into at the ends
     if count <= points or length < 2 * BLOCK:
-        seen = {name: np.asarray(part[name][rows]) for name in ("measured", "predicted")}
-        seen["error"] = error_of(part, rows)
-        time = np.asarray(part["time"][rows])
+        seen = {"measured": np.asarray(part.measured[rows]), "predicted": np.asarray(part.predicted[rows])}
+        seen["error"] = part.error(rows)
+        time = np.asarray(part.time[rows])
         origin, values = envelope(time, seen, points)
         starts = None
         if count > points:
@@ -113,7 +103,7 @@ def reduced(part: Columns, of_part: Array, rows: slice, points: int) -> tuple[Re
         curve[0::2] = np.fmin.reduceat(least, begins - first)
         curve[1::2] = np.fmax.reduceat(greatest, begins - first)
         curves[name] = curve
-    whole = slice(first * BLOCK, min(last * BLOCK, len(part["time"])))
+    whole = slice(first * BLOCK, min(last * BLOCK, part.count))
     return Reduced(time, curves, begins * BLOCK), whole
 
 
@@ -138,7 +128,7 @@ class Sums:
         return math.sqrt(squares / self.samples) if self.samples else None
 
 
-def sums(part: Columns, of_part: Array, rows: slice) -> Sums:
+def sums(part: StoredSamples, of_part: Array, rows: slice) -> Sums:
     """Of the samples in some rows, exactly: whole blocks from the outline, what is over at either end from the samples."""
     first, last = -(-rows.start // BLOCK), rows.stop // BLOCK
     if last <= first:
@@ -151,8 +141,8 @@ def sums(part: Columns, of_part: Array, rows: slice) -> Sums:
     )
 
 
-def _sums_of(part: Columns, rows: slice) -> Sums:
-    error = error_of(part, rows)
+def _sums_of(part: StoredSamples, rows: slice) -> Sums:
+    error = part.error(rows)
     moving = ~np.isnan(error)
-    measured = np.asarray(part["measured"][rows])[moving]
+    measured = np.asarray(part.measured[rows])[moving]
     return Sums(float(moving.sum()), float(measured @ measured), float(error[moving] @ error[moving]))

@@ -229,9 +229,14 @@ def model_signals(
     if stored is None:
         raise Problem(404, f"The fit of {model} holds no joint {joint} of {session}; fit the model anew.")
     # Only what is seen is read from the file.
-    rows = visible_rows(stored["time"], start, end)
-    seen = {name: values[rows] for name, values in stored.items()}
-    signals = {"measured": seen["measured"], "predicted": seen["predicted"]}
-    signals["error"] = seen["measured"] - seen["predicted"]
-    signals |= {name: seen[name] for name in ("position", "velocity", "load")}
-    return signals_response(seen["time"], signals, None, None, points)
+    rows = visible_rows(stored.time, start, end)
+    measured, predicted = stored.measured[rows], stored.predicted[rows]
+    signals = {
+        "measured": measured,
+        "predicted": predicted,
+        "error": measured - predicted,
+        "position": stored.position[rows],
+        "velocity": stored.velocity[rows],
+        "load": stored.load[rows],
+    }
+    return signals_response(stored.time[rows], signals, None, None, points)

@@ -1,31 +1,35 @@
 """The sums behind the tables, against the norms of the same samples."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from api.pages import error_tables
 from api.pages.error_tables import by_payload, by_power_sign, by_session, by_speed, error_sums, files_in_fit
 from api.pages.joint_samples import every_few
+from api.service.stored_samples import COLUMNS, StoredSamples
+from tests.api.made_samples import made_samples
 
 FILES = ("a.csv", "b.csv", "c.csv")
 
 
 @pytest.fixture
-def parts() -> dict[str, dict[str, np.ndarray]]:
+def parts() -> dict[str, StoredSamples]:
     """Three sessions; the joint rests now and then, and is fastest where no fit was made of it."""
     rng = np.random.default_rng(8)
     made = {}
     for number, file in enumerate(FILES):
         count = 900 + 37 * number
         measured = 20 * rng.normal(size=count)
-        made[file] = {
-            "time": 0.01 * np.arange(count),
-            "velocity": rng.normal(size=count) * (3.0 if file == "c.csv" else 1.0),
-            "load": rng.normal(size=count),
-            "measured": measured,
-            "predicted": measured + rng.normal(size=count),
-            "moving": (rng.uniform(size=count) < 0.8).astype(float),
-        }
+        made[file] = made_samples(
+            0.01 * np.arange(count),
+            velocity=rng.normal(size=count) * (3.0 if file == "c.csv" else 1.0),
+            load=rng.normal(size=count),
+            measured=measured,
+            predicted=measured + rng.normal(size=count),
+            moving=(rng.uniform(size=count) < 0.8).astype(float),
+        )
     return made
 
 
@@ -35,8 +39,8 @@ def test_the_tables_are_those_of_the_samples_in_which_the_joint_moves(parts, mon
     used = files_in_fit(FILES, fitted)
     sums = error_sums(parts, used)
     joined = {
-        name: np.concatenate([parts[file][name][parts[file]["moving"] > 0] for file in used])
-        for name in parts["a.csv"]
+        name: np.concatenate([getattr(parts[file], name)[parts[file].moving > 0] for file in used])
+        for name in COLUMNS
     }
     error = joined["measured"] - joined["predicted"]
     speed, power = np.abs(joined["velocity"]), joined["velocity"] * joined["load"]
@@ -66,9 +70,8 @@ def test_sessions_that_no_fit_was_made_of_stand_alone_where_nothing_else_is_show
 
 
 def test_a_joint_that_never_moved_has_no_error(parts) -> None:
-    for part in parts.values():
-        part["moving"] = np.zeros_like(part["moving"])
-    sums = error_sums(parts, FILES)
+    resting = {file: replace(part, moving=np.zeros_like(part.moving)) for file, part in parts.items()}
+    sums = error_sums(resting, FILES)
     assert [row.errors for row in by_speed([sums, sums], FILES)] == [(None, None)] * 3
 
 

@@ -5,6 +5,7 @@ import pytest
 
 from api.pages.torque_curves import BETWEEN_SESSIONS, TorqueCurves
 from api.service.torque_outline import outline
+from tests.api.made_samples import made_samples
 
 
 def curves(*beginnings: float) -> TorqueCurves:
@@ -12,12 +13,9 @@ def curves(*beginnings: float) -> TorqueCurves:
     parts = {}
     for number, begin in enumerate(beginnings):
         time = begin + 0.001 * np.arange(10_001)
-        parts[f"{number}.csv"] = {
-            "time": time,
-            "measured": np.full(len(time), number + 1.0),
-            "predicted": np.zeros(len(time)),
-            "moving": np.ones(len(time)),
-        }
+        parts[f"{number}.csv"] = made_samples(
+            time, measured=np.full(len(time), number + 1.0), moving=np.ones(len(time))
+        )
     return TorqueCurves(parts, {file: outline(part) for file, part in parts.items()})
 
 
