@@ -41,14 +41,12 @@ def drive_tables_page(
     context = frame(request, user, "results", experiment)
     shown = chosen_model(stored, version) or stored.current()
     name = stored.joint_or_first(joint)
-    context |= experiment_context(stored, name, shown, "drive-tables")
     if shown is None:
         return no_model_page(request, stored, name, context)
     rigs = rigs_of_experiment(service, stored)
     rig_id = rig_of_choice(service, experiment, rigs, rig)
     kept = {"version": str(shown.number), "rig": rig_id or ""}
-    for each in context["joints"]:
-        each["link"] = f"{each['link']}&{urlencode(kept)}"
+    context |= experiment_context(stored, name, shown, "drive-tables", kept)
     with input_errors_as_problems():
         tables = service.drive_tables.tables(experiment, rig_id, shown.version.id) if rig_id else None
         writings = service.drive_tables.writings(experiment)

@@ -1,5 +1,8 @@
 """What the pages of one experiment have in common: its name, the tabs of its joints, and what stands there before a model."""
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
 from urllib.parse import urlencode
 
 from fastapi import Request
@@ -12,15 +15,33 @@ from api.pages.stored_models import ShownModel, StoredExperiment
 from api.service import access
 
 
-def experiment_context(stored: StoredExperiment, joint: str, shown: ShownModel | None, here: str) -> Context:
-    """What the pages of an experiment have in common: its name and the tabs of its joints."""
+@dataclass(frozen=True)
+class JointTab:
+    """A joint that the page can be asked for, and the current model's error there."""
+
+    name: str
+    relative_error: float | None
+    link: str
+
+
+def experiment_context(
+    stored: StoredExperiment,
+    joint: str,
+    shown: ShownModel | None,
+    here: str,
+    kept: Mapping[str, str] = MappingProxyType({}),
+) -> Context:
+    """What the pages of an experiment have in common: its name and the tabs of its joints.
+
+    kept : what the address of another joint keeps of this page's
+    """
     errors = {entry.joint: entry.relative_error for entry in shown.document.joints} if shown else {}
     joints = [
-        {
-            "name": name,
-            "relative_error": errors.get(name),
-            "link": f"{experiment_link(stored.id, here)}?{urlencode({'joint': name})}",
-        }
+        JointTab(
+            name=name,
+            relative_error=errors.get(name),
+            link=f"{experiment_link(stored.id, here)}?{urlencode({'joint': name, **kept})}",
+        )
         for name in stored.joint_names
     ]
     seen = fit_key(stored.story)

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from urllib.parse import urlencode
 
+from markupsafe import Markup
+
 from api.pages.choices import ALL_SESSIONS
 from api.pages.figures.free_run import FreeRun, draw_free_run
 from api.pages.layout import experiment_link
@@ -68,20 +70,43 @@ def _sessions(
     return sorted(sessions, key=lambda each: order.get(each.file, len(order) + 1))
 
 
-def _row(each: _Session, here: bool, stored: StoredExperiment, shown: ShownModel, joint: str) -> Context:
+@dataclass(frozen=True)
+class FreeRunRow:
+    """One session's free run: errors with their units, and when motion left the record, of the model and of the usual one."""
+
+    words: str
+    here: bool
+    link: str
+    error: str
+    speed: str
+    left: str
+    usual: str
+    usual_speed: str
+    usual_left: str
+
+
+@dataclass(frozen=True)
+class FreeRunFigures:
+    """The picture, and the same for a phone."""
+
+    wide: Markup
+    narrow: Markup
+
+
+def _row(each: _Session, here: bool, stored: StoredExperiment, shown: ShownModel, joint: str) -> FreeRunRow:
     errors = each.errors
     query = urlencode({"joint": joint, "session": each.file, "version": shown.version.id})
-    return {
-        "words": each.label,
-        "here": here,
-        "link": f"{experiment_link(stored.id, 'model')}?{query}#free-run",
-        "error": figure(errors.position_rms, errors.unit),
-        "speed": figure(errors.velocity_rms, f"{errors.unit}/s"),
-        "left": _left(errors.left_record_at),
-        "usual": figure(errors.position_rms_usual, errors.unit),
-        "usual_speed": figure(errors.velocity_rms_usual, f"{errors.unit}/s"),
-        "usual_left": _left(errors.left_record_at_usual),
-    }
+    return FreeRunRow(
+        words=each.label,
+        here=here,
+        link=f"{experiment_link(stored.id, 'model')}?{query}#free-run",
+        error=figure(errors.position_rms, errors.unit),
+        speed=figure(errors.velocity_rms, f"{errors.unit}/s"),
+        left=_left(errors.left_record_at),
+        usual=figure(errors.position_rms_usual, errors.unit),
+        usual_speed=figure(errors.velocity_rms_usual, f"{errors.unit}/s"),
+        usual_left=_left(errors.left_record_at_usual),
+    )
 
 
 def _left(at: float | None) -> str:
@@ -90,7 +115,7 @@ def _left(at: float | None) -> str:
 
 def _figures(
     use: ModelUse, stored: StoredExperiment, shown: ShownModel, joint: str, drawn: _Session
-) -> Context | None:
+) -> FreeRunFigures | None:
     """The picture, wide and for a phone; None where its curves were not kept."""
     try:
         curves = use.free_run(stored.id, shown.version.id, drawn.file, stored.joint_names.index(joint))
@@ -108,4 +133,7 @@ def _figures(
         drawn.errors.left_record_at,
         drawn.errors.left_record_at_usual,
     )
-    return {"wide": draw_free_run(joint, run), "narrow": draw_free_run(joint, run, width=350, height=520)}
+    return FreeRunFigures(
+        wide=draw_free_run(joint, run),
+        narrow=draw_free_run(joint, run, width=350, height=520),
+    )

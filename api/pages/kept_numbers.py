@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Annotated, Any, Generic, TypeVar
 
 import numpy as np
-from pydantic import PlainSerializer, PlainValidator, TypeAdapter, ValidationError
+from pydantic import BaseModel, PlainSerializer, PlainValidator, TypeAdapter, ValidationError
 
 from api.pages.lru_cache import LruCache
 
@@ -51,6 +51,13 @@ Numbers = Annotated[
 Kind = TypeVar("Kind")
 
 
+class _Kept(BaseModel):
+    """A file: of what the numbers are, and the numbers, whose form their kind says."""
+
+    of: str
+    numbers: Any
+
+
 class KeptNumbers(Generic[Kind]):
     """Numbers of one kind, of any fit.
 
@@ -79,8 +86,8 @@ class KeptNumbers(Generic[Kind]):
 
     def _read(self, file: Path, text: str) -> Kind | None:
         try:
-            values = json.loads(file.read_bytes())
-            return self._adapter.validate_python(values["numbers"]) if values["of"] == text else None
+            kept = _Kept.model_validate_json(file.read_bytes())
+            return self._adapter.validate_python(kept.numbers) if kept.of == text else None
         except FileNotFoundError:
             return None
         except (OSError, ValueError, TypeError, LookupError, ValidationError) as error:

@@ -1,7 +1,7 @@
 """Live: what the robot does now, readable from two metres; afterwards what happened, and the next step."""
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 
 from fastapi import APIRouter, Request
 from fastapi.responses import HTMLResponse
@@ -9,7 +9,7 @@ from fastapi.responses import HTMLResponse
 from api.pages.choices import RigChoice, chosen_rig
 from api.pages.error_figures import JointUnits
 from api.pages.layout import frame
-from api.pages.rendering import PREFIX, Context, page
+from api.pages.rendering import PREFIX, page
 from api.pages.session_words import NO_SESSION, STATES, Outcome, outcome
 from api.service import access
 from api.service.problems import Problem
@@ -66,21 +66,38 @@ def _moves(state: SessionState) -> bool:
     return state in (SessionState.ARMED, SessionState.RUNNING)
 
 
-def _axis(settings: Rig, index: int) -> Context:
-    """What the page draws of an axis, with its limits; small angles are read in mrad, small ways in mm."""
+@dataclass(frozen=True)
+class LiveAxis:
+    """What the page draws of an axis, with its limits; small angles are read in mrad, small ways in mm.
+
+    gain : JSON, the axis's row of the drive gain matrix
+    """
+
+    joint: str
+    units: JointUnits
+    small: str
+    current_limit: float
+    following_limit: float
+    temperature_limit: float | None
+    low: float
+    high: float
+    gain: str
+    temperature: bool
+
+
+def _axis(settings: Rig, index: int) -> LiveAxis:
     axis = settings.axes[index]
     units = JointUnits.of(settings.robot.joints[index].type)
     limits = axis.limits
-    return {
-        "joint": axis.joint,
-        "units": units,
-        "small": "mrad" if units.position == "rad" else "mm",
-        "current_limit": limits.current,
-        "following_limit": limits.following_error,
-        "temperature_limit": limits.temperature if settings.record_temperature else None,
-        "low": limits.position[0],
-        "high": limits.position[1],
-        # Row of the drive gain matrix, eq. (7): the joint's torque from the currents of all drives.
-        "gain": json.dumps([float(gain) for gain in settings.drive_gain[index]]),
-        "temperature": settings.record_temperature,
-    }
+    return LiveAxis(
+        joint=axis.joint,
+        units=units,
+        small=("mrad" if units.position == "rad" else "mm"),
+        current_limit=limits.current,
+        following_limit=limits.following_error,
+        temperature_limit=(limits.temperature if settings.record_temperature else None),
+        low=limits.position[0],
+        high=limits.position[1],
+        gain=json.dumps([float(gain) for gain in settings.drive_gain[index]]),
+        temperature=settings.record_temperature,
+    )

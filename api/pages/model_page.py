@@ -1,5 +1,6 @@
 """Model and measurement: where the model agrees with what was measured, and where it does not."""
 
+from dataclasses import dataclass
 from urllib.parse import urlencode
 
 from fastapi import APIRouter, Request
@@ -21,11 +22,12 @@ from api.pages.layout import experiment_link, frame
 from api.pages.model_figures import CountedErrors, counted_errors, figures_of
 from api.pages.motion_table import motion_panel
 from api.pages.proof_words import proof_panel
-from api.pages.rendering import PREFIX, Context, page
+from api.pages.rendering import PREFIX, page
 from api.pages.sample_columns import Column, stored_columns
 from api.pages.scope_words import scope_of_fit, scope_of_session
 from api.pages.stored_models import ShownModel, StoredExperiment
 from api.service import access
+from identify.results.identification import Parameter
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
 
@@ -91,6 +93,50 @@ def _without_payload_link(stored: StoredExperiment, models: list[ShownModel]) ->
     return f"{experiment_link(stored.id, 'without-payload')}?{query}"
 
 
+@dataclass(frozen=True)
+class SessionTab:
+    """A session, or all of them, that the page can show."""
+
+    words: str
+    here: bool
+    link: str
+
+
+@dataclass(frozen=True)
+class OtherSession:
+    """A session that can be laid over the one that is shown."""
+
+    file: str
+    words: str
+
+
+@dataclass(frozen=True)
+class Headline:
+    """The figures above the plots, N m or N, with what each is of."""
+
+    samples: int
+    rms: float | None
+    rms_measured: float | None
+    error: float | None
+    error_note: str
+    whole: bool
+    validation: float | None
+    validation_note: str
+    floor: float | None
+    floor_note: str
+    condition: float | None
+
+
+@dataclass(frozen=True)
+class ParameterTable:
+    """The parameters of one model on the joint."""
+
+    version: int
+    words: str
+    usual: bool
+    parameters: list[Parameter]
+
+
 def _session_choices(
     stored: StoredExperiment,
     shown: ShownModel,
@@ -98,7 +144,7 @@ def _session_choices(
     here: str,
     version: str | None,
     beside: str | None,
-) -> list[Context]:
+) -> list[SessionTab]:
     kept = {"joint": joint, "version": version or "", "beside": beside or ""}
     base = experiment_link(stored.id, "model")
     choices = [(ALL_SESSIONS, "All sessions")]
@@ -107,18 +153,25 @@ def _session_choices(
         for index, file in enumerate(stored.fitted_files(shown), 1)
     ]
     return [
-        {"words": label, "here": value == here, "link": f"{base}?{urlencode(kept | {'session': value})}"}
+        SessionTab(
+            words=label,
+            here=value == here,
+            link=f"{base}?{urlencode(kept | {'session': value})}",
+        )
         for value, label in choices
     ]
 
 
 def _other_sessions(
     stored: StoredExperiment, shown: ShownModel, other: ShownModel | None, here: str
-) -> list[Context]:
+) -> list[OtherSession]:
     """Sessions that can be laid over the one that is shown: those that all shown models were fitted with."""
     known = files_of_session(stored, shown, other, ALL_SESSIONS)
     return [
-        {"file": file, "words": f"{index} · {stored.payload_of[file]}"}
+        OtherSession(
+            file=file,
+            words=f"{index} · {stored.payload_of[file]}",
+        )
         for index, file in enumerate(stored.fitted_files(shown), 1)
         if file != here and file in known
     ]
@@ -138,26 +191,26 @@ def _plot_columns(stored: StoredExperiment, here: str) -> list[tuple[str, list[C
     return groups
 
 
-def _headline(shown: ShownModel, joint: str, numbers: CountedErrors, session: str) -> Context:
+def _headline(shown: ShownModel, joint: str, numbers: CountedErrors, session: str) -> Headline:
     """The figures above the plots: of the scope that the page names, or of the joint where they have no other."""
     part = shown.joint(joint)
     whole = session == ALL_SESSIONS
     validation, floor = part.relative_error_validation, part.noise_floor
-    return {
-        "samples": numbers.samples,
-        "rms": numbers.rms,
-        "rms_measured": numbers.rms_measured,
-        "error": part.relative_error if whole else numbers.relative_error,
-        "error_note": f"model {shown.number}: {shown.words}",
-        "whole": whole,
-        "validation": validation,
-        "validation_note": "validation sessions" if validation is not None else "no validation session yet",
-        "floor": floor,
-        "floor_note": "of the joint; what no model can explain"
-        if floor is not None
-        else "needs motion that repeats",
-        "condition": shown.document.condition_number,
-    }
+    return Headline(
+        samples=numbers.samples,
+        rms=numbers.rms,
+        rms_measured=numbers.rms_measured,
+        error=(part.relative_error if whole else numbers.relative_error),
+        error_note=f"model {shown.number}: {shown.words}",
+        whole=whole,
+        validation=validation,
+        validation_note=("validation sessions" if validation is not None else "no validation session yet"),
+        floor=floor,
+        floor_note=(
+            "of the joint; what no model can explain" if floor is not None else "needs motion that repeats"
+        ),
+        condition=shown.document.condition_number,
+    )
 
 
 def _by_joint(stored: StoredExperiment, models: list[ShownModel]) -> list[error_tables.ErrorRow]:
@@ -171,11 +224,11 @@ def _by_joint(stored: StoredExperiment, models: list[ShownModel]) -> list[error_
     ]
 
 
-def _parameter_table(model: ShownModel, joint: str) -> Context:
+def _parameter_table(model: ShownModel, joint: str) -> ParameterTable:
     parameters = [entry for entry in model.document.parameters if entry.joint == joint]
-    return {
-        "version": model.number,
-        "words": model.words,
-        "usual": model.version.model == "usual" and not model.version.add,
-        "parameters": parameters,
-    }
+    return ParameterTable(
+        version=model.number,
+        words=model.words,
+        usual=(model.version.model == "usual" and not model.version.add),
+        parameters=parameters,
+    )

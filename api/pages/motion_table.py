@@ -1,6 +1,7 @@
 """What the pages show of a model's use: errors of predicted motion by horizon, exports with their certificates in words."""
 
 from collections.abc import Collection
+from dataclasses import dataclass
 from typing import Literal
 from urllib.parse import urlencode
 
@@ -34,35 +35,58 @@ CHOICES: tuple[tuple[Driven | Literal["file"], str], ...] = (
 )
 
 
-def motion_table(document: SimulationDocument, joint: str) -> list[Context]:
+@dataclass(frozen=True)
+class MotionRow:
+    """What is predicted how far ahead, and the errors with their units; of unseen motion none of speed."""
+
+    words: str
+    error: str
+    usual: str
+    speed: str | None
+    usual_speed: str | None
+    worse: bool
+    """than without the last effect"""
+
+
+@dataclass(frozen=True)
+class ExportRow:
+    """A format: its name, where to ask for it, and its certificate in sentences where the file is there."""
+
+    name: str
+    ending: str
+    link: str
+    words: list[str] | None
+
+
+def motion_table(document: SimulationDocument, joint: str) -> list[MotionRow]:
     """Rows of one joint: what is predicted how far ahead, the model's error and the usual one's, of position and of speed, in
     mrad or mm and a second."""
-    rows: list[Context] = []
+    rows: list[MotionRow] = []
     for errors in document.horizons:
         of_joint = next(each for each in errors.joints if each.joint == joint)
         sessions = "validation sessions" if errors.role == "validation" else "sessions of the fit"
         ahead = "free run from the start" if errors.horizon is None else f"{errors.horizon:g} s ahead"
         rows.append(
-            {
-                "words": f"{ahead}, {sessions}",
-                "error": figure(of_joint.position_rms, of_joint.unit),
-                "usual": figure(of_joint.position_rms_usual, of_joint.unit),
-                "speed": figure(of_joint.velocity_rms, f"{of_joint.unit}/s"),
-                "usual_speed": figure(of_joint.velocity_rms_usual, f"{of_joint.unit}/s"),
-                "worse": False,
-            }
+            MotionRow(
+                words=f"{ahead}, {sessions}",
+                error=figure(of_joint.position_rms, of_joint.unit),
+                usual=figure(of_joint.position_rms_usual, of_joint.unit),
+                speed=figure(of_joint.velocity_rms, f"{of_joint.unit}/s"),
+                usual_speed=figure(of_joint.velocity_rms_usual, f"{of_joint.unit}/s"),
+                worse=False,
+            )
         )
     if document.unseen is not None:
         unseen = next(each for each in document.unseen.joints if each.joint == joint)
         rows.append(
-            {
-                "words": f"{document.unseen.horizon:g} s ahead, motion that the fit did not see",
-                "error": figure(unseen.position_rms, unseen.unit),
-                "usual": figure(unseen.position_rms_before, unseen.unit),
-                "speed": None,
-                "usual_speed": None,
-                "worse": unseen.worse,
-            }
+            MotionRow(
+                words=f"{document.unseen.horizon:g} s ahead, motion that the fit did not see",
+                error=figure(unseen.position_rms, unseen.unit),
+                usual=figure(unseen.position_rms_before, unseen.unit),
+                speed=None,
+                usual_speed=None,
+                worse=unseen.worse,
+            )
         )
     return rows
 
@@ -105,18 +129,18 @@ def driven_words(document: SimulationDocument) -> list[str]:
     return [driven, *drift, *(sentence(remark) for remark in document.remarks)]
 
 
-def export_rows(use: ModelUse, experiment: str, version: str) -> list[Context]:
+def export_rows(use: ModelUse, experiment: str, version: str) -> list[ExportRow]:
     """Every format: its name, where to ask for it, and the file with its certificate in words where it is there."""
     certificates = use.certificates(experiment, version)
     shared = _shared(certificates.values())
     query = urlencode({"version": version})
     return [
-        {
-            "name": NAMES[ending],
-            "ending": ending,
-            "link": f"{experiment_link(experiment, 'use/exports')}/{ending}?{query}",
-            "words": certificate_words(certificates[ending], shared) if ending in certificates else None,
-        }
+        ExportRow(
+            name=NAMES[ending],
+            ending=ending,
+            link=f"{experiment_link(experiment, 'use/exports')}/{ending}?{query}",
+            words=(certificate_words(certificates[ending], shared) if ending in certificates else None),
+        )
         for ending in ENDINGS
     ]
 

@@ -1,5 +1,6 @@
 """What the pages say of proofs on the drive: in one line for lists, in tables by joint, speed and quadrant."""
 
+from dataclasses import dataclass
 from urllib.parse import urlencode
 
 from api.pages.layout import experiment_link
@@ -10,6 +11,37 @@ from api.service.service import Service
 from identify.results.compensation import CompensationDocument, JointFollowing
 
 PARTS = {"whole": "the whole model", "friction": "friction alone"}
+
+
+@dataclass(frozen=True)
+class ProofRow:
+    """One proof in a list."""
+
+    number: str
+    link: str
+    model: str
+    version: str | None
+    part: str
+    share: float
+    payload: str
+    plan: str
+    rig: str
+    operator: str
+    created: str
+    tone: str
+    words: str
+    changes: str
+
+
+@dataclass(frozen=True)
+class FollowingRow:
+    """A following error without and with feedforward torque, in mrad or mm, and its change in words."""
+
+    words: str
+    without: float | None
+    with_torque: float | None
+    change: str
+    worse: bool
 
 
 def proof_panel(service: Service, experiment: str, version: str) -> Context:
@@ -23,26 +55,26 @@ def proof_panel(service: Service, experiment: str, version: str) -> Context:
     }
 
 
-def proof_row(experiment: str, state: ProofState) -> Context:
+def proof_row(experiment: str, state: ProofState) -> ProofRow:
     """One proof in a list."""
     settings = state.settings
     tone, outcome = _outcome(state)
-    return {
-        "number": state.number,
-        "link": experiment_link(experiment, f"proofs/{state.number}"),
-        "model": " + ".join([settings.model, *settings.add]),
-        "version": settings.version,
-        "part": PARTS[settings.part],
-        "share": settings.share,
-        "payload": settings.payload.name,
-        "plan": settings.plan,
-        "rig": settings.rig,
-        "operator": settings.operator,
-        "created": settings.created,
-        "tone": tone,
-        "words": outcome,
-        "changes": changes(state.result) if state.result is not None else "",
-    }
+    return ProofRow(
+        number=state.number,
+        link=experiment_link(experiment, f"proofs/{state.number}"),
+        model=" + ".join([settings.model, *settings.add]),
+        version=settings.version,
+        part=PARTS[settings.part],
+        share=settings.share,
+        payload=settings.payload.name,
+        plan=settings.plan,
+        rig=settings.rig,
+        operator=settings.operator,
+        created=settings.created,
+        tone=tone,
+        words=outcome,
+        changes=(changes(state.result) if state.result is not None else ""),
+    )
 
 
 def _outcome(state: ProofState) -> tuple[str, str]:
@@ -77,18 +109,18 @@ def change(without: float | None, with_: float | None) -> str:
     return f"{'+' if percent > 0 else ''}{number(percent, 0)} %"
 
 
-def joint_rows(joint: JointFollowing) -> list[Context]:
+def joint_rows(joint: JointFollowing) -> list[FollowingRow]:
     """The table of one joint: all of the plan, by speed, by quadrant, and the peak; in mrad or mm."""
     rows = [("root mean square, all of the plan", joint.rms_without, joint.rms_with)]
     rows += [(part.where, part.rms_without, part.rms_with) for part in (*joint.speeds, *joint.quadrants)]
     rows.append(("peak", joint.peak_without, joint.peak_with))
     return [
-        {
-            "words": where,
-            "without": None if without is None else 1e3 * without,
-            "with": None if with_ is None else 1e3 * with_,
-            "change": change(without, with_),
-            "worse": without is not None and with_ is not None and with_ >= without,
-        }
+        FollowingRow(
+            words=where,
+            without=(None if without is None else 1e3 * without),
+            with_torque=(None if with_ is None else 1e3 * with_),
+            change=change(without, with_),
+            worse=(without is not None and with_ is not None and with_ >= without),
+        )
         for where, without, with_ in rows
     ]

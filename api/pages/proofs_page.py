@@ -1,11 +1,13 @@
 """The proof on the drive: does the model make this machine follow better? Proofs so far, a new one, and one with what it did."""
 
+from dataclasses import dataclass
 from typing import Annotated, Literal
 from urllib.parse import urlencode
 
 import numpy as np
 from fastapi import APIRouter, Form, Query, Request
 from fastapi.responses import HTMLResponse, Response
+from markupsafe import Markup
 
 from api.compensation_text import HELD_OVER_THE_BUS
 from api.pages.choices import JointChoice, RigChoice, VersionChoice, chosen_model
@@ -15,8 +17,8 @@ from api.pages.figures.following_error import Following, draw_following_error
 from api.pages.form_input import input_errors_as_problems
 from api.pages.job_views import follow
 from api.pages.layout import experiment_link, frame, session_link
-from api.pages.proof_words import joint_rows, proof_row
-from api.pages.rendering import PREFIX, Context, page
+from api.pages.proof_words import FollowingRow, joint_rows, proof_row
+from api.pages.rendering import PREFIX, page
 from api.pages.rigs_of_experiment import rig_of_choice, rigs_of_experiment
 from api.pages.session_words import outcome
 from api.pages.stored_models import StoredExperiment
@@ -27,6 +29,7 @@ from api.service.service import Service
 from api.service.session_ids import Drive
 from daq.rig import Rig
 from daq.session_events import SessionState
+from identify.results.compensation import JointFollowing
 
 router = APIRouter(prefix=f"{PREFIX}/experiments/{{experiment}}/proofs", include_in_schema=False)
 
@@ -148,7 +151,7 @@ def proof_page(
             "next": state.next,
             "remarks": state.result.remarks if state.result else service.proofs.remarks(experiment, proof),
             "all_joints": [
-                joint_rows(each)[0] | {"joint": each.joint}
+                JointRow(each.joint, joint_rows(each)[0])
                 for each in (state.result.joints if state.result else ())
             ],
             "result": _result(service, stored, state, name),
@@ -188,7 +191,55 @@ def prepare_drive(
     return Response(status_code=204, headers={"HX-Redirect": session_link(experiment, row.id)})
 
 
-def _plans(service: Service, stored: StoredExperiment) -> list[Context]:
+@dataclass(frozen=True)
+class JointRow:
+    """The following error of a joint over all of the plan."""
+
+    joint: str
+    row: FollowingRow
+
+
+@dataclass(frozen=True)
+class PlanChoice:
+    """A plan that can be driven; `driven`: a session was measured with it."""
+
+    id: str
+    name: str
+    seconds: float
+    driven: bool
+
+
+@dataclass(frozen=True)
+class DriveStep:
+    """One of the two drives: what became of it, and where it goes on."""
+
+    words: str
+    done: bool
+    under_way: bool
+    link: str | None
+    said: str
+    prepare_link: str
+
+
+@dataclass(frozen=True)
+class ResultView:
+    """What feedforward torque did to the following error of a joint; `rows` is None where nothing can be compared.
+
+    small, limit : mrad or mm, and the following error at which the second run would have been stopped
+    """
+
+    completed: bool
+    reason: str
+    rows: list[FollowingRow] | None = None
+    held_over_the_bus: str = ""
+    own: JointFollowing | None = None
+    small: str = ""
+    figure: Markup | None = None
+    narrow: Markup | None = None
+    limit: float | None = None
+
+
+def _plans(service: Service, stored: StoredExperiment) -> list[PlanChoice]:
     """Plans of these joints; those that no session was measured with come first: they prove more."""
     driven = {entry.plan for entry in service.catalogue.entries(stored.id) if entry.measured}
     plans = [
@@ -196,7 +247,12 @@ def _plans(service: Service, stored: StoredExperiment) -> list[Context]:
         for each in sorted(service.plans.ids(), key=lambda each: each in driven)
     ]
     return [
-        {"id": each, "name": plan.name or each, "seconds": plan.duration, "driven": each in driven}
+        PlanChoice(
+            id=each,
+            name=(plan.name or each),
+            seconds=plan.duration,
+            driven=each in driven,
+        )
         for each, plan in plans
         if list(plan.joints) == stored.joint_names
     ]
@@ -209,33 +265,33 @@ def _payloads(stored: StoredExperiment, rig: Rig) -> list[tuple[str, float]]:
     return list(known.items())
 
 
-def _drive(service: Service, state: ProofState, drive: Drive, title: str) -> Context:
+def _drive(service: Service, state: ProofState, drive: Drive, title: str) -> DriveStep:
     """One of the two drives: what became of it, and where it goes on."""
     row = state.drive(drive)
     done = row is not None and row.state == SessionState.DONE.value
     under_way = row is not None and not _over(service, row)
     said = outcome(service, row) if row is not None and not done else None
-    return {
-        "words": title,
-        "done": done or (state.result is not None and (drive == "without" or state.result.completed)),
-        "under_way": under_way,
-        "link": session_link(row.experiment, row.id) if row is not None else None,
-        "said": f"{said.title} {said.words}" if said is not None and not under_way else "",
-        "prepare_link": experiment_link(state.settings.experiment, f"proofs/{state.number}/drives/{drive}"),
-    }
+    return DriveStep(
+        words=title,
+        done=(done or (state.result is not None and (drive == "without" or state.result.completed))),
+        under_way=under_way,
+        link=(session_link(row.experiment, row.id) if row is not None else None),
+        said=(f"{said.title} {said.words}" if said is not None and not under_way else ""),
+        prepare_link=experiment_link(state.settings.experiment, f"proofs/{state.number}/drives/{drive}"),
+    )
 
 
 def _over(service: Service, row: SessionRow) -> bool:
     return SessionState(row.state).ended or service.proofs.cut_off(row)
 
 
-def _result(service: Service, stored: StoredExperiment, state: ProofState, joint: str) -> Context | None:
+def _result(service: Service, stored: StoredExperiment, state: ProofState, joint: str) -> ResultView | None:
     result = state.result
     errors_of_joint = next((each for each in result.joints if each.joint == joint), None) if result else None
     if result is None:
         return None
     if errors_of_joint is None:
-        return {"reason": result.reason, "completed": result.completed, "rows": None, "held_over_the_bus": ""}
+        return ResultView(result.completed, result.reason)
     place = stored.joint_names.index(joint)
     units = JointUnits.of(stored.declared.robot.joints[place].type)
     small = "mrad" if units.position == "rad" else "mm"
@@ -253,14 +309,14 @@ def _result(service: Service, stored: StoredExperiment, state: ProofState, joint
         )
         figure = draw_following_error(joint, drawn)
         narrow = draw_following_error(joint, drawn, width=350, height=300)
-    return {
-        "completed": result.completed,
-        "reason": result.reason,
-        "rows": joint_rows(errors_of_joint),
-        "held_over_the_bus": HELD_OVER_THE_BUS if result.held_by != "drive" else "",
-        "own": errors_of_joint,
-        "small": small,
-        "figure": figure,
-        "narrow": narrow,
-        "limit": 1e3 * result.following_limits[place],
-    }
+    return ResultView(
+        completed=result.completed,
+        reason=result.reason,
+        rows=joint_rows(errors_of_joint),
+        held_over_the_bus=(HELD_OVER_THE_BUS if result.held_by != "drive" else ""),
+        own=errors_of_joint,
+        small=small,
+        figure=figure,
+        narrow=narrow,
+        limit=1e3 * result.following_limits[place],
+    )

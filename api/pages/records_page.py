@@ -6,6 +6,7 @@ from typing import Annotated, Literal, TypeVar
 
 from fastapi import APIRouter, File, Form, Request, UploadFile
 from fastapi.responses import HTMLResponse, Response
+from markupsafe import Markup
 from pydantic import BaseModel, ValidationError
 
 from api.pages.figures.column_outline import column_outline
@@ -16,7 +17,7 @@ from api.pages.sentence import sentence
 from api.service import access
 from api.service.experiment_upload import UploadedFile, uploaded
 from api.service.problems import Problem
-from api.service.record_documents import CanLogImport, Dialect, RecordDescription, RecordImport
+from api.service.record_documents import CanLogImport, Dialect, RecordColumn, RecordDescription, RecordImport
 from api.service.request_body import FORM_OF_RECORDS, MOST_RECORDS
 from identify.recording.first_fault import fault_of
 from identify.results.document import Json
@@ -278,6 +279,18 @@ def _numbers(typed: str, count: int, field: str) -> tuple[float, ...]:
     return tuple(_number(part.strip(","), field) for part in parts)
 
 
+@dataclass(frozen=True)
+class ShownRecord:
+    """What one file holds; each column with its outline and what it probably is."""
+
+    file: str
+    decided: list[str]
+    left_off: int
+    time: str | None
+    rate: float | None
+    columns: list[tuple[RecordColumn, Markup, str]]
+
+
 def _shown(described: list[RecordDescription], count: int, key: str) -> Context:
     first = described[0]
     rows = [
@@ -289,16 +302,16 @@ def _shown(described: list[RecordDescription], count: int, key: str) -> Context:
     ]
     return {
         "records": [
-            {
-                "file": each.file,
-                "decided": each.decided,
-                "left_off": each.left_off,
-                "time": each.time,
-                "rate": each.rate,
-                "columns": [
+            ShownRecord(
+                file=each.file,
+                decided=each.decided,
+                left_off=each.left_off,
+                time=each.time,
+                rate=each.rate,
+                columns=[
                     (column, column_outline(column), _role(each, column.name)) for column in each.columns
                 ],
-            }
+            )
             for each in described
         ],
         "names": list(dict.fromkeys(column.name for each in described for column in each.columns)),

@@ -3,6 +3,7 @@
 import hashlib
 from base64 import b64encode
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
 
 from fastapi import APIRouter, Request
@@ -13,7 +14,7 @@ from api.pages.catalogue_words import effect_titles, entry_of
 from api.pages.choices import VersionChoice, chosen_model
 from api.pages.motion_table import certificate_words
 from api.pages.parameter_tables import constants_in_words, effects_in_model, parameter_groups
-from api.pages.rendering import PREFIX, Context, render_pieces
+from api.pages.rendering import PREFIX, render_pieces
 from api.pages.report_section import JointSection
 from api.pages.scope_words import UNSEEN, USES, scope_of_fit
 from api.pages.static_content import static_files
@@ -93,22 +94,37 @@ def write_report(
     return pieces, style
 
 
-def _sessions(shown: ShownModel, entries: Sequence[CatalogueEntry]) -> list[Context]:
+@dataclass(frozen=True)
+class SessionRow:
+    """A session: where, when and by whom it was measured, how it is used, and its error."""
+
+    file: str | None
+    payload: str
+    rig: str | None
+    started: str | None
+    operator: str | None
+    seconds: float | None
+    use: str
+    error: float | None
+    note: str
+
+
+def _sessions(shown: ShownModel, entries: Sequence[CatalogueEntry]) -> list[SessionRow]:
     """Every session of the fit, and every one that was excluded: where, when and by whom it was measured, and its error."""
     catalogue = {entry.row.file: entry for entry in entries}
     fitted = {each.file: each for each in shown.document.sessions}
     return [
-        {
-            "file": file,
-            "payload": entry.row.payload.name,
-            "rig": entry.rig,
-            "started": entry.facts.started,
-            "operator": entry.facts.operator,
-            "seconds": entry.facts.seconds if entry.facts.seconds is not None else of_fit and of_fit.duration,
-            "use": USES[of_fit.role] if of_fit else f"excluded: {entry.excluded}",
-            "error": of_fit and of_fit.relative_error,
-            "note": entry.note,
-        }
+        SessionRow(
+            file=file,
+            payload=entry.row.payload.name,
+            rig=entry.rig,
+            started=entry.facts.started,
+            operator=entry.facts.operator,
+            seconds=(entry.facts.seconds if entry.facts.seconds is not None else of_fit and of_fit.duration),
+            use=(USES[of_fit.role] if of_fit else f"excluded: {entry.excluded}"),
+            error=(of_fit and of_fit.relative_error),
+            note=entry.note,
+        )
         for file, entry in catalogue.items()
         if (of_fit := fitted.get(file or "")) is not None or entry.excluded is not None
     ]

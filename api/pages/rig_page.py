@@ -1,6 +1,8 @@
 """Rig: nodes, states, limits, calibration, faults in words, and what to do next."""
 
-from typing import Annotated, Any
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Annotated
 
 from fastapi import APIRouter, Form, Query, Request
 from fastapi.responses import HTMLResponse, Response
@@ -16,8 +18,9 @@ from api.service import access
 from api.service.active_session import ActiveSession
 from api.service.problems import Problem
 from api.service.service import Service
-from daq.rig import Rig
+from daq.rig import Limits, Rig
 from daq.rig_check import CheckItem
+from daq.session_events import SessionEvent
 from identify.recording.errors import InputError
 
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
@@ -90,6 +93,41 @@ def release(request: Request, user: access.Operator, rig: Annotated[str, Form(ma
     return rig_state(request, user, rig)
 
 
+@dataclass(frozen=True)
+class AxisLine:
+    """An axis as its rig's file has it: gain in N m or N per unit of command, gear in motor turns, counts of its encoder."""
+
+    joint: str
+    node: int
+    drive: str
+    units: JointUnits
+    limits: Limits
+    gain: float
+    gear: float
+    counts: float
+    home: float
+
+
+@dataclass(frozen=True)
+class EventLine:
+    """Something that happened in a session."""
+
+    time: datetime
+    words: str
+    kind: str
+
+
+@dataclass(frozen=True)
+class RigState:
+    """A rig's state in words, what to do, and what became of the samples."""
+
+    kind: str
+    words: str
+    todo: str
+    kept: str
+    sessions_link: str
+
+
 def rig_context(service: Service, rig_id: str, own_name: str) -> Context:
     """What is known of a rig now."""
     try:
@@ -139,16 +177,16 @@ def _calibration(service: Service, rig_id: str, settings: Rig) -> list[tuple[str
     return [("rig file changed", moment(changed)), ("drive gains, eq. (4)", ", ".join(gains))]
 
 
-def _state(service: Service, active: ActiveSession | None) -> dict[str, str]:
+def _state(service: Service, active: ActiveSession | None) -> RigState:
     """The rig's state in words, and what to do."""
     if active is None:
-        return {
-            "kind": "idle",
-            "words": "At rest, bus closed",
-            "todo": "Plan a session; its first step checks every node without powering it.",
-            "kept": "",
-            "sessions_link": "",
-        }
+        return RigState(
+            kind="idle",
+            words="At rest, bus closed",
+            todo="Plan a session; its first step checks every node without powering it.",
+            kept="",
+            sessions_link="",
+        )
     state, reason = active.state.value, for_a_page(service.sessions.reason(active))
     todo = {
         "new": "A session is being prepared: continue it and check the rig.",
@@ -163,13 +201,13 @@ def _state(service: Service, active: ActiveSession | None) -> dict[str, str]:
     # What happened stands large; what became of the samples beneath it, with the way to them.
     cause, _, kept = reason.partition("; ")
     kind = {"faulted": "fault", "aborted": "warn", "armed": "warn", "running": "warn"}.get(state, "good")
-    return {
-        "kind": kind,
-        "words": _said_of(STATES[active.state].long, cause),
-        "todo": todo,
-        "kept": f"{kept[0].upper()}{kept[1:]}." if kept else "",
-        "sessions_link": experiment_link(active.experiment, "sessions"),
-    }
+    return RigState(
+        kind=kind,
+        words=_said_of(STATES[active.state].long, cause),
+        todo=todo,
+        kept=(f"{kept[0].upper()}{kept[1:]}." if kept else ""),
+        sessions_link=experiment_link(active.experiment, "sessions"),
+    )
 
 
 def _said_of(state: str, cause: str) -> str:
@@ -179,25 +217,25 @@ def _said_of(state: str, cause: str) -> str:
     return f"{state}: {cause}" if cause else state
 
 
-def _axis(settings: Rig, index: int) -> Context:
+def _axis(settings: Rig, index: int) -> AxisLine:
     axis = settings.axes[index]
     units = JointUnits.of(settings.robot.joints[index].type)
-    return {
-        "joint": axis.joint,
-        "node": axis.node,
-        "drive": axis.drive,
-        "units": units,
-        "limits": axis.limits,
-        "gain": float(settings.drive_gain[index, index]),
-        "gear": float(settings.motor_gear[index, index]),
-        "counts": axis.encoder_counts,
-        "home": axis.home,
-    }
+    return AxisLine(
+        joint=axis.joint,
+        node=axis.node,
+        drive=axis.drive,
+        units=units,
+        limits=axis.limits,
+        gain=float(settings.drive_gain[index, index]),
+        gear=float(settings.motor_gear[index, index]),
+        counts=axis.encoder_counts,
+        home=axis.home,
+    )
 
 
-def _event(event: Any) -> Context:
+def _event(event: SessionEvent) -> EventLine:
     kind = {"faulted": "fault", "aborted": "warn"}.get(event.state.value, "good")
-    return {"time": event.time, "words": for_a_page(event.words), "kind": kind}
+    return EventLine(event.time, for_a_page(event.words), kind)
 
 
 def _known(service: Service, rig: str) -> str:

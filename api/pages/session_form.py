@@ -1,7 +1,8 @@
 """New session, first half: rig, experiment, payload and plan, with a preview of the motion."""
 
 from contextlib import suppress
-from typing import Annotated, Any, Literal
+from dataclasses import dataclass
+from typing import Annotated, Literal
 from urllib.parse import urlencode
 
 from fastapi import APIRouter, Form, Query, Request
@@ -14,6 +15,7 @@ from api.pages.layout import LAST_EXPERIMENT, frame, session_link
 from api.pages.plan_view import plan_view, purpose_words
 from api.pages.rendering import PREFIX, Context, page
 from api.service import access
+from api.service.database import ExperimentRow
 from api.service.jobs import Job
 from api.service.model_story import ModelStory
 from api.service.problems import Problem
@@ -60,7 +62,7 @@ def new_session_page(
         raise Problem(422, f"The rig's file is wrong: {error}") from error
     choice = _chosen(request, service, settings, rig_id, experiment, payload, plan)
     context |= choice | {"rigs": list(service.rigs.files()), "rig_id": rig_id, "settings": settings}
-    context |= {"waiting": _waiting(service, choice["experiment"]), "proof": None}
+    context |= {"proof": None}
     return page(request, "new_session.html", **context)
 
 
@@ -205,12 +207,13 @@ def _chosen(
         "view": view,
         "purpose": purpose_words(service.plans.separating_report(made[0])) if made else None,
         "measured": [row for row in sessions if row.file is not None],
+        "waiting": _waiting(service, chosen),
     }
 
 
 def _experiment(
-    service: Service, rows: list[Any], rig: str, asked: str | None, last: str | None
-) -> Any | None:
+    service: Service, rows: list[ExperimentRow], rig: str, asked: str | None, last: str | None
+) -> ExperimentRow | None:
     """The experiment that was asked for; else, of those whose sessions were measured on this rig alone, the one that was
     looked at last, or that was changed last. None for a new one: another rig's is never taken by itself."""
     if asked is not None:
@@ -220,11 +223,19 @@ def _experiment(
     return next((row for row in measured if row.id == last), measured[0] if measured else None)
 
 
-def _waiting(service: Service, experiment: Any) -> dict[str, str] | None:
+@dataclass(frozen=True)
+class WaitingSession:
+    """A session that was prepared."""
+
+    id: str
+    link: str
+
+
+def _waiting(service: Service, experiment: ExperimentRow | None) -> WaitingSession | None:
     """A session of the experiment that was prepared and neither measured nor discarded."""
     if experiment is None:
         return None
     for row in service.experiments.sessions(experiment.id):
         if row.file is None and not SessionState(row.state).ended:
-            return {"id": row.id, "link": session_link(experiment.id, row.id)}
+            return WaitingSession(row.id, session_link(experiment.id, row.id))
     return None

@@ -4,6 +4,7 @@ file; and the upload of a whole experiment.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from operator import attrgetter
 from pathlib import Path
 from typing import Annotated, Literal
 from urllib.parse import urlencode
@@ -60,6 +61,57 @@ Word = Annotated[str, Query(max_length=255)]
 
 
 @dataclass(frozen=True)
+class Download:
+    """A form in which a recording can be had."""
+
+    name: str
+    link: str
+
+
+@dataclass(frozen=True)
+class SessionLine:
+    """One session in the catalogue, as the page shows it: masses in kg, times in s, sizes in MiB."""
+
+    id: str
+    payload: str
+    mass: float | None
+    weighed: float | None
+    rig: str
+    operator: str
+    plan: str
+    started: str | None
+    seconds: float | None
+    lost: float | None
+    note: str
+    excluded: str | None
+    use: str
+    role: str
+    tone: str
+    state: str
+    reason: str
+    error: float | None
+    megabytes: float | None
+    downloads: list[Download]
+    recoverable: bool
+    recover_link: str
+    admissible: bool
+    admit_link: str
+    continue_link: str | None
+    changeable: bool
+    noted: bool
+    link: str
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """What is searched for words."""
+        return (self.id, self.note, self.reason, self.payload, self.excluded or "", self.plan, self.operator)
+
+    def column(self, name: str) -> str | float | None:
+        """What stands in the column of that name, one of `SORTED` or `FILTERED`."""
+        return getattr(self, name)
+
+
+@dataclass(frozen=True)
 class CatalogueChoice:
     """How the catalogue is to be shown: by which column, in which order, which sessions.
 
@@ -72,18 +124,17 @@ class CatalogueChoice:
     only: Mapping[str, str] = field(default_factory=dict)
     text: str = ""
 
-    def applied(self, entries: list[Context]) -> list[Context]:
+    def applied(self, entries: list[SessionLine]) -> list[SessionLine]:
         """The sessions that are chosen, in order; those that have no value there come last."""
-        chosen = [row for row in entries if all(row[name] == value for name, value in self.only.items())]
+        chosen = [
+            row for row in entries if all(row.column(name) == value for name, value in self.only.items())
+        ]
         if self.text:
             wanted = self.text.casefold()
-            searched = ("id", "note", "reason", "payload", "excluded", "plan", "operator")
-            chosen = [
-                row for row in chosen if any(wanted in str(row[name] or "").casefold() for name in searched)
-            ]
-        empty = [row for row in chosen if row[self.sort] in (None, "")]
-        given = [row for row in chosen if row[self.sort] not in (None, "")]
-        return sorted(given, key=lambda row: row[self.sort], reverse=self.descending) + empty
+            chosen = [row for row in chosen if any(wanted in text.casefold() for text in row.texts)]
+        empty = [row for row in chosen if row.column(self.sort) in (None, "")]
+        given = [row for row in chosen if row.column(self.sort) not in (None, "")]
+        return sorted(given, key=attrgetter(self.sort), reverse=self.descending) + empty
 
     def query(self, sort: str) -> dict[str, str]:
         """The address's query for another column; the same column turns the order round."""
@@ -241,8 +292,8 @@ def _context(request: Request, user: User, experiment: str, wanted: CatalogueCho
             for name in SORTED
         },
         "all_rows": entries,
-        "rigs": list(dict.fromkeys(row["rig"] for row in entries if row["rig"])),
-        "cut_off": [row for row in entries if row["recoverable"]],
+        "rigs": list(dict.fromkeys(row.rig for row in entries if row.rig)),
+        "cut_off": [row for row in entries if row.recoverable],
         "payloads": stored.declared.payloads,
         "upload_limit": service.settings.upload_limit,
         "here_link": experiment_link(experiment, "sessions"),
@@ -252,7 +303,7 @@ def _context(request: Request, user: User, experiment: str, wanted: CatalogueCho
 
 def _session(
     service: Service, experiment: str, entry: CatalogueEntry, fitted: Mapping[str, SessionError]
-) -> Context:
+) -> SessionLine:
     row, facts = entry.row, entry.facts
     tone, label = STATE_WORDS.get(row.state, ("idle", row.state))
     if row.state in ENDED_EARLY and not row.file:
@@ -269,39 +320,42 @@ def _session(
     file = service.experiments.folder(experiment) / row.file if row.file else None
     there = file is not None and file.is_file()
     of_fit = fitted.get(row.file or "")
-    return {
-        "id": row.id,
-        "payload": row.payload.name,
-        "mass": row.payload.mass,
-        "weighed": row.weighed,
-        "rig": entry.rig or "",
-        "operator": facts.operator or "",
-        "plan": entry.plan or "",
-        "started": facts.started,
-        "seconds": facts.seconds if facts.seconds is not None else of_fit.duration if of_fit else None,
-        "lost": facts.lost,
-        "note": entry.note,
-        "excluded": entry.excluded,
-        "use": "excluded" if entry.excluded is not None else USES[row.role] if entry.measured else "not used",
-        "role": row.role,
-        "tone": tone,
-        "state": "the robot moves" if under_way and row.state == RECORDING else label,
-        "reason": row.reason or "",
-        "error": of_fit.relative_error if of_fit else None,
-        "megabytes": file.stat().st_size / MEBIBYTE if there and file is not None else None,
-        "downloads": [
-            {"name": name, "link": f"/experiments/{experiment}/recordings/{row.id}?format={kind}"}
+    return SessionLine(
+        id=row.id,
+        payload=row.payload.name,
+        mass=row.payload.mass,
+        weighed=row.weighed,
+        rig=(entry.rig or ""),
+        operator=(facts.operator or ""),
+        plan=(entry.plan or ""),
+        started=facts.started,
+        seconds=(facts.seconds if facts.seconds is not None else of_fit.duration if of_fit else None),
+        lost=facts.lost,
+        note=entry.note,
+        excluded=entry.excluded,
+        use=("excluded" if entry.excluded is not None else USES[row.role] if entry.measured else "not used"),
+        role=row.role,
+        tone=tone,
+        state=("the robot moves" if under_way and row.state == RECORDING else label),
+        reason=(row.reason or ""),
+        error=(of_fit.relative_error if of_fit else None),
+        megabytes=(file.stat().st_size / MEBIBYTE if there and file is not None else None),
+        downloads=[
+            Download(
+                name=name,
+                link=f"/experiments/{experiment}/recordings/{row.id}?format={kind}",
+            )
             for kind, name in (_formats(file, entry.measured) if there and file is not None else ())
         ],
-        "recoverable": row.state == RECORDING and not under_way,
-        "recover_link": f"{link}/recover",
-        "admissible": row.state in ENDED_EARLY and there and not entry.measured,
-        "admit_link": f"{link}/admit",
-        "continue_link": link if row.file is None and row.state in ON_THEIR_WAY else None,
-        "changeable": entry.measured,
-        "noted": row.file is not None,
-        "link": link,
-    }
+        recoverable=(row.state == RECORDING and not under_way),
+        recover_link=f"{link}/recover",
+        admissible=(row.state in ENDED_EARLY and there and not entry.measured),
+        admit_link=f"{link}/admit",
+        continue_link=(link if row.file is None and row.state in ON_THEIR_WAY else None),
+        changeable=entry.measured,
+        noted=row.file is not None,
+        link=link,
+    )
 
 
 def _formats(file: Path, measured: bool) -> list[tuple[str, str]]:
@@ -315,6 +369,6 @@ def _formats(file: Path, measured: bool) -> list[tuple[str, str]]:
     return formats
 
 
-def _values(entries: list[Context], name: str) -> list[str]:
+def _values(entries: list[SessionLine], name: str) -> list[str]:
     """What the sessions have under a name, each once, in their order."""
-    return list(dict.fromkeys(row[name] for row in entries if row[name]))
+    return list(dict.fromkeys(str(row.column(name)) for row in entries if row.column(name)))

@@ -40,22 +40,27 @@ def _columns(table: ForeignTable, n: int) -> ColumnMap | None:
     """The contract's columns by their names, units in them or not; None where one is missing or belongs to
     a further joint."""
     names = {column.base_name: column.name for column in reversed(table.columns)}
-    groups = {
-        kind: tuple(f"{kind}{joint}" for joint in range(1, n + 1)) for kind in ("q", "v", "ext", "temp")
-    }
-    contract_columns = {"t", *(each for group in groups.values() for each in group)}
+    position, command, external, temperature = groups = tuple(
+        tuple(f"{kind}{joint}" for joint in range(1, n + 1)) for kind in ("q", "v", "ext", "temp")
+    )
+    contract_columns = {"t", *(each for group in groups for each in group)}
     others = {name for name in names if _OWN_NAME.match(name)} - contract_columns
-    if others or not {"t", *groups["q"], *groups["v"]} <= names.keys():
+    if others or not {"t", *position, *command} <= names.keys():
         return None
-    named = {
-        kind: tuple(names[each] for each in group) if group[0] in names else ()
-        for kind, group in groups.items()
-    }
+
+    def named(group: tuple[str, ...]) -> tuple[str, ...]:
+        return tuple(names[each] for each in group) if group[0] in names else ()
+
     extra = tuple(
         column.name
         for column in table.columns
         if column.name and column.base_name not in contract_columns and column.numbers is not None
     )
     return ColumnMap(
-        named["q"], named["v"], names["t"], external=named["ext"], temperature=named["temp"], extra=extra
+        named(position),
+        named(command),
+        named(("t",))[0],
+        external=named(external),
+        temperature=named(temperature),
+        extra=extra,
     )

@@ -7,6 +7,7 @@ import pytest
 
 from api.service import live_feed
 from api.service.live_feed import BlockReader
+from api.service.rig_documents import BusFigures
 from daq.samples import Phase
 
 COMPLETE = 0x03
@@ -76,16 +77,16 @@ def test_each_axis_has_position_command_and_the_error_by_which_it_falls_behind(s
 
 
 def test_what_did_not_come_is_counted_once_and_other_bits_are_no_loss(session, reader):
-    assert reader.figures() == {"rows": 0, "missing": 0, "sync_period": None, "sync_jitter": None}
+    assert reader.figures() == BusFigures(rows=0, missing=0, sync_period=None, sync_jitter=None)
     session.valid[1] = [0x01, 0x02]
     session.valid[2] = [COMPLETE | 0x10, 0x00]
     session.rows = 4
     reader.read()
     reader.read()
     figures = reader.figures()
-    assert (figures["rows"], figures["missing"]) == (4, 3)
-    assert figures["sync_period"] == pytest.approx(0.01)
-    assert figures["sync_jitter"] == pytest.approx(0.0, abs=1e-9)
+    assert (figures.rows, figures.missing) == (4, 3)
+    assert figures.sync_period == pytest.approx(0.01)
+    assert figures.sync_jitter == pytest.approx(0.0, abs=1e-9)
 
 
 def test_the_period_is_that_of_the_newest_five_thousand_steps(session, reader):

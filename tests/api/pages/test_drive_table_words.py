@@ -41,7 +41,9 @@ DOCUMENT = DriveTablesDocument(
 
 
 def test_the_line_goes_through_zero_speed_at_the_constant_and_is_held_beyond_the_last_point() -> None:
-    drawing = joint_tables(DOCUMENT, "j1")["tables"][0]["wide"]
+    shown = joint_tables(DOCUMENT, "j1")
+    assert shown is not None
+    drawing = shown.tables[0].wide
     (data,) = re.findall(r'<path d="([^"]+)" class="curve"/>', drawing)
     line = points_of(data)
     assert len(line) == 7
@@ -56,12 +58,13 @@ def test_the_line_goes_through_zero_speed_at_the_constant_and_is_held_beyond_the
 
 def test_objects_of_one_index_are_one_row_and_remarks_are_sentences() -> None:
     shown = joint_tables(DOCUMENT, "j1")
-    rows = shown["tables"][0]["objects"]
-    assert [(row["object"], row["values"]) for row in rows] == [
+    assert shown is not None
+    rows = shown.tables[0].objects
+    assert [(row.object, row.values) for row in rows] == [
         ("0x2020:01 to 02", ["95", "12345"]),
         ("0x2023:00", ["−500"]),
     ]
-    assert shown["remarks"] == ["They act.", "A remark."]
+    assert shown.remarks == ["They act.", "A remark."]
     assert joint_tables(DOCUMENT, "j9") is None
 
 
@@ -81,5 +84,5 @@ def test_what_changed_the_drives_can_be_taken_back(state: str, can_be_taken_back
         tables=DOCUMENT,
     )
     row = writing_row("e", writing)
-    assert row["of"] == "what was before 02"
-    assert (row["back_link"] is not None) == can_be_taken_back
+    assert row.of == "what was before 02"
+    assert (row.back_link is not None) == can_be_taken_back

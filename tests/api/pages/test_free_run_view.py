@@ -70,18 +70,18 @@ def test_the_session_of_the_page_is_drawn_and_of_all_the_one_with_the_largest_er
     assert panel("a.csv")["session"] == "2 · none"
     shown = panel(ALL_SESSIONS)
     assert (shown["session"], shown["chosen"]) == ("1 · none", False)
-    assert "leaves the record" in shown["figures"]["wide"]
-    assert "leaves the record" not in panel("a.csv")["figures"]["wide"]
+    assert "leaves the record" in shown["figures"].wide
+    assert "leaves the record" not in panel("a.csv")["figures"].wide
 
 
 def test_every_session_stands_with_its_errors_in_the_order_of_the_tabs() -> None:
     rows = panel("c.csv")["rows"]
-    assert [row["words"] for row in rows] == ["1 · none", "2 · none", "3 · none, validation"]
-    assert [row["here"] for row in rows] == [False, False, True]
-    assert (rows[0]["error"], rows[0]["usual"], rows[0]["usual_speed"]) == ("2 mrad", "4 mrad", "–")
-    assert [row["left"] for row in rows] == ["at 3.25 s", "never", "never"]
-    assert rows[2]["error"] == "2 µrad"
-    assert "session=b.csv&version=m3#free-run" in rows[0]["link"]
+    assert [row.words for row in rows] == ["1 · none", "2 · none", "3 · none, validation"]
+    assert [row.here for row in rows] == [False, False, True]
+    assert (rows[0].error, rows[0].usual, rows[0].usual_speed) == ("2 mrad", "4 mrad", "–")
+    assert [row.left for row in rows] == ["at 3.25 s", "never", "never"]
+    assert rows[2].error == "2 µrad"
+    assert "session=b.csv&version=m3#free-run" in rows[0].link
 
 
 def test_a_damaged_file_hides_no_page() -> None:

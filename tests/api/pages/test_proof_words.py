@@ -44,14 +44,14 @@ def test_a_joint_that_follows_worse_is_said_to() -> None:
     )
     assert changes(document) == "j1 −80 %, j2 +10 %"
     rows = joint_rows(worse)
-    assert [row["words"] for row in rows] == [
+    assert [row.words for row in rows] == [
         "root mean square, all of the plan",
         "driven by its load",
         "peak",
     ]
-    assert [row["worse"] for row in rows] == [True, True, False]
-    assert rows[0]["without"] == 1.0
-    assert rows[-1]["change"] == "–"
+    assert [row.worse for row in rows] == [True, True, False]
+    assert rows[0].without == 1.0
+    assert rows[-1].change == "–"
     assert change(None, 1.0) == "–"
 
 
@@ -68,7 +68,7 @@ def test_a_proof_whose_first_run_was_driven_on_the_command_line_waits_there() ->
         created="2026-11-28T09:00:00+00:00",
     )
     states = [ProofState("00", settings, None, None, None, elsewhere) for elsewhere in (True, False)]
-    assert [proof_row("arm", state)["words"] for state in states] == [
+    assert [proof_row("arm", state).words for state in states] == [
         "to be continued on the command line",
         "to be run without it",
     ]
