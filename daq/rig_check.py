@@ -4,7 +4,7 @@ Nothing here moves anything.
 """
 
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
 import can
@@ -62,10 +62,6 @@ class RigCheck:
     def problems(self) -> str:
         """What is wrong, in one line."""
         return "; ".join(f"{item.what}: {item.words}" for item in self.items if not item.ok)
-
-    def to_json(self) -> dict[str, object]:
-        """Plain values."""
-        return {"ok": self.ok, "items": [asdict(item) for item in self.items]}
 
 
 def check_rig(drives: RigDrives) -> RigCheck:
