@@ -9,7 +9,7 @@ import pytest
 import identify
 import identify.export.write
 import identify.simulation.simulate
-from api.service import computations, use_computations
+from api.service import use_computations
 
 
 def told_all(progress):
@@ -20,7 +20,6 @@ def told_all(progress):
 @pytest.fixture
 def heard(monkeypatch):
     """Progress that was said, of computations that only say theirs."""
-    monkeypatch.setattr(computations, "load_experiment", lambda path: SimpleNamespace(sessions=()))
     monkeypatch.setattr(use_computations, "load_experiment", lambda path: SimpleNamespace(sessions=()))
 
     def identified(loaded, model, add=(), progress=None):
@@ -65,21 +64,3 @@ def test_an_export_is_half_identified_and_half_written(monkeypatch, heard, tmp_p
     target = tmp_path / "export" / "arm.py"
     assert use_computations.export(saying(heard), "arm", "rigid", [], str(target)) == ("rigid", True)
     rises_from_nothing_to(heard, 0.5)
-
-
-def test_a_diagnosis_has_looked_at_every_candidate_of_every_joint_before_it_is_done(monkeypatch, heard):
-    import identify.diagnosis.with_candidate as looks
-
-    joints = [SimpleNamespace(findings=["a", "b", "c"]), SimpleNamespace(findings=["d"])]
-
-    def diagnosed(loaded, model, add, progress):
-        told_all(progress)
-        return SimpleNamespace(joints=joints, document=lambda: "document")
-
-    monkeypatch.setattr(identify, "diagnose", diagnosed)
-    monkeypatch.setattr(computations, "_places", lambda experiment: {})
-    monkeypatch.setattr(looks, "shown_findings", lambda diagnosis, joint, most: joints[joint].findings)
-    monkeypatch.setattr(looks, "predictions_with", lambda diagnosis, finding, sessions: [])
-    assert computations.diagnose(saying(heard), "arm", "usual", [], "folder") == "document"
-    assert len(heard) == 3 + 4
-    rises_from_nothing_to(heard, 0.85 + 0.15 * 3 / 4)
