@@ -1,6 +1,7 @@
 """What is found wrong with a rig before a session, joint by joint, on simulated drives."""
 
 import re
+from dataclasses import asdict
 from importlib.resources import files
 from types import SimpleNamespace
 
@@ -28,7 +29,7 @@ def test_a_rig_that_is_as_its_file_says_is_ready(still_rig, powered):
     said = "; ".join(item.words for item in check.items)
     assert "device profile 402" in said
     assert "rated 2.22 N m" in said
-    assert check.to_json()["items"][-1] == {
+    assert asdict(check.items[-1]) == {
         "what": "joint j3",
         "ok": True,
         "words": "is at 0",
