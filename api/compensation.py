@@ -50,7 +50,7 @@ def torque_ahead(
     times = np.maximum((np.arange(cycles) - 0.5) * rig.cycle, 0.0)
     planned = plan.setpoints(times)
     motion = Motion(times, planned.position, planned.velocity, planned.acceleration, None, payload)
-    model = exported_model(result)
+    model = exported_model(result).of_the_instant
     torque = planned_torque(model, motion)
     names = model.geometry.names
     recorded = motions_of(result)
@@ -67,7 +67,7 @@ def torque_ahead(
     remarks = [*model.remarks, *_shared_motors_without_friction(result)]
     if model.lost:
         lost = ", ".join(f"{effect}@{names[joint]}" for effect, joint in model.lost)
-        remarks.append(f"not sent, for they have no formula of the state: {lost}")
+        remarks.append(f"not sent, for they have no formula of the state at one instant: {lost}")
     for name, bounded in zip(names, offset.bounded, strict=True):
         if bounded > 0:
             remarks.append(f"{name}: {100 * bounded:.2g} % of the plan asked for more than the bound")

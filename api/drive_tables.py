@@ -43,7 +43,7 @@ def drive_tables(result: Identification, rig: Rig, model: str) -> DriveTablesDoc
     require_same_robot(result, rig)
     require_torque_of_motors(result)
     profiles = _profiles_with_tables(rig)
-    exported = exported_model(result)
+    exported = exported_model(result).of_the_instant
     record = _record(exported, result, rig)
     joints = [
         _joint(rig, axis, place, profile, record, exported)

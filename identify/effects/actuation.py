@@ -127,6 +127,10 @@ class Delay(Effect):
     uses_load = True
     uses_torque = True
     simulated = "command"
+    formula_derivatives = (1,)
+
+    def formulas(self, constants: Constants) -> tuple[str, ...] | None:
+        return ("-torque",)
 
     def command_lead(self, values: Array) -> float:
         return float(values[0])

@@ -100,6 +100,9 @@ class Effect(ABC):
 
     in_link_files: LinkFilePlace | None = None
     """which attribute of a joint in URDF, SDF and MJCF files holds the effect exactly, if any"""
+    formula_derivatives: tuple[int, ...] = ()
+    """how many times each of `formulas` is differentiated with respect to time; empty where none is. Once at most where the
+    columns need the whole torque, else twice at most."""
     dissipates: bool = False
     """whether it is friction: all such effects of a joint together never drive it (`admissible_values`)"""
 
@@ -168,7 +171,8 @@ class Effect(ABC):
         """The columns as formulas of the state, for code that runs without this library; None where there are none.
 
         In the language of a user's own effect (`expression.py`), whose signals are joined by `direction` (sign of dq),
-        `memory` (the effect's state), `motor_velocity`, `motor_acceleration` and `motor_share`. Those of a gear are of its
+        `memory` (the effect's state), `load_slope` (d load / dq of the joint itself), `motor_velocity`, `motor_acceleration`
+        and `motor_share`. What `formula_derivatives` says is differentiated over time. Those of a gear are of its
         motor where motors share axes (`identify.export.exported_model.of_motor`).
         """
         return None

@@ -14,7 +14,7 @@ from identify.effects.dry_friction import (
     finer_rotor,
     rotor_grid,
 )
-from identify.effects.effect import Constants, Effect, Simulated, finer, geometric_grid
+from identify.effects.effect import Constants, Effect, Simulated, finer, geometric_grid, number
 from identify.effects.give import LEAST_SHARE, Give, JointCourse, share_of_link
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter, Relation
@@ -108,6 +108,7 @@ class Backlash(Effect):
     uses_load = True
     state_name = "the link's place in the gap"
     no_give = "no gap, or to one wider than the joint moves"
+    formula_derivatives = (0, 2)
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
         lowest = max(4.0 * summary.position_resolution, 5e-4 * summary.span)
@@ -125,6 +126,13 @@ class Backlash(Effect):
             return finer("play", constants, 2.0)
         places = finer("flank_load", constants, 1.8, 2)
         return [{**place, **rotor} for place in places for rotor in finer_rotor(place, summary)[::2]]
+
+    def formulas(self, constants: Constants) -> tuple[str, ...] | None:
+        place = "memory"
+        if "play" not in constants:
+            carried = f"(load - {number(constants['rotor_inertia'])} * ddq)"
+            place = f"(-0.5 * tanh({carried} / {number(constants['flank_load'])}))"
+        return (f"load_slope * {place}", f"-{place}")
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         if "play" in constants:

@@ -43,11 +43,15 @@ class Elasticity(Effect):
     uses_load = True
     simulated = "give"
     no_give = "no spring that two masses can have between them"
+    formula_derivatives = (2, 0)
 
     def parameters_of(self, summary: JointSummary, constants: Constants) -> tuple[EffectParameter, ...]:
         inertia, compliance = self.parameters
         largest = max(abs(summary.load_range[0]), abs(summary.load_range[1]), 1e-9)
         return inertia, replace(compliance, upper=LARGEST_DEFLECTION * summary.span / largest)
+
+    def formulas(self, constants: Constants) -> tuple[str, ...] | None:
+        return ("-load", "-load * load_slope")
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         rate = np.gradient(motion.load, motion.period)

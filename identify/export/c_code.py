@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 
+from identify.export.c_cycles import cycles_in_c
 from identify.export.exported_model import ExportedModel, Torque
 from identify.export.expression_code import C, literal, one_line, torque_text
 
@@ -11,32 +13,18 @@ HEADER = """/* Inverse dynamics of {experiment}, model {name}: torque of each jo
  * SI units, joint space: rad or m, s, kg, N m or N. Joints in their order from the base: {joints}.{remarks} */
 #ifndef {guard}
 #define {guard}
-
+{includes}
 #define {PREFIX}_JOINTS {n}
-#define {PREFIX}_MEMORIES {memories} /* states of presliding */
+#define {PREFIX}_MEMORIES {memories} /* states of presliding, and places in gaps */
 
 #ifdef __cplusplus
 extern "C" {{
 #endif
 
-/* Torque that the motors must give, as the current reference times the drive gain.
- * t           s since the machine began to move, for friction that warms up
- * temperature deg C of each joint, for friction that depends on it; NULL is 20
- * memory      state of each presliding element, -1 to 1, see below; NULL begins from the direction of motion
- * payload     XX XY XZ YY YZ ZZ MX MY MZ M of a body on the last link, in its frame; NULL is none
- * torque      the result */
-void {prefix}_torque(const double q[{n}], const double dq[{n}], const double ddq[{n}], double t,
-                     const double *temperature, const double *memory, const double *payload, double torque[{n}]);
-
+{calls}
 /* tau_out of eq. (6) alone: inertia, Coriolis, centrifugal and gravity torque. */
 void {prefix}_rigid_torque(const double q[{n}], const double dq[{n}], const double ddq[{n}], const double *payload,
                            double torque[{n}]);
-
-/* States of the presliding elements where nothing is known of what was before. */
-void {prefix}_memory_at_start(const double dq[{n}], double *memory);
-
-/* States of the presliding elements after a motion from `before` to `after` in one direction. */
-void {prefix}_memory_after(double *memory, const double before[{n}], const double after[{n}]);
 
 #ifdef __cplusplus
 }}
@@ -147,13 +135,33 @@ void {prefix}_rigid_torque(const double q[N], const double dq[N], const double d
     }}
 }}
 
-void {prefix}_memory_at_start(const double dq[N], double *memory) {{
+{linkage}void {prefix}_memory_at_start(const double dq[N], double *memory) {{
 {at_start}}}
 
-void {prefix}_memory_after(double *memory, const double before[N], const double after[N]) {{
+{linkage}void {prefix}_memory_after(double *memory, const double before[N], const double after[N]) {{
 {after}}}
 
-void {prefix}_torque(const double q[N], const double dq[N], const double ddq[N], double t, const double *temperature,
+{calls}"""
+
+DECLARED = """#define {PREFIX}_LATENCY 0 /* the torque is that of the motion of its call */
+
+/* Torque that the motors must give, as the current reference times the drive gain.
+ * t           s since the machine began to move, for friction that warms up
+ * temperature deg C of each joint, for friction that depends on it; NULL is 20
+ * memory      state of each presliding element, -1 to 1, see below; NULL begins from the direction of motion
+ * payload     XX XY XZ YY YZ ZZ MX MY MZ M of a body on the last link, in its frame; NULL is none
+ * torque      the result */
+void {prefix}_torque(const double q[{n}], const double dq[{n}], const double ddq[{n}], double t,
+                     const double *temperature, const double *memory, const double *payload, double torque[{n}]);
+
+/* States of the presliding elements where nothing is known of what was before. */
+void {prefix}_memory_at_start(const double dq[{n}], double *memory);
+
+/* States of the presliding elements after a motion from `before` to `after` in one direction. */
+void {prefix}_memory_after(double *memory, const double before[{n}], const double after[{n}]);
+"""
+
+CALLED = """void {prefix}_torque(const double q[N], const double dq[N], const double ddq[N], double t, const double *temperature,
                      const double *memory, const double *payload, double torque[N]) {{
     double load[N], temp[N], direction[N], motor_dq[N], motor_ddq[N], begun[{states}];
     const double *state = memory;
@@ -194,30 +202,25 @@ def c_code(model: ExportedModel, stem: str) -> tuple[str, str]:
         ]
         for joint in range(model.joints)
     ]
-    first, late = model.in_order
-    lines = [_line(model, torque) for torque in first]
-    if late:
-        lines += [
-            "    double whole[N];",
-            "    for (int j = 0; j < N; j++) whole[j] = torque[j];",
-            *(_line(model, torque) for torque in late),
-        ]
     states = model.memories
     table = ""
     start = "    (void)dq, (void)memory;\n"
     after = "    (void)memory, (void)before, (void)after;\n"
     if states:
-        rows = ", ".join(literal(torque.distance or 1.0) for torque in states)
-        places = ", ".join(str(torque.row) for torque in states)
+        rows = ", ".join(literal(memory.distance) for memory in states)
+        places = ", ".join(str(memory.row) for memory in states)
+        gaps = ", ".join(str(int(memory.kind == "play")) for memory in states)
         table = (
-            f"static const double DISTANCES[{len(states)}] = {{{rows}}}; /* of presliding */\n"
+            f"static const double DISTANCES[{len(states)}] = {{{rows}}}; /* of presliding, and gaps */\n"
             f"static const int PLACES[{len(states)}] = {{{places}}}; /* joints that they act on */\n"
+            f"static const int PLAY[{len(states)}] = {{{gaps}}}; /* whether it is a gap */\n"
         )
-        start = f"    for (int i = 0; i < {len(states)}; i++) memory[i] = sign_of(dq[PLACES[i]]);\n"
+        start = f"    for (int i = 0; i < {len(states)}; i++) memory[i] = (PLAY[i] ? -0.5 : 1.0) * sign_of(dq[PLACES[i]]);\n"
         after = (
             f"    for (int i = 0; i < {len(states)}; i++) {{\n"
             "        const double travel = after[PLACES[i]] - before[PLACES[i]], heading = sign_of(travel);\n"
-            "        if (travel != 0.0) memory[i] = heading + (memory[i] - heading) * exp(-fabs(travel) / DISTANCES[i]);\n"
+            "        if (PLAY[i]) memory[i] = fmin(fmax(memory[i] - travel / DISTANCES[i], -0.5), 0.5);\n"
+            "        else if (travel != 0.0) memory[i] = heading + (memory[i] - heading) * exp(-fabs(travel) / DISTANCES[i]);\n"
             "    }\n"
         )
     shared = {
@@ -231,10 +234,12 @@ def c_code(model: ExportedModel, stem: str) -> tuple[str, str]:
         "n": model.joints,
         "memories": len(states),
     }
+    declared, called = cycles_in_c(model, prefix) if model.latency else _at_once(model, shared)
     source = SOURCE.format(
         **shared,
         header=f"{stem}.h",
-        states=max(1, len(states)),
+        linkage="static " if model.latency else "",
+        calls=called,
         frames=_rows(frames),
         gravity=", ".join(literal(float(value)) for value in geometry.gravity),
         links=_rows(model.standard.reshape(model.joints, -1).tolist()),
@@ -245,9 +250,23 @@ def c_code(model: ExportedModel, stem: str) -> tuple[str, str]:
         else "",
         at_start=start,
         after=after,
-        body="".join(f"{line}\n" for line in lines),
     )
-    return source, HEADER.format(**shared)
+    includes = "\n#include <stddef.h>\n" if model.latency else ""
+    return source, HEADER.format(**shared, calls=declared, includes=includes)
+
+
+def _at_once(model: ExportedModel, shared: Mapping[str, object]) -> tuple[str, str]:
+    """The declarations and the source of a model whose torque follows from the motion of its call."""
+    first, late = model.in_order
+    lines = [_line(model, torque) for torque in first]
+    if late:
+        lines += [
+            "    double whole[N];",
+            "    for (int j = 0; j < N; j++) whole[j] = torque[j];",
+            *(_line(model, torque) for torque in late),
+        ]
+    body = "".join(f"{line}\n" for line in lines)
+    return DECLARED.format(**shared), CALLED.format(**shared, states=max(1, len(model.memories)), body=body)
 
 
 def _line(model: ExportedModel, torque: Torque) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +12,14 @@ from identify.dynamics.geometry import Geometry
 from identify.dynamics.inverse_dynamics import InverseDynamics
 from identify.dynamics.payload import payload_torque
 from identify.effects.expression import parse
+from identify.estimation.rigid_body import POSITION_STEP
 from identify.export.record_error import Motion, TorqueOf
 from identify.results.exported_model import ExportedModelDocument, ExportedTorque
 from identify.results.reading import read_document
 
 Array = NDArray[np.float64]
 
-BESIDE = ("memory", "motor_velocity", "motor_acceleration", "motor_load", "motor_share")
+BESIDE = ("memory", "load_slope", "motor_velocity", "motor_acceleration", "motor_load", "motor_share")
 """signals of the document's formulas beside those of a user's own effect"""
 
 
@@ -44,8 +46,22 @@ def document_torque(path: Path) -> TorqueOf:
     except np.linalg.LinAlgError:  # motors that cannot be told apart share the load alike
         carried = np.linalg.pinv(shares)
 
+    latency = sum(max((each.derivative for each in part), default=0) for part in _in_order(document.torques))
+
+    def load_slope(row: int, motion: Motion) -> Array:
+        ends = []
+        for step in (POSITION_STEP, -POSITION_STEP):
+            moved = motion.q.copy()
+            moved[:, row] += step
+            (bare,) = arm.torques(moved, motion.dq, motion.ddq)
+            ends.append(bare + payload_torque(geometry, motion.payload, moved, motion.dq, motion.ddq))
+        return np.asarray((ends[0] - ends[1])[:, row] / (2 * POSITION_STEP), np.float64)
+
+    def torque_of(asked: Motion) -> Array:
+        return along(asked.continued(latency))[: len(asked.q)]
+
     @np.errstate(all="ignore")  # what is no number counts as 0
-    def torque_of(motion: Motion) -> Array:
+    def along(motion: Motion) -> Array:
         q, dq, ddq = motion.q, motion.dq, motion.ddq
         (bare,) = arm.torques(q, dq, ddq)
         load = np.asarray(bare + payload_torque(geometry, motion.payload, q, dq, ddq), np.float64)
@@ -70,23 +86,43 @@ def document_torque(path: Path) -> TorqueOf:
             }
             if torque.presliding_distance is not None:
                 signals["memory"] = _memory(q[:, row], dq[0, row], torque.presliding_distance)
+            if torque.play is not None:
+                signals["memory"] = _place_in_gap(q[:, row], dq[0, row], torque.play)
+            if any("load_slope" in formula for formula in torque.formulas):
+                signals["load_slope"] = load_slope(row, motion)
             columns = [parse(formula, dict.fromkeys(BESIDE))(signals) for formula in torque.formulas]
-            return sum(
+            course = sum(
                 (value * column for value, column in zip(torque.values, columns, strict=True)),
                 np.zeros(len(q)),
             )
+            for _ in range(torque.derivative):
+                course = np.gradient(course, motion.t)
+            return course
 
-        late = [torque for torque in document.torques if any("torque" in each for each in torque.formulas)]
+        early, late = _in_order(document.torques)
         whole = total
-        for torque in document.torques:
-            if torque not in late:
-                total[:, joints.index(torque.joint)] += values(torque)
+        for torque in early:
+            total[:, joints.index(torque.joint)] += values(torque)
         whole = total.copy()
         for torque in late:
             total[:, joints.index(torque.joint)] += values(torque)
         return total
 
     return torque_of
+
+
+def _in_order(torques: Sequence[ExportedTorque]) -> tuple[list[ExportedTorque], list[ExportedTorque]]:
+    """The torques that follow from motion and load, and those that are made of the sum with all of these."""
+    late = [torque for torque in torques if any("torque" in each for each in torque.formulas)]
+    return [torque for torque in torques if torque not in late], late
+
+
+def _place_in_gap(position: Array, first_velocity: float, width: float) -> Array:
+    """A link's place in a gap along a motion: at the flank behind at first, then pushed against the travel."""
+    places = [-0.5 * float(np.sign(first_velocity))]
+    for travel in np.diff(position).tolist():
+        places.append(min(max(places[-1] - travel / width, -0.5), 0.5))
+    return np.array(places)
 
 
 def _memory(position: Array, first_velocity: float, distance: float) -> Array:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +31,26 @@ LINKS_ALONE = (
 )
 
 
+MemoryKind = Literal["presliding", "play"]
+
+
+@dataclass(frozen=True)
+class Memory:
+    """A state that a joint's motion moves on.
+
+    effect   : that it belongs to
+    row      : the joint
+    kind     : "presliding", from -1 to 1, which fades towards the direction of travel over `distance`; or "play", a link's place
+        in a gap of the width `distance`, from -0.5 to 0.5, which moves against the travel
+    distance : rad or m
+    """
+
+    effect: str
+    row: int
+    kind: MemoryKind
+    distance: float
+
+
 @dataclass(frozen=True)
 class Torque:
     """A torque of one effect on one joint.
@@ -40,7 +62,8 @@ class Torque:
     values    : of each column's parameter
     rubs      : whether it is friction, which damping and dry friction may stand for
     place     : attribute of a joint in link files that holds it exactly
-    distance  : rad or m, of an effect with a memory its presliding distance
+    memory    : the state that formulas call `memory`
+    derivative : how many times the sum is differentiated over time
     """
 
     effect: str
@@ -50,7 +73,8 @@ class Torque:
     values: tuple[float, ...]
     rubs: bool = False
     place: LinkFilePlace | None = None
-    distance: float | None = None
+    memory: Memory | None = None
+    derivative: int = 0
 
     @property
     def formula(self) -> str:
@@ -95,9 +119,37 @@ class ExportedModel:
         return self.geometry.joint_count
 
     @property
-    def memories(self) -> tuple[Torque, ...]:
-        """The torques that have a memory, in the order of their states."""
-        return tuple(torque for torque in self.torques if torque.distance is not None)
+    def memories(self) -> tuple[Memory, ...]:
+        """The states, each once."""
+        return tuple(dict.fromkeys(torque.memory for torque in self.torques if torque.memory is not None))
+
+    @property
+    def lags(self) -> tuple[int, int]:
+        """Samples that must follow one whose torque is known: for what follows from motion and load, and for what is made of
+        the sum with all of that."""
+        early, late = (max((each.derivative for each in part), default=0) for part in self.in_order)
+        assert early <= 2  # the exported texts have no more
+        assert late <= 1
+        return 2 if early else 0, late
+
+    @property
+    def latency(self) -> int:
+        """Cycles by which a torque stands behind the motion of its call, for differences over time to be known."""
+        return sum(self.lags)
+
+    @property
+    def slopes(self) -> tuple[int, ...]:
+        """Joints of which a formula needs the slope of the load over the position."""
+        return tuple(dict.fromkeys(each.row for each in self.torques if "load_slope" in each.formula))
+
+    @property
+    def of_the_instant(self) -> ExportedModel:
+        """The model less the effects that derivatives over time are a part of, which are lost then."""
+        without = {(each.effect, each.row): each.motor for each in self.torques if each.derivative}
+        if not without:
+            return self
+        left = tuple(each for each in self.torques if (each.effect, each.row) not in without)
+        return replace(self, torques=left, lost=(*self.lost, *((effect, row) for effect, row in without)))
 
     @property
     def may_have_no_value(self) -> bool:
@@ -151,14 +203,27 @@ def exported_model(result: Identification) -> ExportedModel:
         if formulas is None:
             lost.append((effect.name, joint))
             continue
-        distance = slot.values.get("presliding_distance")
+        orders = effect.formula_derivatives or (0,) * len(formulas)
         rubs = effect.dissipates or isinstance(effect, LoadVelocity)
         if effect.rows == "gear" and record.body.gears_apart[joint]:
             formulas = of_motor(formulas, load.rotor(joint))
-        torques += [
-            Torque(effect.name, row, joint, formulas, values, rubs, effect.in_link_files, distance)
-            for row in rows_of(record, slot.term)
-        ]
+        for row in rows_of(record, slot.term):
+            memory = _memory(effect.name, row, slot.values)
+            for order in sorted(set(orders)):
+                of_order = [place for place, each in enumerate(orders) if each == order]
+                torques.append(
+                    Torque(
+                        effect.name,
+                        row,
+                        joint,
+                        tuple(formulas[place] for place in of_order),
+                        tuple(values[place] for place in of_order),
+                        rubs,
+                        effect.in_link_files,
+                        memory,
+                        order,
+                    )
+                )
     if not np.any(chi):
         raise InputError(f"model '{result.model}': it has no rigid robot of its own that could be exported")
     return ExportedModel(
@@ -173,6 +238,15 @@ def exported_model(result: Identification) -> ExportedModel:
         lost=tuple(lost),
         remarks=tuple(dict.fromkeys(remarks)),
     )
+
+
+def _memory(effect: str, row: int, constants: Mapping[str, float]) -> Memory | None:
+    """The state that an effect with these constants has."""
+    if "presliding_distance" in constants:
+        return Memory(effect, row, "presliding", constants["presliding_distance"])
+    if "play" in constants:
+        return Memory(effect, row, "play", constants["play"])
+    return None
 
 
 def _gears(structured: StructuredFit) -> dict[str, tuple[float, ...]]:

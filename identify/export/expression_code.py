@@ -37,6 +37,7 @@ _SIGNALS = {
     "torque": "whole[{row}]",
     "t": "t",
     "memory": "state[{state}]",
+    "load_slope": "slope[{row}]",
     "motor_velocity": "motor_dq[{motor}]",
     "motor_acceleration": "motor_ddq[{motor}]",
 }
@@ -102,7 +103,7 @@ _STRUCTURED_TEXT_SIGNALS = {
 
 
 def structured_text_dialect(block: str) -> Dialect:
-    """Structured text of a function block; what the standard has no function for bears the block's name before its beside, so
+    """Structured text of a function block; functions that the standard does not have bear the block's name in front, so
     that several models stand in one project."""
     beside = {name: f"{block}_{name.upper()}" for name in ("sign", "tanh", "finite")}
     return Dialect(_STRUCTURED_TEXT_FUNCTIONS | beside, "EXPT", _STRUCTURED_TEXT_SIGNALS)
@@ -122,7 +123,7 @@ def render(formula: str, names: Mapping[str, str], dialect: Dialect) -> str:
 
 def torque_text(model: ExportedModel, torque: Torque, dialect: Dialect) -> str:
     """The torque of one effect on one joint in a language."""
-    state = model.memories.index(torque) if torque.distance is not None else None
+    state = model.memories.index(torque.memory) if torque.memory is not None else None
     names = {
         signal: name.format(row=torque.row, motor=torque.motor, state=state)
         for signal, name in dialect.signals.items()

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from identify.export.exported_model import ExportedModel
 
-SOURCE = """/* FMI 3.0 co-simulation of {prefix}.c. Inputs set before a step are taken to hold at its end; torque is that of the
- * inputs as they stand, states of presliding follow the positions from step to step. */
+SOURCE = """/* FMI 3.0 co-simulation of {prefix}.c. Inputs set before a step are taken to hold at its end; torque is that of
+ * {what_torque}, states follow the positions from step to step. */
 #include "{prefix}.h"
 
 #include <math.h>
@@ -77,14 +77,7 @@ enum {{
     END = STATES + MEMORIES
 }};
 
-typedef struct {{
-    double time;
-    double values[TORQUE]; /* by value reference; [0] is not used */
-    double before[JOINTS]; /* positions where the states stand */
-    double states[MEMORIES + 1];
-    int begun; /* whether they do */
-}} State;
-
+{state}
 typedef struct {{
     State state;
     fmi3InstanceEnvironment environment;
@@ -104,23 +97,7 @@ static void begin(State *state) {{
     for (int joint = 0; joint < JOINTS; joint++) state->values[TEMPERATURE + joint] = 20.0;
 }}
 
-/* The states of presliding for the inputs as they stand. */
-static void states_now(const State *state, double states[MEMORIES + 1]) {{
-    memcpy(states, state->states, sizeof state->states);
-    if (state->begun)
-        {prefix}_memory_after(states, state->before, state->values + Q);
-    else
-        {prefix}_memory_at_start(state->values + DQ, states);
-}}
-
-static void keep_states(State *state) {{
-    double states[MEMORIES + 1];
-    states_now(state, states);
-    memcpy(state->states, states, sizeof states);
-    memcpy(state->before, state->values + Q, sizeof state->before);
-    state->begun = 1;
-}}
-
+{follows}
 SHOWN const char *fmi3GetVersion(void) {{ return "3.0"; }}
 
 SHOWN fmi3Instance fmi3InstantiateCoSimulation(
@@ -153,7 +130,7 @@ SHOWN fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean 
 }}
 
 SHOWN fmi3Status fmi3ExitInitializationMode(fmi3Instance instance) {{
-    keep_states(&((Instance *)instance)->state);
+    keep(&((Instance *)instance)->state, 0.0);
     return fmi3OK;
 }}
 
@@ -185,9 +162,7 @@ SHOWN fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference 
         const fmi3ValueReference reference = valueReferences[i];
         if (reference >= END) return failed(instance, "there is no such value reference");
         if (reference >= TORQUE && !computed) {{
-            const double *own = state->values;
-            states_now(state, states);
-            {prefix}_torque(own + Q, own + DQ, own + DDQ, state->time, own + TEMPERATURE, states, own + PAYLOAD, torque);
+            torque_now(state, states, torque);
             computed = 1;
         }}
         values[i] = reference == TIME ? state->time : reference < TORQUE ? state->values[reference]
@@ -203,7 +178,7 @@ SHOWN fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicat
     (void)noSetFMUStatePriorToCurrentPoint;
     if (!(communicationStepSize > 0.0)) return failed(instance, "a step must be longer than zero");
     state->time = currentCommunicationPoint + communicationStepSize;
-    keep_states(state);
+    keep(state, communicationStepSize);
     *eventHandlingNeeded = *terminateSimulation = *earlyReturn = false;
     *lastSuccessfulTime = state->time;
     return fmi3OK;
@@ -336,14 +311,84 @@ SHOWN fmi3Instance fmi3InstantiateScheduledExecution(fmi3String a, fmi3String b,
 }}
 """
 
+AT_ONCE = """typedef struct {{
+    double time;
+    double values[TORQUE]; /* by value reference; [0] is not used */
+    double before[JOINTS]; /* positions where the states stand */
+    double states[MEMORIES + 1];
+    int begun; /* whether they do */
+}} State;
+"""
+FOLLOWS_AT_ONCE = """/* The states of presliding for the inputs as they stand. */
+static void states_now(const State *state, double states[MEMORIES + 1]) {{
+    memcpy(states, state->states, sizeof state->states);
+    if (state->begun)
+        {prefix}_memory_after(states, state->before, state->values + Q);
+    else
+        {prefix}_memory_at_start(state->values + DQ, states);
+}}
 
-def fmi_source(prefix: str, token: str) -> str:
+static void torque_now(const State *state, double states[MEMORIES + 1], double torque[JOINTS]) {{
+    const double *own = state->values;
+    states_now(state, states);
+    {prefix}_torque(own + Q, own + DQ, own + DDQ, state->time, own + TEMPERATURE, states, own + PAYLOAD, torque);
+}}
+
+static void keep(State *state, double step) {{
+    double states[MEMORIES + 1];
+    (void)step;
+    states_now(state, states);
+    memcpy(state->states, states, sizeof states);
+    memcpy(state->before, state->values + Q, sizeof state->before);
+    state->begun = 1;
+}}
+"""
+IN_CYCLES = """typedef struct {{
+    double time;
+    double values[TORQUE]; /* by value reference; [0] is not used */
+    double step; /* that ended at `time` */
+    {prefix}_cycles before, kept; /* before and after the motion at `time` */
+}} State;
+"""
+FOLLOWS_IN_CYCLES = """/* What is kept after the motion of the inputs as they stand, and the torque that is known then. */
+static void cycles_now(const State *state, {prefix}_cycles *cycles, double torque[JOINTS]) {{
+    const double *own = state->values;
+    *cycles = state->before;
+    {prefix}_step(cycles, own + Q, own + DQ, own + DDQ, state->step, state->time, own + TEMPERATURE, own + PAYLOAD, torque);
+}}
+
+static void torque_now(const State *state, double states[MEMORIES + 1], double torque[JOINTS]) {{
+    {prefix}_cycles cycles;
+    cycles_now(state, &cycles, torque);
+    for (int i = 0; i < MEMORIES; i++) states[i] = cycles.given[sizeof cycles.given / sizeof *cycles.given - 1].state[i];
+}}
+
+/* The motion at a new time; with the step before behind it. */
+static void keep(State *state, double step) {{
+    double torque[JOINTS];
+    state->step = step;
+    if (step > 0.0) state->before = state->kept;
+    cycles_now(state, &state->kept, torque);
+}}
+"""
+
+
+def fmi_source(prefix: str, token: str, latency: int = 0) -> str:
     """The text of the source.
 
     prefix : of the functions of the exported C source, and its file name without ending
     token  : the instantiation token of modelDescription.xml
+    latency : steps by which the torque stands behind the inputs
     """
-    return SOURCE.format(prefix=prefix, PREFIX=prefix.upper(), token=token)
+    state, follows = (IN_CYCLES, FOLLOWS_IN_CYCLES) if latency else (AT_ONCE, FOLLOWS_AT_ONCE)
+    return SOURCE.format(
+        prefix=prefix,
+        PREFIX=prefix.upper(),
+        token=token,
+        what_torque=f"the motion {latency} steps before" if latency else "the inputs as they stand",
+        state=state.format(prefix=prefix),
+        follows=follows.format(prefix=prefix),
+    )
 
 
 class ValueReferences:

@@ -56,11 +56,13 @@ def fmu(model: ExportedModel, stem: str, compiler: str | None) -> bytes:
     """
     prefix = c_name(stem)
     source, header = c_code(model, prefix)
-    token = hashlib.sha256(f"{fmi_source(prefix, '')}{header}{source}".encode()).hexdigest()[:32]
+    token = hashlib.sha256(f"{fmi_source(prefix, '', model.latency)}{header}{source}".encode()).hexdigest()[
+        :32
+    ]
     sources = {
         f"{prefix}.c": source,
         f"{prefix}.h": header,
-        f"{prefix}_fmi3.c": fmi_source(prefix, token),
+        f"{prefix}_fmi3.c": fmi_source(prefix, token, model.latency),
     }
     files: dict[str, bytes] = {
         "modelDescription.xml": _model_description(model, prefix, token),
@@ -178,6 +180,7 @@ def _model_description(model: ExportedModel, prefix: str, token: str) -> bytes:
     for joint, reference in enumerate(references.torque):
         sentence = (
             f"torque of joint {one_line(model.geometry.names[joint])}: current reference times drive gain"
+            + (f", for the motion {model.latency} steps before" if model.latency else "")
         )
         unit = "N" if prismatic[joint] else "N.m"
         add(
@@ -190,7 +193,8 @@ def _model_description(model: ExportedModel, prefix: str, token: str) -> bytes:
             initial="calculated",
         )
     for index, (each, reference) in enumerate(zip(model.memories, references.states, strict=True)):
-        sentence = f"state of {each.effect} of joint {one_line(model.geometry.names[each.row])}, -1 to 1"
+        bounds = "place in the gap, -0.5 to 0.5" if each.kind == "play" else "-1 to 1"
+        sentence = f"state of {each.effect} of joint {one_line(model.geometry.names[each.row])}, {bounds}"
         add(
             f"state{index + 1}",
             reference,
@@ -220,13 +224,19 @@ def _build_description(prefix: str) -> bytes:
 
 def _page(model: ExportedModel) -> str:
     joints = "".join(f"<li>{escape(one_line(name))}</li>" for name in model.geometry.names)
+    when = "the inputs as they stand, at any time"
+    if model.latency:
+        when = (
+            f"the motion {model.latency} steps before: derivatives over time are differences between a motion's neighbours. Give"
+            f" the planned motion {model.latency} steps ahead"
+        )
     remarks = "".join(f"<p>{escape(one_line(remark))}</p>" for remark in model.remarks)
     return f"""<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>{escape(one_line(model.experiment))}</title></head><body>
 <h1>Inverse dynamics of {escape(one_line(model.experiment))}, model {escape(one_line(model.name))}</h1>
 <p>Inputs q, dq, ddq and temperature of each joint, output its torque: what the motor must give, as the current reference
-times the drive gain. SI units, joint space. Inputs set before a step are taken to hold at its end; the torque is that of the
-inputs as they stand, at any time. Time counts from the moment when the machine begins to move.</p>
+times the drive gain. SI units, joint space. Inputs set before a step are taken to hold at its end; the torque is that of
+{when}. Time counts from the moment when the machine begins to move.</p>
 <p>The payload is a body on the last link; its ten parameters are zero where there is none.</p>
 <p>Joints from the base:</p><ol>{joints}</ol>{remarks}
 </body></html>

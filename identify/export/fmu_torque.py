@@ -38,6 +38,11 @@ def fmu_torque(path: Path) -> TorqueOf:
     except Exception as refusal:  # FMPy raises bare ones
         raise InputError(f"{path.name}: FMPy does not take it: {_first_line(refusal)}") from None
     co_simulation = description.coSimulation
+    waits = re.search(
+        r"for the motion (\d+) steps before",
+        next((str(each.description) for each in description.modelVariables if each.name == "torque1"), ""),
+    )
+    latency = int(waits[1]) if waits else 0
     by_name = {variable.name: variable.valueReference for variable in description.modelVariables}
     n = sum(re.fullmatch(r"torque\d+", name) is not None for name in by_name)
     numbered = range(1, n + 1)
@@ -55,7 +60,7 @@ def fmu_torque(path: Path) -> TorqueOf:
 
     def torque_of(motion: Motion) -> Array:
         try:
-            return stepped(motion)
+            return stepped(motion.continued(latency))[latency:]
         except Exception as refusal:  # FMPy raises bare ones
             raise InputError(f"{path.name}: FMPy could not run it: {_first_line(refusal)}") from None
 

@@ -25,7 +25,8 @@ def module_of(model: ExportedModel) -> ModuleType:
 def module_torque(module: ModuleType, model: ExportedModel) -> TorqueOf:
     """What an exported Python module predicts, its memories carried from row to row."""
 
-    def torque_of(motion: Motion) -> Array:
+    def torque_of(asked: Motion) -> Array:
+        motion = asked.continued(model.latency)
         memory = None
         if model.memories:
             states = [module.memory_at_start(motion.dq[0])]
@@ -33,6 +34,18 @@ def module_torque(module: ModuleType, model: ExportedModel) -> TorqueOf:
                 states.append(module.memory_after(states[-1], motion.q[row - 1], motion.q[row]))
             memory = [np.array([state[index] for state in states]) for index in range(len(model.memories))]
         temperature = None if motion.temperature is None else motion.temperature.T
+        if model.latency:
+            torque = module.torque_along(
+                motion.q.T,
+                motion.dq.T,
+                motion.ddq.T,
+                motion.t,
+                motion.t,
+                temperature,
+                memory,
+                payload_parameters(motion.payload),
+            )
+            return torque.T[: len(asked.q)]
         return module.torque(
             motion.q.T,
             motion.dq.T,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from identify.export.exported_model import ExportedModel
+from identify.export.exported_model import ExportedModel, MemoryKind, Torque
 from identify.results.exported_model import (
     ExportedBaseParameter,
     ExportedLink,
@@ -45,8 +45,15 @@ def model_document(model: ExportedModel) -> ExportedModelDocument:
                 motor=geometry.names[torque.motor],
                 formulas=torque.formulas,
                 values=torque.values,
-                presliding_distance=torque.distance,
+                presliding_distance=_distance(torque, "presliding"),
+                play=_distance(torque, "play"),
+                derivative=torque.derivative,
             )
             for torque in model.torques
         ),
     )
+
+
+def _distance(torque: Torque, kind: MemoryKind) -> float | None:
+    """Of a torque's memory, where it is of that kind."""
+    return torque.memory.distance if torque.memory is not None and torque.memory.kind == kind else None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from identify.estimation.rigid_body import POSITION_STEP
 from identify.export.exported_model import ExportedModel, Torque
 from identify.export.expression_code import PYTHON, one_line, torque_text
 
@@ -21,18 +22,12 @@ LINKS = {links}
 # motor velocities are SHARES.T @ dq
 SHARES = {shares}
 MEMORIES = {memories}
-"""for each state of presliding: joint and distance, rad or m"""
+"""for each state of presliding, or place in a gap: joint and distance, or gap, in rad or m"""
+PLAY = {play}
+"""whether it is a place in a gap"""
 
 
-{guard}def torque(q, dq, ddq, t=0.0, temperature=None, memory=None, payload=None):
-    """Torque that the motors must give, as the current reference times the drive gain.
-
-    t           : s since the machine began to move, for friction that warms up
-    temperature : °C of each joint, for friction that depends on it
-    memory      : state of each presliding element, -1 to 1; begin with `memory_at_start(dq)`
-    payload     : XX XY XZ YY YZ ZZ MX MY MZ M of a body on the last link, in its frame
-    """
-    q, dq, ddq = (np.asarray(values, float) for values in (q, dq, ddq))
+{torque}    q, dq, ddq = (np.asarray(values, float) for values in (q, dq, ddq))
     load = rigid_torque(q, dq, ddq, payload)
     total = load.copy()
     temp = np.full(q.shape, 20.0) if temperature is None else np.asarray(temperature, float)
@@ -41,18 +36,21 @@ MEMORIES = {memories}
     motor_ddq = np.tensordot(SHARES.T, ddq, 1)
     state = memory_at_start(dq) if memory is None else memory
 {body}    return total
-
+{cycles}
 
 def memory_at_start(dq):
-    """States of the presliding elements where nothing is known of what was before."""
-    return [np.sign(dq)[joint] for joint, _ in MEMORIES]
+    """States of the presliding elements, and places in gaps, where nothing is known of what was before."""
+    return [np.sign(dq)[joint] * (-0.5 if play else 1.0) for (joint, _), play in zip(MEMORIES, PLAY)]
 
 
 def memory_after(memory, before, after):
-    """States of the presliding elements after a motion from positions `before` to `after` in one direction."""
+    """The same states after a motion from positions `before` to `after` in one direction."""
     moved = []
-    for state, (joint, distance) in zip(memory, MEMORIES):
+    for state, (joint, distance), play in zip(memory, MEMORIES, PLAY):
         travel = np.asarray(after, float)[joint] - np.asarray(before, float)[joint]
+        if play:
+            moved.append(np.clip(state - travel / distance, -0.5, 0.5))
+            continue
         heading = np.sign(travel)
         fading = np.exp(-np.abs(travel) / distance)
         moved.append(np.where(heading == 0.0, state, heading + (state - heading) * fading))
@@ -114,6 +112,85 @@ def _back(turn, vector):
     return np.einsum("ji...,j...->i...", turn, vector)
 '''
 
+TORQUE = '''{guard}def torque(q, dq, ddq, t=0.0, temperature=None, memory=None, payload=None):
+    """Torque that the motors must give, as the current reference times the drive gain.
+
+    t           : s since the machine began to move, for friction that warms up
+    temperature : °C of each joint, for friction that depends on it
+    memory      : state of each presliding element, -1 to 1; begin with `memory_at_start(dq)`
+    payload     : XX XY XZ YY YZ ZZ MX MY MZ M of a body on the last link, in its frame
+    """
+'''
+
+ALONG = '''LATENCY = {latency}
+"""samples that must follow one whose torque is known, for differences over time"""
+
+
+{guard}def torque_along(q, dq, ddq, time, t=0.0, temperature=None, memory=None, payload=None):
+    """Torque (n, samples) that the motors must give along a motion, as the current reference times the drive gain.
+
+    q, dq, ddq  : (n, samples)
+    time        : (samples,) s of the samples, for derivatives over time: differences between neighbours, one-sided at the ends
+    t           : s since the machine began to move, for friction that warms up
+    temperature : °C of each joint, for friction that depends on it
+    memory      : states, each (samples,) or one value; of the first sample `memory_at_start`, of each next one `memory_after`
+    payload     : XX XY XZ YY YZ ZZ MX MY MZ M of a body on the last link, in its frame
+    """
+'''
+
+CYCLES = '''
+
+class Cycles:
+    """The torque cycle by cycle: that of the motion that was given LATENCY cycles before, whose neighbours are then known.
+
+    Give the planned motion LATENCY cycles ahead. In the first LATENCY cycles it is the first motion's torque without what is
+    differentiated over time.
+    """
+
+    def __init__(self):
+        self.begin()
+
+    def begin(self):
+        """Forget all motion: the next one is the first."""
+        self._given = []
+
+    def torque(self, q, dq, ddq, period, t=0.0, temperature=None, payload=None):
+        """Torque (n,) of the motion LATENCY cycles before.
+
+        q, dq, ddq  : (n,), of a time one `period` (s) after those of the call before
+        temperature : °C of each joint; all others as in `torque_along`
+        """
+        q, dq, ddq = (np.array(values, float) for values in (q, dq, ddq))
+        warm = np.full(q.shape, 20.0) if temperature is None else np.array(temperature, float)
+        if self._given:
+            before, _, _, _, clock, _, memory = self._given[-1]
+            memory, clock = memory_after(memory, before, q), clock + period
+        else:
+            memory, clock = memory_at_start(dq), 0.0
+        self._given = [*self._given[-2 * LATENCY :], (q, dq, ddq, warm, clock, t, memory)]
+        shown = self._given if len(self._given) > LATENCY else self._given[:1]
+        q, dq, ddq, warm = (np.array([given[place] for given in shown]).T for place in range(4))
+        time, t = (np.array([given[place] for given in shown]) for place in (4, 5))
+        memory = [np.array(state) for state in zip(*(given[6] for given in shown))]
+        wanted = len(self._given) - 1 - LATENCY if len(shown) > 1 else 0
+        return torque_along(q, dq, ddq, time, t, warm, memory, payload)[:, wanted]
+
+
+def _rate(values, time):
+    """Derivative over time: of neighbours on both sides, at the ends of one."""
+    return np.gradient(values, time) if len(time) > 1 else np.zeros(1)
+'''
+
+SLOPE = '''
+
+def _load_slope(joint, q, dq, ddq, payload):
+    """Derivative of a joint's load over its own position."""
+    moved = np.zeros(q.shape)
+    moved[joint] = {step}
+    further, less = (rigid_torque(at, dq, ddq, payload)[joint] for at in (q + moved, q - moved))
+    return (further - less) / {twice}
+'''
+
 FINITE = """
 
 def _finite(values):
@@ -132,7 +209,11 @@ def python_code(model: ExportedModel) -> str:
         for joint in range(model.joints)
     ]
     first, late = model.in_order
-    lines = [_line(model, torque) for torque in first]
+    lines = []
+    if model.slopes:
+        listed = ", ".join(f"{joint}: _load_slope({joint}, q, dq, ddq, payload)" for joint in model.slopes)
+        lines.append(f"    slope = {{{listed}}}")
+    lines += [_line(model, torque) for torque in first]
     if late:
         lines.append("    whole = total.copy()")
         lines += [_line(model, torque) for torque in late]
@@ -145,14 +226,22 @@ def python_code(model: ExportedModel) -> str:
         frames=frames,
         links=_array(model.standard.reshape(model.joints, -1)),
         shares=_array(model.shares),
-        memories=[(torque.row, torque.distance) for torque in model.memories],
-        guard='@np.errstate(all="ignore")\n' if model.may_have_no_value else "",
+        memories=[(memory.row, memory.distance) for memory in model.memories],
+        play=[memory.kind == "play" for memory in model.memories],
+        torque=(ALONG if model.latency else TORQUE).format(
+            guard='@np.errstate(all="ignore")\n' if model.may_have_no_value else "", latency=model.latency
+        ),
+        cycles=(CYCLES if model.latency else "")
+        + (SLOPE.format(step=repr(POSITION_STEP), twice=repr(2 * POSITION_STEP)) if model.slopes else ""),
         body="".join(f"{line}\n" for line in lines),
     ) + (FINITE if model.may_have_no_value else "")
 
 
 def _line(model: ExportedModel, torque: Torque) -> str:
-    return f"    total[{torque.row}] += {torque_text(model, torque, PYTHON)}  # {torque.effect}"
+    text = torque_text(model, torque, PYTHON)
+    for _ in range(torque.derivative):
+        text = f"_rate({text}, time)"
+    return f"    total[{torque.row}] += {text}  # {torque.effect}"
 
 
 def _quoted(text: str) -> str:

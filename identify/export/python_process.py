@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 import subprocess
 import sys
 import tempfile
@@ -38,7 +39,11 @@ while size := given.read(8):
         for before, after in zip(q[:-1], q[1:]):
             states.append(module.memory_after(states[-1], before, after))
         memory = [np.array(state) for state in zip(*states)]
-    torque = module.torque(q.T, dq.T, ddq.T, t, warm.T if warm.size else None, memory, payload)
+    warm = warm.T if warm.size else None
+    if hasattr(module, "torque_along"):
+        torque = module.torque_along(q.T, dq.T, ddq.T, t, t, warm, memory, payload)
+    else:
+        torque = module.torque(q.T, dq.T, ddq.T, t, warm, memory, payload)
     message = io.BytesIO()
     np.save(message, torque.T)
     answers.write(len(message.getvalue()).to_bytes(8, "little") + message.getvalue())
@@ -53,6 +58,8 @@ def python_torque(path: Path) -> Iterator[TorqueOf]:
 
     Raises InputError: Python does not take the module.
     """
+    waits = re.search(r"^LATENCY = (\d+)$", path.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    latency = int(waits[1]) if waits else 0
     with (
         tempfile.TemporaryFile() as said,
         subprocess.Popen(
@@ -66,7 +73,8 @@ def python_torque(path: Path) -> Iterator[TorqueOf]:
         assert given is not None
         assert answers is not None
 
-        def torque_of(motion: Motion) -> Array:
+        def torque_of(given_motion: Motion) -> Array:
+            motion = given_motion.continued(latency)
             warm = np.empty(0) if motion.temperature is None else motion.temperature
             asked = (motion.q, motion.dq, motion.ddq, motion.t, warm, payload_parameters(motion.payload))
             message = io.BytesIO()
@@ -76,7 +84,8 @@ def python_torque(path: Path) -> Iterator[TorqueOf]:
                 given.write(len(message.getvalue()).to_bytes(SIZE, "little") + message.getvalue())
                 given.flush()
                 size = answers.read(SIZE)
-                return np.load(io.BytesIO(answers.read(int.from_bytes(size, "little"))))
+                torque = np.load(io.BytesIO(answers.read(int.from_bytes(size, "little"))))
+                return torque[: len(given_motion.q)]
             except (OSError, ValueError, EOFError):
                 process.kill()
                 process.wait()

@@ -30,6 +30,21 @@ class Motion:
     temperature: Array | None
     payload: Payload
 
+    def continued(self, samples: int) -> Motion:
+        """The motion with some samples more, in which all goes on as from the last but one sample to the last.
+
+        What is exported with a latency gives the torque of a motion when it has those after it.
+        """
+        temperature = None if self.temperature is None else _continued(self.temperature, samples)
+        q, dq, ddq = (_continued(values, samples) for values in (self.q, self.dq, self.ddq))
+        return Motion(_continued(self.t, samples), q, dq, ddq, temperature, self.payload)
+
+
+def _continued(values: Array, samples: int) -> Array:
+    change = values[-1] - values[-2] if len(values) > 1 else np.zeros(values.shape[1:])
+    further = [values[-1] + step * change for step in range(1, samples + 1)]
+    return np.concatenate([values, *([np.array(further)] if further else [])])
+
 
 TorqueOf = Callable[[Motion], Array]
 """Torque (N, n), the payload's included, of a motion whose rows follow each other in time."""

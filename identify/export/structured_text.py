@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 
 from identify.export.c_code import c_name
-from identify.export.exported_model import ExportedModel, Torque
+from identify.export.exported_model import ExportedModel, Memory, Torque
 from identify.export.expression_code import Dialect, literal, one_line, structured_text_dialect, torque_text
+from identify.export.structured_text_cycles import RATE, cycles_in_structured_text, slopes_in_structured_text
 
 FUNCTIONS = """FUNCTION {block}_SIGN : LREAL
 VAR_INPUT
@@ -58,7 +59,7 @@ TAKEN = frozenset(
     WORD WSTRING XOR X E
     Q DQ DDQ T TEMP PAYLOAD TORQUE LAST GRAVITY DH_ALPHA DH_D DH_THETA DH_R PRISMATIC BODY LINK LOAD DIRECTION WHOLE MOTOR_DQ
     MOTOR_DDQ TURN PLACE FORCE MOMENT RATE CHANGE ACCELERATION WA WB ANGLE ALONG COS_A SIN_A COS_T SIN_T AX AY AZ UX UY UZ J K
-    STATE BEFORE BEGUN TRAVEL
+    STATE BEFORE BEGUN TRAVEL RESET PERIOD NOW CLOCK RATES SUMS EARLY LATE LATE_CLOCK SETTLED SLOPE MOVED PASS
     """,
     )
 )
@@ -162,13 +163,16 @@ END_FOR;
 def structured_text(model: ExportedModel, stem: str) -> str:
     """The text of the function block and of the two functions that it calls.
 
-    It is called once a cycle with the motion of that cycle; states of presliding stay in the block from call to call.
+    It is called once a cycle with the motion of that cycle; states stay in the block from call to call. With derivatives over
+    time the torque is that of the motion some calls before.
     """
     n, last, geometry = model.joints, model.joints - 1, model.geometry
     block = block_name(stem)
     dialect = structured_text_dialect(block)
     sign = dialect.functions["sign"]
-    functions = (FUNCTIONS + (FINITE if model.may_have_no_value else "")).format(block=block)
+    functions = FUNCTIONS + (FINITE if model.may_have_no_value else "") + (RATE if model.latency else "")
+    functions = functions.format(block=block)
+    cycles = cycles_in_structured_text(model, block, dialect) if model.latency else None
     links = model.standard.reshape(n, -1)
     states = model.memories
     one = f"ARRAY[0..{last}] OF LREAL"
@@ -180,12 +184,21 @@ def structured_text(model: ExportedModel, stem: str) -> str:
 
     names = _comment(", ".join(geometry.names))
     remarks = "".join(f"\n   Remark: {_comment(remark)}." for remark in model.remarks)
-    memory = ""
+    kept = ""
+    if states or cycles:
+        kept = "    BEGUN : BOOL := FALSE;\n"
     if states:
-        memory = (
-            f"    STATE : ARRAY[0..{len(states) - 1}] OF LREAL;\n    BEFORE : {one};\n    BEGUN : BOOL := FALSE;\n"
-            "    TRAVEL : LREAL;\n"
+        kept += (
+            f"    STATE : ARRAY[0..{len(states) - 1}] OF LREAL;\n    BEFORE : {one};\n    TRAVEL : LREAL;\n"
         )
+    if cycles:
+        kept += cycles.variables
+    if model.slopes:
+        kept += f"    SLOPE, MOVED : {one};\n    PASS : INT;\n"
+    shown = f" (* of the motion of {model.latency} calls before *)" if cycles else ""
+    further = cycles.inputs if cycles else ""
+    if kept:
+        further += "    RESET : BOOL := FALSE; (* TRUE: the motion of this call is the first *)\n"
     declared = f"""(* Inverse dynamics of {_comment(model.experiment)}, model {_comment(model.name)}:
    torque of each joint from its motion. Written by coulomb.
    SI units, joint space: rad or m, s, kg, N m or N. Joints from the base: {names}.{remarks} *)
@@ -198,9 +211,9 @@ VAR_INPUT
     T : LREAL := 0.0; (* s since the machine began to move *)
     TEMP : {one} := [{constants([20.0] * n)}]; (* deg C *)
     PAYLOAD : ARRAY[0..9] OF LREAL; (* XX XY XZ YY YZ ZZ MX MY MZ M of a body on the last link, in its frame *)
-END_VAR
+{further}END_VAR
 VAR_OUTPUT
-    TORQUE : {one};
+    TORQUE : {one};{shown}
 END_VAR
 VAR
     LAST : INT := {last};
@@ -230,9 +243,11 @@ VAR
     BODY : ARRAY[0..9] OF LREAL;
     ANGLE, ALONG, COS_A, SIN_A, COS_T, SIN_T, AX, AY, AZ, UX, UY, UZ : LREAL;
     J, K : INT;
-{memory}END_VAR
+{kept}END_VAR
 """
-    body = [RECURSION]
+    body = [slopes_in_structured_text(model, RECURSION)]
+    if kept:
+        body.append("IF RESET THEN\n    BEGUN := FALSE;\nEND_IF;\n")
     for joint in range(n):
         body.append(f"DIRECTION[{joint}] := {sign}(DQ[{joint}]);\n")
         for name, speed in (("MOTOR_DQ", "DQ"), ("MOTOR_DDQ", "DDQ")):
@@ -246,26 +261,40 @@ VAR
         body.append(_memory(states, n, sign))
     body += [f"TORQUE[{joint}] := LOAD[{joint}];\n" for joint in range(n)]
     first, late = model.in_order
-    body += [_line(model, torque, dialect) for torque in first]
+    body += [_line(model, torque, dialect) for torque in first if not torque.derivative]
+    if cycles:
+        body.append(cycles.early)
+        dialect = cycles.dialect
     if late:
         body += [f"WHOLE[{joint}] := TORQUE[{joint}];\n" for joint in range(n)]
-        body += [_line(model, torque, dialect) for torque in late]
+        body += [_line(model, torque, dialect) for torque in late if not torque.derivative]
+    if cycles:
+        body.append(cycles.late)
+    if kept:
+        body.append("BEGUN := TRUE;\n")
     return declared + "".join(body) + "END_FUNCTION_BLOCK\n"
 
 
-def _memory(states: tuple[Torque, ...], joints: int, sign: str) -> str:
-    """Statements that move the states of presliding on since the last call."""
+def _memory(states: tuple[Memory, ...], joints: int, sign: str) -> str:
+    """Statements that move the states on since the last call."""
     lines = []
-    for index, torque in enumerate(states):
-        distance = literal(torque.distance or 1.0)
+    for index, memory in enumerate(states):
+        distance, row = literal(memory.distance), memory.row
+        travel = f"TRAVEL := Q[{row}] - BEFORE[{row}];\n"
+        if memory.kind == "play":
+            lines.append(
+                f"IF NOT BEGUN THEN\n    STATE[{index}] := -0.5 * DIRECTION[{row}];\nELSE\n    {travel}"
+                f"    STATE[{index}] := LIMIT(-0.5, STATE[{index}] - TRAVEL / {distance}, 0.5);\nEND_IF;\n"
+            )
+            continue
         lines.append(
-            f"IF NOT BEGUN THEN\n    STATE[{index}] := DIRECTION[{torque.row}];\nELSE\n"
-            f"    TRAVEL := Q[{torque.row}] - BEFORE[{torque.row}];\n    IF ABS(TRAVEL) > 0.0 THEN\n"
+            f"IF NOT BEGUN THEN\n    STATE[{index}] := DIRECTION[{row}];\nELSE\n    {travel}"
+            f"    IF ABS(TRAVEL) > 0.0 THEN\n"
             f"        STATE[{index}] := {sign}(TRAVEL) + (STATE[{index}] - {sign}(TRAVEL)) * EXP(-ABS(TRAVEL) / {distance});\n"
             "    END_IF;\nEND_IF;\n"
         )
     lines += [f"BEFORE[{joint}] := Q[{joint}];\n" for joint in range(joints)]
-    return "".join(lines) + "BEGUN := TRUE;\n"
+    return "".join(lines)
 
 
 def _line(model: ExportedModel, torque: Torque, dialect: Dialect) -> str:

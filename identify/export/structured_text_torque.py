@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,11 @@ def structured_text_torque(path: Path) -> TorqueOf:
     """
     text = path.read_text(encoding="utf-8")
 
-    def torque_of(motion: Motion) -> Array:
+    waits = re.search(r"TORQUE : .*of the motion of (\d+) calls before", text)
+    latency = int(waits[1]) if waits else 0
+
+    def torque_of(asked: Motion) -> Array:
+        motion = asked.continued(latency)
         rows = len(motion.q)
         inputs = {
             "Q": motion.q,
@@ -32,6 +37,8 @@ def structured_text_torque(path: Path) -> TorqueOf:
         }
         if motion.temperature is not None:
             inputs["TEMP"] = motion.temperature
-        return FunctionBlock(text, path.name).call(inputs, "TORQUE")
+        if latency:
+            inputs["PERIOD"] = np.diff(motion.t, prepend=motion.t[0])[:, None]
+        return FunctionBlock(text, path.name).call(inputs, "TORQUE")[latency:]
 
     return torque_of

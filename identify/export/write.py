@@ -226,23 +226,53 @@ def _disagreements(joints: Sequence[JointCertificate]) -> list[str]:
 def _code(model: ExportedModel, target: Path, ending: str) -> _Export:
     """Formats that hold every formula."""
     parts = []
+    remarks = _on_time(model, ending)
     for joint in range(model.joints):
         kept = dict.fromkeys([RIGID, *(torque.effect for torque in model.torques if torque.row == joint)])
         lost = [effect for effect, place in model.lost if place == joint]
         parts.append((list(kept), [], lost))
     match ending:
         case ".py":
-            return _Export({target.name: python_code(model)}, parts)
+            return _Export({target.name: python_code(model)}, parts, remarks)
         case ".c":
             source, header = c_code(model, target.stem)
-            return _Export({target.name: source, f"{target.stem}.h": header}, parts)
+            return _Export({target.name: source, f"{target.stem}.h": header}, parts, remarks)
         case ".fmu":
-            return _unit(model, target, parts)
+            made = _unit(model, target, parts)
+            return replace(made, remarks=(*remarks, *made.remarks))
         case ".st":
-            remarks = (NO_VALUE,) if model.may_have_no_value else ()
-            return _Export({target.name: structured_text(model, target.stem)}, parts, remarks)
+            no_value = (NO_VALUE,) if model.may_have_no_value else ()
+            return _Export({target.name: structured_text(model, target.stem)}, parts, (*remarks, *no_value))
         case _:
-            return _Export({target.name: model_document(model).json_text(indent=1) + "\n"}, parts)
+            return _Export({target.name: model_document(model).json_text(indent=1) + "\n"}, parts, remarks)
+
+
+def _on_time(model: ExportedModel, ending: str) -> tuple[str, ...]:
+    """What the user of a file must know of the time that its torque is of."""
+    differentiated = [each for each in model.torques if each.derivative]
+    remarks = []
+    if differentiated and ending != ".json":
+        effects = ", ".join(dict.fromkeys(each.effect for each in differentiated))
+        remarks.append(
+            f"{effects}: derivatives over time are differences between a motion's neighbours, so that the torque comes"
+            f" {model.latency} cycle{'s' if model.latency > 1 else ''} after the motion that it is of; give the planned motion so"
+            " many cycles ahead, and the period at which it comes"
+        )
+    for each in differentiated:
+        name = model.geometry.names[each.row]
+        if each in model.in_order[1] and any(each.values):
+            shift = sum(each.values)
+            remarks.append(
+                f"{each.effect} of {name}: the torque stands {abs(1e3 * shift):.3g} ms {'later' if shift > 0 else 'earlier'} than"
+                " without it, as the command does in the record; where that comes of how the record was made (time stamps),"
+                " export a model without it"
+            )
+        if each.memory is not None and each.memory.kind == "play" and any(each.values):
+            remarks.append(
+                f"{each.effect} of {name}: where the link meets the flank its blow is a pulse of a few cycles, the higher the"
+                " shorter the period; bound what a drive is sent of it"
+            )
+    return tuple(remarks)
 
 
 def _unit(model: ExportedModel, target: Path, parts: Parts) -> _Export:
@@ -261,6 +291,7 @@ def _unit(model: ExportedModel, target: Path, parts: Parts) -> _Export:
 def _link_file(result: Identification, model: ExportedModel, target: Path, kind: str) -> _Export:
     """Formats with bodies, whose friction is damping and dry friction."""
     standard, kept = feasible_standard(result, model, rotors=kind in HAS_ROTORS and model.base.rotors)
+    model = model.of_the_instant  # there is no history in these formats
     rigid = InverseDynamics(model.geometry, [model.standard])
     whole = module_torque(module_of(model), model)
 

@@ -32,8 +32,9 @@ class ExportedTorque(Part):
     """A torque of one effect on one joint: the sum of values times formulas.
 
     Formulas are of q, dq, ddq, direction (sign of dq), load (tau_out of eq. 6), torque (load and all friction before),
-    t, temp, memory (state of presliding), motor_velocity, motor_acceleration, motor_load (the inverse of `motor_shares` times
-    the joints' loads) and motor_share of `motor`.
+    t, temp, memory (state of presliding, or place in a gap), load_slope (derivative of load over q of the joint itself),
+    motor_velocity, motor_acceleration, motor_load (the inverse of `motor_shares` times the joints' loads) and motor_share of
+    `motor`. The sum is differentiated over time as often as `derivative` says.
     """
 
     effect: str = Field(description="name of the effect", examples=["viscous"])
@@ -41,7 +42,15 @@ class ExportedTorque(Part):
     motor: str = Field(description="joint whose motor owns it")
     formulas: tuple[str, ...] = Field(description="of the signals above, SI", examples=[["dq"]])
     values: tuple[float, ...] = Field(description="N m or N per unit of the formula")
-    presliding_distance: float | None = Field(description="rad or m, of an effect with a memory")
+    presliding_distance: float | None = Field(
+        description="rad or m, of an effect whose memory fades towards the direction of travel, from -1 to 1"
+    )
+    play: float | None = Field(
+        default=None,
+        description="rad or m: width of the gap, of an effect whose memory is the link's place in it, from -0.5 to 0.5, moved"
+        " against the travel",
+    )
+    derivative: int = Field(default=0, description="how many times the sum is differentiated over time")
 
 
 class ExportedModelDocument(Document):

@@ -11,6 +11,7 @@ from identify.export.iec61131.parser import Parser
 from identify.export.iec61131.program import (
     EARLIER,
     NONE,
+    UNKNOWN,
     Cell,
     DiffersByCall,
     Element,
@@ -38,8 +39,9 @@ FIRST_LOOK = 3
 class FunctionBlock:
     """The block of a text and its own variables, which stay from call to call.
 
-    Calls are computed together. Where some variables keep what a call before left in them, the statements that these follow from
-    are run call by call, and all others together.
+    Calls are computed together. Variables that keep what a call before left in them are found first: where that follows from the
+    inputs of that call, or from what is known of still earlier calls, it is what all calls together left, set back by one. Where
+    it follows from itself, the statements that it follows from are run call by call.
     """
 
     def __init__(self, text: str, source: str) -> None:
@@ -55,6 +57,7 @@ class FunctionBlock:
         self._variables = new_frame(self.unit.variables)
         self._written = NONE.union(*(statement.writes for statement in self.unit.body))
         self._kept: Elements = NONE
+        self._looked = False
 
     def inputs(self) -> list[str]:
         """Names of the inputs."""
@@ -97,9 +100,10 @@ class FunctionBlock:
         """The output in some calls, after which the variables are those of the last one."""
         while True:
             try:
-                if not self._kept:
+                if not self._looked:
                     look = slice(part.start, min(part.start + FIRST_LOOK, part.stop))
                     self._attempt(rows, look)
+                    self._looked = True
                 frame, after = self._attempt(rows, part)
                 cells = [read(frame, output, place) for place in range(len(frame[output]))]
                 break
@@ -122,6 +126,12 @@ class FunctionBlock:
         Raises KeepsState: an element is read that is not yet known to be kept.
         """
         before, after = self._kept_before_each(rows, part)
+        frame = self._frame(rows, part, before)
+        self.unit.run(frame, self.source)
+        return frame, after
+
+    def _frame(self, rows: Mapping[str, list[Array]], part: slice, before: Mapping[Element, Array]) -> Frame:
+        """The frame before some calls: what was left before them is known of the elements `before` alone."""
         frame: Frame = {name: list(cells) for name, cells in self._variables.items()}
         for name, place in self._written:
             frame[name][place] = EARLIER
@@ -129,21 +139,41 @@ class FunctionBlock:
             frame[name][place] = values
         for name, columns in rows.items():
             frame[name] = [self._given(name, column[part]) for column in columns]
-        self.unit.run(frame, self.source)
-        return frame, after
+        return frame
 
     def _given(self, name: str, values: Value) -> Cell:
-        return held(values, self.unit.variables[name].kind)
+        kind = self.unit.variables[name].kind
+        return values != 0 if kind == "BOOL" else held(values, kind)
 
     def _kept_before_each(
         self, rows: Mapping[str, list[Array]], part: slice
     ) -> tuple[Mapping[Element, Array], Mapping[Element, Cell]]:
         """Values of the kept elements before each of some calls, and after the last."""
-        if not self._kept:
-            return {}, {}
-        body, needed = self._what_they_follow_from()
+        before: dict[Element, Array] = {}
+        last: dict[Element, Cell] = {}
+        while True:
+            self._set_back(rows, part, before, last)
+            left = self._kept - before.keys()
+            if not left:
+                return before, last
+            # what follows from itself and from the least beside it; others may follow from that
+            needed = min(
+                (self._what_follow_from(frozenset({element}))[1] & left for element in sorted(left)), key=len
+            )
+            self._call_by_call(needed, rows, part, before, last)
+
+    def _call_by_call(
+        self,
+        wanted: Elements,
+        rows: Mapping[str, list[Array]],
+        part: slice,
+        before: dict[Element, Array],
+        last: dict[Element, Cell],
+    ) -> None:
+        """Find values of kept elements before each of some calls, and after the last, one call after the other."""
+        body, needed = self._what_follow_from(wanted)
         frame: Frame = {name: list(cells) for name, cells in self._variables.items()}
-        history: dict[Element, list[Cell]] = {element: [] for element in self._kept}
+        history: dict[Element, list[Cell]] = {element: [] for element in wanted}
         given = {(name, place): rows[name][place][part].tolist() for name, place in needed if name in rows}
         for call in range(part.stop - part.start):
             for (name, place), values in given.items():
@@ -151,12 +181,47 @@ class FunctionBlock:
             for (name, place), values in history.items():
                 values.append(frame[name][place])
             run_all(body, frame, None, self.source)
-        before = {element: np.array(values) for element, values in history.items()}
-        return before, {(name, place): frame[name][place] for name, place in self._kept}
+        before |= {element: np.array(values) for element, values in history.items()}
+        last |= {(name, place): frame[name][place] for name, place in wanted}
 
-    def _what_they_follow_from(self) -> tuple[Sequence[Statement], Elements]:
-        """The statements that give the kept elements their values, and those that these need; and all that they read."""
-        needed = self._kept
+    def _set_back(
+        self,
+        rows: Mapping[str, list[Array]],
+        part: slice,
+        before: dict[Element, Array],
+        last: dict[Element, Cell],
+    ) -> None:
+        """Find the same of kept elements that follow from inputs and from what is found; further ones show on the way."""
+        length = part.stop - part.start
+        while True:
+            frame = self._frame(rows, part, before)
+            kept: set[Element] = set()
+            for statement in self.unit.body:
+                try:
+                    run_all([statement], frame, None, self.source)
+                except KeepsState as state:
+                    name, place = state.element
+                    if frame[name][place] is not UNKNOWN:
+                        kept.add(state.element)
+                    for name, place in statement.writes:
+                        frame[name][place] = UNKNOWN
+            new = kept - self._kept
+            self._kept |= new
+            settled = [
+                (name, place)
+                for name, place in self._kept - before.keys()
+                if frame[name][place] is not UNKNOWN and frame[name][place] is not EARLIER
+            ]
+            for name, place in settled:
+                after = np.broadcast_to(np.asarray(frame[name][place]), (length,))
+                first = np.asarray(self._variables[name][place])
+                before[name, place] = np.concatenate([first[None], after[:-1]]).astype(after.dtype)
+                last[name, place] = after[-1].item()
+            if not (new or settled):
+                return
+
+    def _what_follow_from(self, needed: Elements) -> tuple[Sequence[Statement], Elements]:
+        """The statements that give some elements their values, and those that these need; and all that they read."""
         while True:
             body = [statement for statement in self.unit.body if statement.writes & needed]
             wider = needed.union(*(statement.reads for statement in body))

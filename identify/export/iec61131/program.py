@@ -45,6 +45,8 @@ class _Earlier:
 
 
 EARLIER = _Earlier()
+UNKNOWN = _Earlier()
+"""of a value that follows from one of the call before"""
 Cell = Value | _Earlier
 
 

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from identify import load_experiment
+from identify.export.exported_model import exported_model
 from identify.export.record_error import Motion
 from identify.identification import identify
+from tests.identify.export.derivatives import fitted_to, in_formats
 from tests.plants.single_joint import record, write_experiment
 
 EVERYTHING = [
@@ -44,3 +46,20 @@ def motion(plant):
     dq, ddq = random.uniform(-1, 1, (60, 1)), random.uniform(-3, 3, (60, 1))
     payload = next(own for own in plant.payloads if own.mass > 0)
     return Motion(np.linspace(0, 6, 60), q, dq, ddq, None, payload)
+
+
+@pytest.fixture(scope="session")
+def with_derivatives(plant):
+    """Models with derivatives over time, fitted to the sessions without payload."""
+    return {
+        "delay": fitted_to(plant, "delay"),
+        "elasticity": fitted_to(plant, "elasticity"),
+        "all": fitted_to(plant, "elasticity", "backlash", "presliding", "gain-saturation", "delay"),
+    }
+
+
+@pytest.fixture(scope="session")
+def all_formats(with_derivatives, tmp_path_factory):
+    """Of the model with all of them: the folder with the files, and what computes their torques."""
+    folder = tmp_path_factory.mktemp("exported")
+    return folder, in_formats(exported_model(with_derivatives["all"]), folder)

@@ -7,8 +7,8 @@ from identify.identification import identify
 
 
 def test_effects_beside_eq_30_are_kept_with_their_memory_or_told_as_lost(plant):
-    model = exported_model(identify(plant, "load-velocity", ["presliding", "elasticity"]))
+    model = exported_model(identify(plant, "load-velocity", ["presliding", "elasticity", "gravity-tilt"]))
     names = [torque.effect for torque in model.torques]
-    assert {"load-velocity", "viscous", "offset", "presliding"} == set(names)
-    assert [torque.effect for torque in model.memories] == ["presliding"]
-    assert model.lost == (("elasticity", 0),)
+    assert {"load-velocity", "viscous", "offset", "presliding", "elasticity"} == set(names)
+    assert [memory.effect for memory in model.memories] == ["presliding"]
+    assert model.lost == (("gravity-tilt", 0),)

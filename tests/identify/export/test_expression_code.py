@@ -26,13 +26,14 @@ def test_every_effect_with_formulas_has_one_for_each_column_that_parses(name):
         "threshold": 1.0,
         "power": 2.0,
         "wave_number": 20.0,
+        "flank_load": 5.0,
     }
     constants = {"wave_number": 20.0} if "ripple" in name else tried
     formulas = effect.formulas(constants)
     if formulas is None:
         return
     further = dict.fromkeys(
-        ("direction", "memory", "motor_velocity", "motor_acceleration", "motor_share"), None
+        ("direction", "memory", "load_slope", "motor_velocity", "motor_acceleration", "motor_share"), None
     )
     values = {own: np.array([0.3]) for own in ("q", "dq", "ddq", "load", "torque", "t", "temp", *further)}
     for formula in formulas:
