@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import tempfile
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 
 import identify
-from tests.plants.closed_loop import LoopArm, draw_arm, simulate, write_arm
+from tests.plants.closed_loop import RUBBER, LoopArm, draw_arm, motion_of, simulate, write_arm
 
 CATALOGUED = {
     "delay": ("delay", 0.004),
@@ -100,19 +101,31 @@ def _drawn(kind: str, random: np.random.Generator) -> LoopCase | None:
 
 
 def _reaching(arm: LoopArm, name: str, first: float, share: float) -> float | None:
-    """The strength that causes this part of the residual's power; None where none that is tried comes near."""
+    """The strength that causes this part of the residual's power; None where none that is tried comes near.
+
+    More of an effect leaves more: most machines that cannot be used are known by the weakest and the strongest.
+    """
+    if name in UNCATALOGUED and max(float(q.max()) for q, _, _ in motion_of(arm)) < RUBBER:
+        return None  # never touched
     strengths = [0.0, *(first * TRIED)]
     arms = [with_effects(arm, {name: strength}) for strength in strengths]
-    powers = []
-    with tempfile.TemporaryDirectory() as scratch:
-        for number, (each, sessions) in enumerate(zip(arms, simulate(arms), strict=True)):
-            folder = write_arm(Path(scratch, str(number)), each, sessions)
-            powers.append(identify.identify(identify.load_experiment(folder), "usual").relative_error ** 2)
-    excess = np.maximum.accumulate(np.array(powers[1:]) - powers[0])
-    wanted = powers[0] * share / (1 - share)
-    if not excess[0] < wanted < excess[-1]:
+    sessions = simulate(arms)
+
+    @cache
+    def power(number: int) -> float:
+        """Squared error of the usual model with one of the strengths."""
+        with tempfile.TemporaryDirectory() as scratch:
+            folder = write_arm(Path(scratch), arms[number], sessions[number])
+            return identify.identify(identify.load_experiment(folder), "usual").relative_error ** 2
+
+    target = power(0) / (1 - share)
+    low, high = 1, len(arms) - 1
+    if not power(low) < target < power(high):
         return None
-    above = int(np.searchsorted(excess, wanted))
-    near = np.log(np.maximum(excess[above - 1 : above + 1], 1e-12))
-    between = np.clip((np.log(wanted) - near[0]) / max(near[1] - near[0], 1e-12), 0.0, 1.0)
-    return float(strengths[above] * 2.0**between)
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if power(middle) < target else (low, middle)
+    excess = [max(each - power(0), 1e-12) for each in (power(low), target, power(high))]
+    below, wanted, above = np.log(excess)
+    between = (wanted - below) / (above - below)
+    return float(strengths[low] * (strengths[high] / strengths[low]) ** between)

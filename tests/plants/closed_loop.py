@@ -14,12 +14,17 @@ from pathlib import Path
 import numpy as np
 import yaml
 from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from tests.plants.session_table import session_text
 
 Array = NDArray[np.float64]
 
 STEP = 1e-3
 """s, of controller and recording"""
 GRAVITY = 9.81
+RUBBER = 0.4
+"""rad beyond which the bumper is touched"""
 
 
 @dataclass(frozen=True)
@@ -121,6 +126,14 @@ def reference(arm: LoopArm, random: np.random.Generator, time: Array) -> tuple[A
     return q, dq, ddq
 
 
+def motion_of(arm: LoopArm) -> list[tuple[Array, Array, Array]]:
+    """What every session asks for: position, velocity and acceleration."""
+    time = np.arange(round(arm.duration / STEP)) * STEP
+    return [
+        reference(arm, np.random.default_rng([arm.seed, index]), time) for index in range(len(arm.payloads))
+    ]
+
+
 def simulate(
     arms: list[LoopArm], disturbances: list[Array] | None = None
 ) -> list[list[tuple[Array, Array, Array]]]:
@@ -130,8 +143,7 @@ def simulate(
     """
     runs = [(arm, index, mass) for arm in arms for index, mass in enumerate(arm.payloads)]
     time = np.arange(round(arms[0].duration / STEP)) * STEP
-    made = [reference(arm, np.random.default_rng([arm.seed, index]), time) for arm, index, _ in runs]
-    asked = np.array(made)  # (runs, 3, N)
+    asked = np.array([session for arm in arms for session in motion_of(arm)])  # (runs, 3, N)
 
     def of(name: str) -> Array:
         return np.array([float(getattr(arm, name)) for arm, *_ in runs])
@@ -150,32 +162,48 @@ def simulate(
         [np.random.default_rng([arm.seed, index, 7]).standard_normal(len(time)) for arm, index, _ in runs]
     )
     keep = np.exp(-2 * np.pi * of("corner") * STEP)
-    disturbance = np.zeros(len(runs))
+    part = np.sqrt(1 - keep**2) * loudness
+    pushed = np.array([lfilter([c], [1.0, -k], row) for c, k, row in zip(part, keep, noise, strict=True)])
     q, dq = asked[:, 0, 0].copy(), asked[:, 1, 0].copy()
     held = np.zeros(len(runs))
     feed = np.where(kind == "cascade", 0.0, 1.0)
-    positions, torques = np.empty((len(runs), len(time))), np.empty((len(runs), len(time)))
-    pushed = np.empty((len(runs), len(time)))
-    viscous, coulomb, stiction = of("viscous"), of("coulomb"), of("stiction")
-    quadratic, spring, rubbing, bumper = of("quadratic"), of("spring"), of("load_friction"), of("bumper")
-    fade = of("drift") / time[-1]
+    positions, torques = np.empty((len(time), len(runs))), np.empty((len(time), len(runs)))
+    viscous, stiction, quadratic = of("viscous"), of("stiction"), of("quadratic")
+    spring, rubbing, bumper = of("spring"), of("load_friction"), of("bumper")
+    # what no machine of these has is not computed in every step
+    sticks, rubs, bends = (bool(effect.any()) for effect in (stiction, rubbing, quadratic))
+    springs, bumps = bool(spring.any()), bool(bumper.any())
+    coulomb = of("coulomb") * (1.0 - np.outer(time, of("drift") / time[-1]))
+    wanted, speed = asked[:, 0].T.copy(), asked[:, 1].T.copy()
+    ahead = (feed * own)[:, None] * asked[:, 2]
+    ahead, disturbance = ahead.T.copy(), pushed.T.copy()
     load = moment * np.cos(q)
     for index in range(len(time)):
-        disturbance = keep * disturbance + np.sqrt(1 - keep**2) * loudness * noise[:, index]
-        off = asked[:, 0, index] - q
+        off = wanted[index] - q
         held += off * STEP
-        ahead = feed * own * asked[:, 2, index] + damped * (asked[:, 1, index] - dq)
-        torque = ahead + stiff * off + integral * held  # the amplifier follows within the period
-        positions[:, index], torques[:, index], pushed[:, index] = q, torque, disturbance
+        # the amplifier follows within the period
+        torque = ahead[index] + damped * (speed[index] - dq) + stiff * off + integral * held
+        positions[index], torques[index] = q, torque
+        driving = torque + disturbance[index]
         for _ in range(2):
-            slide = coulomb * (1.0 - fade * time[index]) + stiction * np.exp(-np.abs(dq) / 0.05)
-            slide += rubbing * np.abs(load)
-            friction = (viscous + quadratic * np.abs(dq)) * dq + slide * np.tanh(dq / 2e-3)
-            friction += spring * (q - 0.2) + bumper * np.maximum(0.0, q - 0.4) ** 1.5
-            ddq = (torque + disturbance - moment * np.cos(q) - friction) / inertia
-            load = inertia * ddq + moment * np.cos(q)
+            pulled = moment * np.cos(q)
+            fast = np.abs(dq) if sticks or bends else dq
+            slide = coulomb[index]
+            if sticks:
+                slide = slide + stiction * np.exp(-fast / 0.05)
+            if rubs:
+                slide = slide + rubbing * np.abs(load)
+            friction = (viscous + quadratic * fast if bends else viscous) * dq + slide * np.tanh(dq / 2e-3)
+            if springs:
+                friction += spring * (q - 0.2)
+            if bumps:
+                friction += bumper * np.maximum(0.0, q - RUBBER) ** 1.5
+            ddq = (driving - pulled - friction) / inertia
+            if rubs:
+                load = inertia * ddq + pulled
             dq = dq + 0.5 * STEP * ddq
             q = q + 0.5 * STEP * dq
+    positions, torques = positions.T.copy(), torques.T.copy()
     if disturbances is not None:
         disturbances.extend(pushed)
     found: list[list[tuple[Array, Array, Array]]] = [[] for _ in arms]
@@ -201,7 +229,7 @@ def write_arm(folder: Path, arm: LoopArm, sessions: list[tuple[Array, Array, Arr
     for index, columns in enumerate(sessions):
         file = f"session-{index:02d}.csv.gz"
         with gzip.open(folder / file, "wt", compresslevel=1) as handle:
-            np.savetxt(handle, np.column_stack(columns), "%.7g", ",", header="t,q1,v1", comments="")
+            handle.write(session_text(columns, ["t", "q1", "v1"], ["%.7g"] * 3))
         listed.append({"file": file, "payload": f"m{index}"})
     joint = {"name": "j1", "type": "revolute", "alpha": 0.0, "d": 0.0, "theta": 0.0, "r": 0.0}
     document = {

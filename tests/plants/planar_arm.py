@@ -22,6 +22,7 @@ from scipy.signal import lfilter
 
 from tests.plants.hidden_effects import GRAVITY, ON_THE_COMMAND, ON_THE_TORQUE, Array, Joint, Run
 from tests.plants.planned_motion import planned_motion
+from tests.plants.session_table import session_text
 
 NEED_MORE = {"payload-mass", "payload-com", "gravity-tilt", "friction-temperature", "drive-gain"}
 """Effects that are of the whole arm, or read what it does not record."""
@@ -145,8 +146,8 @@ def record_arm(
             columns[f"q{place + 1}"] = np.round(q[:, place] / step) * step
         columns |= {f"v{place + 1}": command for place, command in enumerate(commands)}
         file = f"session-{index:02d}.csv"
-        table = np.column_stack(list(columns.values()))
-        np.savetxt(folder / file, table, "%.9g", ",", header=",".join(columns), comments="")
+        text = session_text(list(columns.values()), list(columns), ["%.9g"] * len(columns))
+        (folder / file).write_text(text, encoding="ascii")
         sessions.append({"file": file, "payload": f"m{index}"})
     described = [
         {"name": f"j{place + 1}", "type": "revolute", "alpha": 0.0, "theta": 0.0, "r": 0.0}

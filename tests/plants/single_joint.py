@@ -38,6 +38,7 @@ from tests.plants.hidden_effects import (
     payload_torque,
 )
 from tests.plants.planned_motion import planned_motion
+from tests.plants.session_table import session_text
 
 __all__ = ["HIDDEN", "LEFT_OUT_OF_EVERY_CATALOGUE", "Joint", "Record", "record", "write_experiment"]
 
@@ -109,14 +110,8 @@ def write_experiment(folder: Path, recorded: Record, name: str = "single-joint")
     for index, (mass, columns) in enumerate(zip(recorded.payload_masses, recorded.sessions, strict=True)):
         file = f"session-{index:02d}.csv"
         rounding = ["%.6f" if column == "t" else "%.9g" for column in columns]
-        np.savetxt(
-            folder / file,
-            np.column_stack(list(columns.values())),
-            fmt=rounding,
-            delimiter=",",
-            header=",".join(columns),
-            comments="",
-        )
+        text = session_text(list(columns.values()), list(columns), rounding)
+        (folder / file).write_text(text, encoding="ascii")
         payloads.append(f"  - {{name: m{index}, mass: {mass}, com: [{joint.reach}, 0.0, 0.0]}}")
         sessions.append(f"  - {{file: {file}, payload: m{index}}}")
     lines = [
