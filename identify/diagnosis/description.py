@@ -316,8 +316,9 @@ class Describer:
             return None
         left = joint_predictions(after)[joint]
         start = mean_error(joint_predictions(before)[joint])
-        floor = None if said.noise_floor is None else said.noise_floor.value
-        outcome = verdict(start, mean_error(bounded(left)), floor, leftover_structure(left), missing=True)
+        outcome = verdict(
+            start, mean_error(bounded(left)), said.noise_floor, leftover_structure(left), missing=True
+        )
         if outcome == "unexplained":
             return None
         return Offered(learned_document(after, term, description, finding), replaced)

@@ -19,7 +19,7 @@ from identify.diagnosis.sampling_hold import made_by_recording
 from identify.diagnosis.screening import Screening
 from identify.diagnosis.structure import Structure, bounded, leftover_structures
 from identify.diagnosis.unseen_sessions import fails_on_unseen
-from identify.diagnosis.verdict import MOST, acts_like, imitated, left_over, part_of_free, verdict
+from identify.diagnosis.verdict import MOST, NEARLY_ALL, imitated, left_over, part_of_free, verdict
 from identify.diagnosis.where import where_it_fails
 from identify.effects.model import Model, Term
 from identify.estimation import forked
@@ -293,8 +293,7 @@ def _conclude(
     sampling = tuple(term for term in missing if term.key in held)
     missing = tuple(term for term in missing if term.key not in held)
     before, after = first.predictions[joint], final.predictions[joint]
-    level = None if floor is None else floor.value
-    outcome = verdict(mean_error(before), mean_error(bounded(after)), level, structure, bool(missing))
+    outcome = verdict(mean_error(before), mean_error(bounded(after)), floor, structure, bool(missing))
     variable, free = first.best_free_function(joint)
     failing = unseen if outcome == "adequate" and fails_on_unseen(after, unseen) else []
     outcome = "unexplained" if failing else outcome
@@ -303,7 +302,7 @@ def _conclude(
     part = _part_of_free(missing, forward, joint, free)
     error = final.selection.held_out_error(joint)
     over = of_one_variable and left_over(variable, structure, mean_error(bounded(after)))
-    if imitated(error, free, len(missing), of_one_variable, over) and not acts_like(part, error, free):
+    if imitated(error, free, len(missing), of_one_variable, over) and part < NEARLY_ALL:
         keeps_its_name = part > MOST and missing[0].effect.variable == variable
         outcome, missing = "unexplained", missing[:1] if keeps_its_name else ()
         where = tuple(sorted(where, key=lambda row: row.variable != variable))

@@ -60,8 +60,8 @@ class FoldedProducts:
 
     folds : (blocks,) index of the fold that each block belongs to
     model : columns whose subsets are the bases mostly asked for
-    known : weight with which a candidate's estimate on all data enters that without a fold; above zero where a fold
-            left out may leave nothing that tells its parameters
+    known : weight with which all data enter every fit beside those that the fold left out leaves; above zero where these
+            may tell nothing of some parameters, of the model's as of a candidate's
     """
 
     def __init__(
@@ -182,7 +182,12 @@ class FoldedProducts:
             there, here = self._on_rows(joint, base)
             products[:, there[:, None], there] += self.weights[joint] ** 2 * of_joint[:, here[:, None], here]
             products[:, there, -1] += self.weights[joint] ** 2 * of_joint[:, here, -2]
-        return _training(products)
+        return self._training(products)
+
+    def _training(self, products: Array) -> Array:
+        """(folds + 1, …) products of each training set, from those of the folds (folds, …); of all data last."""
+        whole = products.sum(0)
+        return np.concatenate([(1 + self.known) * whole - products, whole[None]])
 
     def _beside(self, joint: int, base: Index, columns: Index) -> tuple[Remainder, Remainder]:
         """What is left of columns and Y beside the base: on each training set, and on the rows of a joint that it left
@@ -198,7 +203,7 @@ class FoldedProducts:
                 carrying.append((weight, row))
                 on, at = self._on_rows(row, base)
                 cross[:, on[:, None], there] += weight * of_row[:, at[:, None], here]
-        cross = _training(cross)
+        cross = self._training(cross)
         cross[:, :, -1] = known.target
         combination = np.empty_like(cross)
         combination[:, :, -1] = known.combination
@@ -207,7 +212,7 @@ class FoldedProducts:
             combination[:, :, :-1] = np.linalg.solve(known.inner, cross[:, :, :-1] / scale) / scale
 
         def training(one: Index, other: Index) -> Array:
-            return _training(self._products(carrying, wanted[one], wanted[other]))
+            return self._training(self._products(carrying, wanted[one], wanted[other]))
 
         def left_out(one: Index, other: Index) -> Array:
             products = self._products([(1.0, joint)], wanted[one], wanted[other])
@@ -220,7 +225,6 @@ class FoldedProducts:
         beside = of_joint[:, at[:, None], self._local[joint, wanted]]
         within, beside = (np.concatenate([part, part.sum(0, keepdims=True)]) for part in (within, beside))
         trained = Remainder(training, cross, combination)
-        trained = trained.aided(self.known) if self.known else trained
         judged = Remainder(
             left_out,
             np.concatenate([beside, taken], axis=1),
@@ -258,12 +262,6 @@ class _Base:
     scale: Array
     target: Array
     combination: Array
-
-
-def _training(products: Array) -> Array:
-    """(folds + 1, …) products of each training set, from those of the folds (folds, …); of all data last."""
-    whole = products.sum(0)
-    return np.concatenate([whole - products, whole[None]])
 
 
 def base_within(base: Array, others: Array) -> Array:

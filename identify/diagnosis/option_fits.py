@@ -5,7 +5,7 @@ number of columns; only those whose estimate breaks a relation between parameter
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product as combinations_of
 from typing import NamedTuple
 
@@ -47,17 +47,11 @@ class Remainder:
 
     products : (sets, …) of pairs of columns before anything is taken out, from two arrays of their places; Y is place −1
     one, other : (sets, m, c + 1) what is taken out of the product of i and j is the sum over m of one[i] · other[j]
-    aid      : part of the last set's products that is added to the others'
     """
 
     products: Callable[[Index, Index], Array]
     one: Array
     other: Array
-    aid: float = 0.0
-
-    def aided(self, part: float) -> "Remainder":
-        """The same with some of what the last set says added to all others."""
-        return replace(self, aid=part)
 
     def size(self, places: Index) -> Array:
         """(sets, options, k) power of columns before the base is taken out."""
@@ -67,24 +61,17 @@ class Remainder:
         """(sets, options, k, k) among the columns of each option; places: (options, k)."""
         products = self.products(places[:, :, None], places[:, None, :])
         one, other = (each[:, :, places].transpose(0, 2, 3, 1) for each in (self.one, self.other))
-        return self._with_aid(products - one @ other.swapaxes(2, 3))
+        return products - one @ other.swapaxes(2, 3)
 
     def with_target(self, places: Index) -> Array:
         """(sets, options, k) of the columns of each option with Y."""
         products = self.products(places, np.array(-1))
-        return self._with_aid(
-            products - np.einsum("smvk,sm->svk", self.one[:, :, places], self.other[:, :, -1])
-        )
+        return products - np.einsum("smvk,sm->svk", self.one[:, :, places], self.other[:, :, -1])
 
     def target(self) -> Array:
         """(sets,) of Y with itself."""
         taken = np.einsum("sm,sm->s", self.one[:, :, -1], self.other[:, :, -1])
-        return self._with_aid(self.products(np.array(-1), np.array(-1)) - taken)
-
-    def _with_aid(self, products: Array) -> Array:
-        if self.aid:
-            products[:-1] += self.aid * products[-1]
-        return products
+        return self.products(np.array(-1), np.array(-1)) - taken
 
 
 def fit_options(

@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 
 from identify.diagnosis.finding import SIGNIFICANCE, Finding
 from identify.diagnosis.held_out import HeldOut
-from identify.diagnosis.structure import DECIDED, Structure
+from identify.diagnosis.structure import Structure
 from identify.estimation.prediction import Prediction
 from identify.results.diagnosis import Verdict
 
@@ -241,7 +241,5 @@ def _unexplained(structure: Sequence[Structure], outcome: Verdict, missed: float
     """From how near what a predictor without any model finds comes to what is called structure."""
     if outcome == "unexplained":
         return STRUCTURE_RIGHT
-    nearest = max(
-        (each.share / each.least for each in structure if each.share > DECIDED * each.deviation), default=0.0
-    )
+    nearest = max((each.share / each.least for each in structure if each.certain), default=0.0)
     return min(EVEN, float(missed + (EVEN - missed) * np.clip(nearest - 0.5, 0.0, 1.0)))

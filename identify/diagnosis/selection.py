@@ -26,11 +26,9 @@ FOLDS = 10
 """stretches of every session left out in turn"""
 RIVAL_GAIN = 0.85
 """A candidate with at least this part of the best gain may be the cause as well, if the evidence does not decide."""
-SESSION_TOLERANCE = 0.02
-"""Part by which an effect may raise the squared error on a session left out whole."""
 KNOWN = 0.05
-"""Weight of what all sessions say of an effect beside the others, when one is left out: one session with one load often
-tells nothing of parameters that a change of load would tell, and a guess at them is no prediction."""
+"""Weight of all sessions beside the others, when one is left out: one session with one load often tells nothing of inertial
+parameters, or of an effect's, that a change of load would tell, and a guess at them is no prediction."""
 WAITING = 0.5
 """Part of the strongest joint's drop below which another joint waits for the next round."""
 ROUNDING = 1e-9
@@ -244,7 +242,7 @@ class Selection:
     def _sessions_agree(
         self, joint: int, base: Index, listed: Sequence[Candidate], trials: Sequence[Trial]
     ) -> list[bool]:
-        """Whether each candidate does no harm on whole sessions left out.
+        """Whether each candidate does no harm on whole sessions left out: does not raise the squared error there.
 
         Payloads are taken as declared: a payload's ratio cannot be known from the other sessions. For the same
         reason effects that have parameters for each payload or session are not asked.
@@ -254,8 +252,7 @@ class Selection:
         reference = self.sessions.alone(joint, base)
         others = self.sessions.evaluate(joint, base, trials)
         return [
-            candidate.declared_load is DeclaredLoad.QUESTIONED
-            or other.total < reference.total * (1 + SESSION_TOLERANCE)
+            candidate.declared_load is DeclaredLoad.QUESTIONED or other.total <= reference.total
             for candidate, other in zip(listed, others, strict=True)
         ]
 

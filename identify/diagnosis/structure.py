@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.diagnosis.disturbance import FOLDS, STANDS_OUT, PredictableShare, remembered, strong_runs
-from identify.diagnosis.finding import FEWEST_FOLDS
+from identify.diagnosis.finding import FEWEST_FOLDS, SIGNIFICANCE
 from identify.estimation import forked
 from identify.estimation.prediction import Prediction
 
@@ -21,8 +21,6 @@ LEAST_SHARE = 0.12
 more than this wherever an effect is worth a twentieth of the torque's error to an operator."""
 LEAST_REMEMBERED = 0.2
 """The same for what is predicted from itself in time: noise with a memory of 0.2 s reaches a tenth."""
-DECIDED = 3.0
-"""standard errors over the folds by which the share must differ from none"""
 MOST_SAMPLES = 20_000
 HISTORY = 1.5
 """s of the past that a hidden state of a joint may remember"""
@@ -58,7 +56,14 @@ class Structure:
     @property
     def found(self) -> bool:
         """Whether there is structure."""
-        return bool(self.share > self.least and self.share > DECIDED * self.deviation)
+        return self.share > self.least and self.certain
+
+    @property
+    def certain(self) -> bool:
+        """Whether the share is more than its scatter over the folds makes of noise in one of so many questions."""
+        from scipy.special import ndtri
+
+        return bool(self.share > -ndtri(SIGNIFICANCE / len(QUESTIONS)) * self.deviation)
 
 
 VIEWS: tuple[tuple[str, ...], ...] = (

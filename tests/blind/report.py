@@ -156,7 +156,7 @@ def wilson(right: int, count: int, z: float = 1.96) -> tuple[float, float]:
 
 
 def reliability(
-    statements: Sequence[tuple[float, bool]],
+    statements: Sequence[tuple[float, float]],
 ) -> tuple[list[tuple[float, float, int, float, float]], float]:
     """Of the statements in each bin of probability: its edges, how many, their mean probability, and what part is true; and
     the expected calibration error, the mean distance of the two weighted by the number (Naeini, Cooper, Hauskrecht 2015)."""

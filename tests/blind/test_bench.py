@@ -11,11 +11,13 @@ import pytest
 from identify.recording import load_experiment
 from identify.recording.errors import InputError
 from identify.results.diagnosis import DiagnosisDocument, JointDiagnosis
+from identify.results.next_experiment import Proposal
 from tests.blind.__main__ import part_of, recorded, run
 from tests.blind.arms import ArmCase
 from tests.blind.loops import LoopCase, draw_loop, with_effects
 from tests.blind.noise import FloorScore, floor_score
 from tests.blind.plasmodes import present, with_effect
+from tests.blind.proposals import Told, motion_of, table
 from tests.blind.report import page, reliability, wilson
 from tests.blind.score import Score, scored
 from tests.plants.closed_loop import LoopArm, simulate
@@ -197,3 +199,33 @@ def test_the_truth_of_a_floor_is_the_noise_that_was_simulated(tmp_path):
         assert found.repeats
         truths.append(found.truth)
     assert truths[1] == pytest.approx(2 * truths[0], rel=0.02)
+
+
+@pytest.mark.parametrize("shape", ["sinusoid", "trapezoid"])
+def test_the_plant_moves_as_is_proposed(shape):
+    proposal = Proposal(
+        payload="m0",
+        shape=shape,
+        speed=0.6,
+        position_from=-0.5,
+        position_to=0.7,
+        repeats=2,
+        separation=3.0,
+        decides=False,
+    )
+    time, position, velocity, acceleration = motion_of(proposal)
+    assert (position.min(), position.max()) == pytest.approx((-0.5, 0.7), abs=0.03)
+    assert np.abs(velocity).max() == pytest.approx(0.6, abs=0.01)
+    np.testing.assert_allclose(np.gradient(position, time)[5:-5], velocity[5:-5], atol=2e-3)
+    np.testing.assert_allclose(np.gradient(velocity, time)[5:-5], acceleration[5:-5], atol=0.1)
+    assert np.sum((velocity[1:] > 0.3) & (velocity[:-1] <= 0.3)) == 2
+
+
+def test_what_next_expects_is_told_beside_what_came_of_it():
+    sure = Told(5, 2, "delay", "backlash", 0.6, 0.7, 1.0, 1.0, decides=True, decided=True)
+    wrong = replace(sure, told=0.0, decided=False)
+    even = replace(sure, expected=0.5, told=0.5, decides=False)
+    text = table([sure, wrong, even, even])
+    assert "| 0.95 to 1 | 2 | 1.00 | 0.50 |" in text
+    assert "Calibration error 0.250 over 4 proposals." in text
+    assert "1 of 2 that were to decide did." in text

@@ -60,6 +60,20 @@ def planned_motion(
     )
 
 
+def smooth_course(
+    start: float, way: float, speed: float, repeats: int, rate: float
+) -> tuple[Array, Array, Array, Array]:
+    """Time, q, q', q'' (each (N,)) of ways there and back at a constant speed, rounded as above."""
+    step, rounding = 0.01, 0.06
+    seconds = way / speed + 2 * rounding * np.sqrt(2 / np.pi)  # what the two rounded ends cut off
+    velocity = np.tile(_there_and_back(speed, seconds, step), repeats)
+    velocity = gaussian_filter1d(velocity, rounding / step, mode="wrap")
+    position = start + np.concatenate([[0.0], np.cumsum(velocity) * step])
+    spline = make_interp_spline(np.arange(len(position)) * step, position, k=7)
+    time = np.arange(round((len(position) - 1) * step * rate)) / rate
+    return time, spline(time), spline.derivative(1)(time), spline.derivative(2)(time)
+
+
 def _sine(speed: float, frequency: float, cycles: int, step: float) -> Array:
     """Velocity of whole cycles of a sine."""
     phase = np.arange(round(cycles / frequency / step)) * step * frequency * 2 * np.pi

@@ -40,7 +40,16 @@ from tests.plants.hidden_effects import (
 from tests.plants.planned_motion import planned_motion
 from tests.plants.session_table import session_text
 
-__all__ = ["HIDDEN", "LEFT_OUT_OF_EVERY_CATALOGUE", "Joint", "Record", "record", "write_experiment"]
+__all__ = [
+    "HIDDEN",
+    "LEFT_OUT_OF_EVERY_CATALOGUE",
+    "Joint",
+    "Record",
+    "record",
+    "record_motion",
+    "write_experiment",
+    "write_session",
+]
 
 
 @dataclass(frozen=True)
@@ -102,6 +111,27 @@ def record(
     return Record(joint, tuple(map(float, payload_masses)), tuple(sessions), float(np.sqrt(changed / total)))
 
 
+def record_motion(
+    effects: Mapping[str, float],
+    motion: tuple[Array, Array, Array, Array],
+    *,
+    joint: Joint,
+    payload_mass: float,
+    seed: int,
+    index: int,
+    shape: float = 1.0,
+) -> dict[str, Array]:
+    """One session of a motion of its own: its columns (t, q1, v1, temp1).
+
+    motion : time, position, velocity and acceleration, (N,) each
+    index  : of the session in its experiment, from 0
+    """
+    streams = np.random.default_rng([seed, index]).spawn(3)
+    run = Run(joint, index, payload_mass, *motion, streams[1], shape)
+    _simulate(run, effects)
+    return _reported(run, streams[2])
+
+
 def write_experiment(folder: Path, recorded: Record, name: str = "single-joint") -> Path:
     """Write `experiment.yaml` and a CSV per session into `folder`, and return it."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -109,9 +139,7 @@ def write_experiment(folder: Path, recorded: Record, name: str = "single-joint")
     payloads, sessions = [], []
     for index, (mass, columns) in enumerate(zip(recorded.payload_masses, recorded.sessions, strict=True)):
         file = f"session-{index:02d}.csv"
-        rounding = ["%.6f" if column == "t" else "%.9g" for column in columns]
-        text = session_text(list(columns.values()), list(columns), rounding)
-        (folder / file).write_text(text, encoding="ascii")
+        write_session(folder / file, columns)
         payloads.append(f"  - {{name: m{index}, mass: {mass}, com: [{joint.reach}, 0.0, 0.0]}}")
         sessions.append(f"  - {{file: {file}, payload: m{index}}}")
     lines = [
@@ -129,6 +157,12 @@ def write_experiment(folder: Path, recorded: Record, name: str = "single-joint")
     ]
     (folder / "experiment.yaml").write_text("\n".join(lines) + "\n", encoding="utf-8")
     return folder
+
+
+def write_session(file: Path, columns: Mapping[str, Array]) -> None:
+    """Write a session's CSV."""
+    rounding = ["%.6f" if column == "t" else "%.9g" for column in columns]
+    file.write_text(session_text(list(columns.values()), list(columns), rounding), encoding="ascii")
 
 
 def _simulate(run: Run, effects: Mapping[str, float]) -> None:

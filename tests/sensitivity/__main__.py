@@ -32,20 +32,15 @@ from tests.blind.score import is_right
 
 CONSTANTS = {
     "finding": (
-        "SIGNIFICANCE", "LEAST_DROP", "DROP_PER_PARAMETER", "LEAST_OF_TORQUE", "MOST_FOLDS", "ACTS", "FEWEST_FOLDS",
+        "SIGNIFICANCE", "LEAST_DROP", "DROP_PER_PARAMETER", "LEAST_OF_TORQUE", "ACTS", "FEWEST_FOLDS",
         "PLAIN_DROP", "STEADY", "AS_GOOD", "SLIGHTLY_MORE", "TOO_SMALL",
     ),
-    "selection": (
-        "FOLDS", "RIVAL_GAIN", "SESSION_TOLERANCE", "KNOWN", "PAIRED",
-    ),
+    "selection": ("FOLDS", "RIVAL_GAIN", "KNOWN"),
     "screening": ("WORTH_OF_ALL",),
     "diagnosis": ("SIBLING_GAIN",),
     "instruments": ("VELOCITY_HELD", "BAND"),
-    "verdict": (
-        "ABOVE_FLOOR", "MOST", "WORTH_SAYING", "MANY", "AS_WELL", "BETTER", "CLEARLY_BETTER",
-        "NEARLY_ALL", "LARGE_PART",
-    ),
-    "structure": ("LEAST_SHARE", "LEAST_REMEMBERED", "DECIDED", "LINE_STANDS_OUT"),
+    "verdict": ("MOST", "CLEARLY_BETTER", "NEARLY_ALL"),
+    "structure": ("LEAST_SHARE", "LEAST_REMEMBERED", "LINE_STANDS_OUT"),
     "disturbance": ("NOISE_MEMORY", "LOUD", "STANDS_OUT"),
 }  # fmt: skip
 """Constants that decide names and verdicts, by module of `identify.diagnosis`. Those of `probability` decide neither."""

@@ -14,6 +14,7 @@ from identify.diagnosis.disturbance import remembered, strong_runs
 from identify.diagnosis.structure import Structure, leftover_structure
 from identify.diagnosis.verdict import verdict
 from identify.estimation.prediction import Prediction
+from identify.validation.noise_floor import NoiseFloor
 
 Array = NDArray[np.float64]
 Rest = Callable[[np.random.Generator, Array], Array]
@@ -136,7 +137,7 @@ def test_a_disturbance_is_found_and_the_joint_called_unexplained(rest, view):
         assert next(each for each in structure if each.variables == view).found
         assert verdict(0.1, 0.1, None, structure, missing=False) == "unexplained"
         # a floor from repeats counts the disturbance as noise, and does not hide it
-        assert verdict(0.1, 0.1, 0.1, structure, missing=False) == "unexplained"
+        assert verdict(0.1, 0.1, NoiseFloor(0.1, 0.1, 0.1), structure, missing=False) == "unexplained"
 
 
 def test_a_kink_at_every_reversal_is_no_disturbance():

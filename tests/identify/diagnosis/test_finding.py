@@ -59,8 +59,7 @@ def test_drop_torque_evidence_sessions_and_instruments_each_have_a_say(figures, 
 
 
 def test_a_drop_must_be_seen_in_most_folds_in_which_the_effect_acts():
-    worse = [1.01] * 4
-    assert finding(BEFORE, held_out(*worse, *[0.5] * 6)).justified
+    assert finding(BEFORE, held_out(*[1.01] * 4, *[0.5] * 6)).justified
     assert not finding(BEFORE, held_out(*[1.01] * 5, *[0.1] * 5)).justified
     # where it does not act it is not asked: less than a tenth of its greatest power
     silent = (0.0999,) * 5 + (1.0,) * 5

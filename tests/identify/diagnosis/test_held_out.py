@@ -107,6 +107,24 @@ def test_what_all_the_data_say_of_an_effect_stands_in_where_a_fold_left_out_leav
     assert aided.total < 0.1 * without.total
 
 
+def test_the_model_too_is_told_a_little_of_a_session_left_out():
+    """Two parameters of the model that only the difference of two sessions tells, and an effect that both tell."""
+    random = np.random.default_rng(10)
+    count, load = 1000, np.repeat([1.0, 4.0], 1000)
+    motion = random.standard_normal(2 * count)
+    other = motion * load + 3e-3 * random.standard_normal(2 * count)
+    columns = np.column_stack([motion, other, random.standard_normal(2 * count)])
+    target = columns @ [1.0, 0.5, 0.3] + 0.1 * random.standard_normal(2 * count)
+    observation, folds, base = observed(columns, target, 20), np.arange(20) // 10, np.arange(2)
+    noise = 0.1**2 * 2 * count
+    wholly = FoldedProducts(observation, np.ones(1), folds)
+    assert wholly.alone(0, base).total > 10 * noise
+    aided = FoldedProducts(observation, np.ones(1), folds, 0.05)
+    assert aided.alone(0, base).total == pytest.approx((0.3**2 + 0.1**2) * 2 * count, rel=0.1)
+    (with_effect,) = aided.evaluate(0, base, [Trial((np.array([2]),))])
+    assert with_effect.total == pytest.approx(noise, rel=0.1)
+
+
 def test_of_choices_with_more_or_fewer_columns_the_narrow_one_is_taken_where_the_others_fit_noise():
     """Thirteen columns always fit more than the three that they contain; on unseen motion they cost."""
     random = np.random.default_rng(9)

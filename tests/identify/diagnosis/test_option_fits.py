@@ -113,20 +113,3 @@ def test_a_column_that_is_not_seen_beside_the_base_is_given_nothing():
         got = fit_options(beside, remainder(judged), [np.array([0])], [None])
         assert bool((got.gain > 0).all()) is seen
         assert bool((got.power > 0).all()) is seen
-
-
-def test_what_the_last_set_says_is_added_to_the_others_by_its_part():
-    trained, _ = made()
-    gram = np.einsum("sri,srj->sij", trained, trained)
-    aided = remainder(trained).aided(0.25)
-    places = np.array([[0, 2]])
-    expected = gram[:, [[0], [2]], [0, 2]].copy()
-    expected[:-1] += 0.25 * expected[-1]
-    np.testing.assert_allclose(aided.within(places)[:, 0], expected)
-    np.testing.assert_allclose(
-        aided.with_target(places)[:-1, 0], (gram[:-1, [0, 2], -1] + 0.25 * gram[-1, [0, 2], -1])
-    )
-    np.testing.assert_allclose(
-        aided.target(), gram[:, -1, -1] + 0.25 * gram[-1, -1, -1] * np.array([1, 1, 0])
-    )
-    np.testing.assert_allclose(aided.size(places)[:, 0], gram[:, [0, 2], [0, 2]])
