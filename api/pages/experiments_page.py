@@ -1,5 +1,7 @@
 """The list of experiments: how good the model of each is, and where to go on."""
 
+from dataclasses import dataclass, replace
+from datetime import datetime
 from typing import Annotated
 from urllib.parse import urlencode
 
@@ -69,41 +71,52 @@ def _demo_under_way(service: Service, user: str) -> Context | None:
     return polled_progress(job, DEMO_PROGRESS) if job else None
 
 
-def _row(service: Service, row: ExperimentRow) -> Context:
-    shown: Context = {
-        "id": row.id,
-        "name": row.name,
-        "problem": row.problem,
-        "joints": row.joints,
-        "modified": utc_time(row.modified),
-        "links": {
-            step: experiment_link(row.id, step) for step in ("model", "missing", "results", "sessions")
-        },
-        "sessions": 0,
-        "cut_off": 0,
-        "payloads": [],
-        "model": None,
-        "error": None,
-        "validation": None,
-        "verdict": None,
-    }
+@dataclass(frozen=True)
+class ExperimentLine:
+    """An experiment in the list; of one whose file is wrong no more than that is known.
+
+    sessions, cut_off : how many were measured, and how many were cut off
+    model, error      : the current model in words, and its relative error; None before the first
+    """
+
+    id: str
+    name: str
+    problem: str | None
+    joints: list[str]
+    modified: datetime | None
+    links: dict[str, str]
+    sessions: int = 0
+    cut_off: int = 0
+    payloads: tuple[str, ...] = ()
+    model: str | None = None
+    error: float | None = None
+    validation: float | None = None
+    verdict: str | None = None
+
+
+def _row(service: Service, row: ExperimentRow) -> ExperimentLine:
+    links = {step: experiment_link(row.id, step) for step in ("model", "missing", "results", "sessions")}
+    shown = ExperimentLine(row.id, row.name, row.problem, row.joints, utc_time(row.modified), links)
     if row.problem:
         return shown
     sessions = service.experiments.sessions(row.id)
-    shown["sessions"] = sum(session.file is not None for session in sessions)
-    shown["cut_off"] = sum(session.state == RECORDING for session in sessions)
-    shown["payloads"] = list(dict.fromkeys(session.payload.name for session in sessions))
+    shown = replace(
+        shown,
+        sessions=sum(session.file is not None for session in sessions),
+        cut_off=sum(session.state == RECORDING for session in sessions),
+        payloads=tuple(dict.fromkeys(session.payload.name for session in sessions)),
+    )
     stored = ModelStory(service.experiments.folder(row.id))
     current = stored.read().current
     if current is None:
         return shown
-    diagnosis = stored.diagnosis(current.id)
-    return shown | {
-        "model": " + ".join([current.model, *current.add]),
-        "error": current.fit.relative_error,
-        "validation": current.fit.relative_error_validation,
-        "verdict": _worst(diagnosis),
-    }
+    return replace(
+        shown,
+        model=" + ".join([current.model, *current.add]),
+        error=current.fit.relative_error,
+        validation=current.fit.relative_error_validation,
+        verdict=_worst(stored.diagnosis(current.id)),
+    )
 
 
 def _worst(diagnosis: DiagnosisDocument | None) -> str | None:

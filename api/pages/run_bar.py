@@ -3,13 +3,13 @@
 from typing import Any
 
 from fastapi import APIRouter, Request
+from pydantic import BaseModel
 
 from api.pages.number_format import duration
 from api.pages.rendering import PREFIX, Context
 from api.pages.rig_users import onlooker_words
 from api.pages.session_words import NO_SESSION, STATES
 from api.service import access
-from api.service.accounts import User
 from api.service.homings import HomingRun
 from api.service.service import Service
 from api.service.stop_requests import everything_stopped
@@ -17,12 +17,55 @@ from api.service.stop_requests import everything_stopped
 router = APIRouter(prefix=PREFIX, include_in_schema=False)
 
 
+class RunState(BaseModel):
+    """What every page shows of what moves, and of what a person must do at once."""
+
+    running: bool = False
+    rig: str | None = None
+    title: str = ""
+    detail: str = ""
+    left: str = ""
+    """how long still"""
+    fraction: float = 0.0
+    """of the plan, 0 to 1"""
+    note: str = ""
+    rig_state: str = "good"
+    rig_words: str = NO_SESSION.short
+    onlookers: str = ""
+    alarms: list[str]
+    """a line for each rig"""
+
+
 @router.get("/run-state")
-def run_state(request: Request, user: access.Viewer) -> Context:
+def run_state(request: Request, user: access.Viewer) -> RunState:
     """Whether a rig moves, how long still, who operates it and who watches, and what a person must do at once; asked for by
     every page once a second."""
     service = access.service_of(request)
-    return _run_state(service, user) | {"alarms": alarm_lines(service)}
+    for rig in service.rigs.files():
+        service.operators.watch(rig, user)
+    alarms = alarm_lines(service)
+    active = service.sessions.under_way()
+    if active is None:
+        homing = service.homings.under_way()
+        return (
+            RunState(alarms=alarms) if homing is None else _homing_state(service, homing, user.name, alarms)
+        )
+    progress = active.payload_session.progress
+    state = STATES[active.state]
+    left = seconds_left(progress)
+    return RunState(
+        running=True,
+        rig=active.rig,
+        title=state.long,
+        detail=f"{active.experiment_name}, {active.id}, by {active.user}",
+        left="" if left is None else f"{duration(left)} left",
+        fraction=progress.fraction,
+        note="Stops the motion at once, without confirmation. Everything measured is kept.",
+        rig_state=state.kind,
+        rig_words=state.short,
+        onlookers=onlooker_words(service, active.rig, user.name),
+        alarms=alarms,
+    )
 
 
 def alarm_lines(service: Service) -> list[str]:
@@ -30,46 +73,18 @@ def alarm_lines(service: Service) -> list[str]:
     return [f"{rig}: {alarm}" for rig, alarm in sorted(service.sessions.alarms().items())]
 
 
-def _run_state(service: Service, user: User) -> Context:
-    for rig in service.rigs.files():
-        service.operators.watch(rig, user)
-    active = service.sessions.under_way()
-    if active is None:
-        homing = service.homings.under_way()
-        if homing is not None:
-            return _homing_state(service, homing, user.name)
-        nothing = NO_SESSION.short
-        return {"running": False, "rig": None, "rig_state": "good", "rig_words": nothing, "onlookers": ""}
-    progress = active.payload_session.progress
-    state = STATES[active.state]
-    left = seconds_left(progress)
-    return {
-        "running": True,
-        "rig": active.rig,
-        "title": state.long,
-        "detail": f"{active.experiment_name}, {active.id}, by {active.user}",
-        "left": "" if left is None else f"{duration(left)} left",
-        "fraction": progress.fraction,
-        "note": "Stops the motion at once, without confirmation. Everything measured is kept.",
-        "rig_state": state.kind,
-        "rig_words": state.short,
-        "onlookers": onlooker_words(service, active.rig, user.name),
-    }
-
-
-def _homing_state(service: Service, homing: HomingRun, own_name: str) -> Context:
-    return {
-        "running": True,
-        "rig": homing.rig,
-        "title": f"{homing.joint} is being homed",
-        "detail": f"{homing.rig}, by {homing.operator}",
-        "left": "",
-        "fraction": 0.0,
-        "note": "Stops the motion at once, without confirmation.",
-        "rig_state": "warn",
-        "rig_words": "Homing",
-        "onlookers": onlooker_words(service, homing.rig, own_name),
-    }
+def _homing_state(service: Service, homing: HomingRun, own_name: str, alarms: list[str]) -> RunState:
+    return RunState(
+        running=True,
+        rig=homing.rig,
+        title=f"{homing.joint} is being homed",
+        detail=f"{homing.rig}, by {homing.operator}",
+        note="Stops the motion at once, without confirmation.",
+        rig_state="warn",
+        rig_words="Homing",
+        onlookers=onlooker_words(service, homing.rig, own_name),
+        alarms=alarms,
+    )
 
 
 @router.post("/stop")

@@ -1,5 +1,6 @@
 """New session, second half: check, weigh, confirm, arm, start; one step at a time, each said in words."""
 
+from dataclasses import dataclass
 from typing import Annotated
 
 from fastapi import APIRouter, Form, Request
@@ -152,21 +153,33 @@ def _state_without_processes(row: SessionRow) -> SessionState:
     return state if state.ended or row.file is not None else SessionState.NEW
 
 
-def _proof(service: Service, row: SessionRow) -> Context | None:
+@dataclass(frozen=True)
+class ProofRun:
+    """A run of a proof: what it sends, and in words what is to be known of that before it moves."""
+
+    number: str
+    link: str
+    sends: bool
+    part: str
+    share: float
+    words: tuple[str, ...]
+
+
+def _proof(service: Service, row: SessionRow) -> ProofRun | None:
     """What the operator must know of a drive of a proof before it moves; None for a session of the experiment itself."""
     drive = drive_of_proof(row)
     if drive is None:
         return None
     number, which = drive
     state = service.proofs.get(row.experiment, number)
-    return {
-        "number": number,
-        "link": experiment_link(row.experiment, f"proofs/{number}"),
-        "sends": which == "with",
-        "part": "its friction alone" if state.settings.part == "friction" else "the whole model",
-        "share": state.settings.share,
-        "words": service.proofs.words(row.experiment, number) if which == "with" else (),
-    }
+    return ProofRun(
+        number=number,
+        link=experiment_link(row.experiment, f"proofs/{number}"),
+        sends=which == "with",
+        part=("its friction alone" if state.settings.part == "friction" else "the whole model"),
+        share=state.settings.share,
+        words=(service.proofs.words(row.experiment, number) if which == "with" else ()),
+    )
 
 
 def _steps(request: Request, user: User, experiment: str, session: str) -> Context:
