@@ -128,17 +128,24 @@ def known_of(record: str) -> tuple[tuple[str, ...], ...]:
 
 
 def _scaled(case: PlasmodeCase, times: float) -> float | None:
-    """The strength that adds this much to what the usual model leaves; None where that model takes up nearly all of it."""
+    """The strength that adds this much to what the usual model leaves; None where that model takes up nearly all of it.
+
+    What is left is linear in the torque, r + s e. Tried with either sign, the product of what the machine leaves and what
+    the effect adds falls out: the strength is that of e, whether the machine has something of this shape of its own or not.
+    """
     plain = _left(data() / case.record, case.joint)
     ((name, _),) = case.effects.items()
     trial = TRIAL * plain[1]
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = with_effect(case.record, case.joint, name, trial, case.form, Path(scratch, "experiment"))
-        left = _left(folder, case.joint)[0]
-    excess = left**2 - plain[0] ** 2
-    if excess < (0.1 * trial) ** 2:
+    power = -(plain[0] ** 2)
+    for sign in (1.0, -1.0):
+        with tempfile.TemporaryDirectory() as scratch:
+            folder = with_effect(
+                case.record, case.joint, name, sign * trial, case.form, Path(scratch, "experiment")
+            )
+            power += 0.5 * _left(folder, case.joint)[0] ** 2
+    if power < (0.1 * trial) ** 2:
         return None
-    return float(trial * times * plain[0] / np.sqrt(excess))
+    return float(trial * times * plain[0] / np.sqrt(power))
 
 
 def _left(folder: Path, joint: int) -> tuple[float, float]:

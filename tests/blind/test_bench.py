@@ -12,6 +12,7 @@ from identify.recording import load_experiment
 from identify.recording.errors import InputError
 from identify.results.diagnosis import DiagnosisDocument, JointDiagnosis
 from identify.results.next_experiment import Proposal
+from tests.blind import plasmodes
 from tests.blind.__main__ import part_of, recorded, run
 from tests.blind.arms import ArmCase
 from tests.blind.loops import LoopCase, draw_loop, with_effects
@@ -133,6 +134,25 @@ def test_a_plasmode_changes_the_command_by_the_effect_and_nothing_else(tmp_path,
     for old, new in pairs:
         np.testing.assert_array_equal(old.position, new.position)
         np.testing.assert_array_equal(old.time, new.time)
+
+
+@pytest.mark.parametrize("alike", [-0.4, 0.0, 0.4])
+def test_the_strength_of_a_plasmode_is_what_its_effect_leaves_whatever_the_machine_has_of_its_own(
+    monkeypatch, alike
+):
+    own = np.array([3.0, 0.0])
+    effect = 0.8 * np.array([alike, np.sqrt(1 - alike**2)])  # what the model leaves of one newton metre
+    put_in = []
+    monkeypatch.setattr(plasmodes, "with_effect", lambda *case: put_in.append(case[3]))
+
+    def left(folder, joint):
+        strength = put_in[-1] if folder is None else 0.0
+        return float(np.linalg.norm(own + strength * effect)), 10.0
+
+    monkeypatch.setattr(plasmodes, "_left", left)
+    case = plasmodes.PlasmodeCase("plasmode weak", 1, "emps", 0, {"joint-spring": 1.0}, 0.5)
+    strength = plasmodes._scaled(case, 0.6)
+    assert strength == pytest.approx(0.6 * 3.0 / 0.8)
 
 
 def arm_case(effects):
