@@ -31,7 +31,7 @@ LINKS_ALONE = (
 )
 
 
-MemoryKind = Literal["presliding", "play"]
+MemoryKind = Literal["fading", "play"]
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Memory:
 
     effect   : that it belongs to
     row      : the joint
-    kind     : "presliding", from -1 to 1, which fades towards the direction of travel over `distance`; or "play", a link's place
+    kind     : "fading", from -1 to 1, which goes towards the direction of travel over `distance`; or "play", a link's place
         in a gap of the width `distance`, from -0.5 to 0.5, which moves against the travel
     distance : rad or m
     """
@@ -243,7 +243,7 @@ def exported_model(result: Identification) -> ExportedModel:
 def _memory(effect: str, row: int, constants: Mapping[str, float]) -> Memory | None:
     """The state that an effect with these constants has."""
     if "presliding_distance" in constants:
-        return Memory(effect, row, "presliding", constants["presliding_distance"])
+        return Memory(effect, row, "fading", constants["presliding_distance"])
     if "play" in constants:
         return Memory(effect, row, "play", constants["play"])
     return None

@@ -45,7 +45,7 @@ def model_document(model: ExportedModel) -> ExportedModelDocument:
                 motor=geometry.names[torque.motor],
                 formulas=torque.formulas,
                 values=torque.values,
-                presliding_distance=_distance(torque, "presliding"),
+                presliding_distance=_distance(torque, "fading"),
                 play=_distance(torque, "play"),
                 derivative=torque.derivative,
             )
