@@ -321,7 +321,7 @@ def next_folder(experiment: Path) -> Path:
 
 def proof_folders(experiment: Path) -> list[Path]:
     """Folders of an experiment's proofs, in their order."""
-    folders = [path for path in (experiment / FOLDER).glob("[0-9]*") if path.name.isdigit()]
+    folders = [path for path in (experiment / FOLDER).glob("[0-9]*") if path.name.isdecimal()]
     return sorted(folders, key=lambda path: int(path.name))
 
 

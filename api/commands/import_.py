@@ -356,7 +356,7 @@ def _in_order(given: list[str], letter: str, option: str) -> tuple[str, ...]:
     for place, item in enumerate(given, start=1):
         label, sign, column = item.partition("=")
         digits = label.removeprefix(letter)
-        if sign and digits.isdigit():
+        if sign and digits.isdecimal():
             place, item = int(digits), column
         if place in numbered:
             raise InputError(f"{option}: joint {place} is given twice")

@@ -48,7 +48,7 @@ def chosen_model(stored: StoredExperiment, number: str | None) -> ShownModel | N
     """A version by its id (`m2`) or by its place (`2`); None for none. Raises the problem 404."""
     if not number:
         return None
-    if number.isdigit():
+    if number.isdecimal():
         if not 1 <= int(number) <= len(stored.story.versions):
             raise Problem(404, f"The experiment has no model {number}.")
         return stored.model(stored.story.versions[int(number) - 1].id)

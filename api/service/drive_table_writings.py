@@ -218,7 +218,7 @@ class DriveTableWritings:
 
     def _files(self, experiment: str) -> list[Path]:
         files = (self._experiments.folder(experiment) / FOLDER).glob("[0-9]*.json")
-        return sorted((file for file in files if file.stem.isdigit()), key=lambda file: int(file.stem))
+        return sorted((file for file in files if file.stem.isdecimal()), key=lambda file: int(file.stem))
 
     def _next_file(self, experiment: str) -> Path:
         folder = self._experiments.folder(experiment) / FOLDER

@@ -99,7 +99,7 @@ class ForeignTable:
 
     def place(self, name: str, used_for: str) -> int:
         """The place of the column of a name, from 0; as `column`."""
-        numbered = name.startswith("#") and name[1:].isdigit() and not self.has(name)
+        numbered = name.startswith("#") and name[1:].isdecimal() and not self.has(name)
         if numbered and 1 <= int(name[1:]) <= len(self.columns):
             return int(name[1:]) - 1
         wanted = name.strip()

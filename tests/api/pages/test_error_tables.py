@@ -7,7 +7,6 @@ import pytest
 
 from api.pages import error_tables
 from api.pages.error_tables import by_payload, by_power_sign, by_session, by_speed, error_sums, files_in_fit
-from api.pages.joint_samples import every_few
 from api.service.stored_samples import COLUMNS, StoredSamples
 from tests.api.made_samples import made_samples
 
@@ -73,11 +72,3 @@ def test_a_joint_that_never_moved_has_no_error(parts) -> None:
     resting = {file: replace(part, moving=np.zeros_like(part.moving)) for file, part in parts.items()}
     sums = error_sums(resting, FILES)
     assert [row.errors for row in by_speed([sums, sums], FILES)] == [(None, None)] * 3
-
-
-def test_thinned_parts_are_thinned_as_one() -> None:
-    rows = every_few([10, 2, 0, 9], at_most=6)
-    everything = np.arange(21)
-    parts = np.split(everything, [10, 12, 12])
-    kept = np.concatenate([part[each] for part, each in zip(parts, rows, strict=True)])
-    assert kept.tolist() == everything[::4].tolist()

@@ -5,8 +5,6 @@ import re
 import pytest
 
 from api.pages.figures.step_chart import ModelStep, draw_step_chart
-from api.pages.motion_table import certificate_words
-from identify.results.certificate import Certificate, JointCertificate
 
 
 def computed(client, finished, address):
@@ -75,38 +73,6 @@ def test_an_export_is_made_when_asked_for_and_can_be_taken_with_its_certificate(
     text = client.get(address).text
     assert text.count("Payload-mass was estimated beside the model") == 1
     assert "data-export-remarks" in text
-
-
-def test_a_certificate_is_said_in_sentences():
-    certificate = Certificate(
-        target="arm.urdf",
-        kind="URDF",
-        experiment="e",
-        model="usual",
-        joints=(
-            JointCertificate(
-                joint="j1",
-                kept=("rigid body",),
-                approximated=("load-friction",),
-                lost=("offset",),
-                relative_error_model=0.04,
-                relative_error_export=0.05,
-            ),
-        ),
-        checked_with="the file read back",
-        remarks=("a URDF does not say which way gravity points",),
-    )
-    assert certificate_words(certificate) == [
-        "Checked with the file read back.",
-        "j1: relative error of the model 4.00\u202f%, of the file 5.00\u202f%; approximated: load-friction; lost: offset.",
-        "A URDF does not say which way gravity points.",
-    ]
-    joint = certificate.joints[0].changed(relative_error_export=None)
-    unmeasured = certificate.changed(joints=(joint,), not_measured="there is no C compiler")
-    assert certificate_words(unmeasured)[:2] == [
-        "Not measured: there is no C compiler.",
-        "j1: relative error of the model 4.00\u202f%, of the file not measured; approximated: load-friction; lost: offset.",
-    ]
 
 
 @pytest.mark.parametrize("worse", [True, False])

@@ -47,7 +47,7 @@ def test_a_column_is_found_by_its_number_from_one_unless_that_is_a_name():
     assert made.place("#1", "x") == 0
     assert made.place("#2", "x") == 1
     assert table(column("b"), column("#1")).place("#1", "x") == 1
-    for name in ("#0", "#3", "#"):
+    for name in ("#0", "#3", "#", "#²"):
         assert f"there is no column '{name}' for the time; there are #1, b" in refusal(
             made.place, name, "the time"
         )
