@@ -99,28 +99,39 @@ def export(
 def checked_target(target: Path) -> str:
     """The ending of a target.
 
-    Raises InputError: there is no such format, no folder to write to, a folder stands where a file is to be written, or
-        C could not include the header.
+    Raises InputError: there is no such format, no folder to write to, something else than a file stands where one is to be
+        written, or C could not include the header.
     """
     if target.suffix not in KINDS:
         listed = ", ".join(f"{ending} ({kind})" for ending, kind in KINDS.items())
         raise InputError(f"{target}: a model is written as {listed}")
-    if not target.resolve().parent.is_dir():
-        raise InputError(f"{target}: there is no folder {target.resolve().parent}")
-    if not os.access(target.resolve().parent, os.W_OK):
-        raise InputError(f"{target}: the folder {target.resolve().parent} cannot be written to")
+    folder = target.parent.resolve()
+    if not folder.is_dir():
+        raise InputError(f"{target}: there is no folder {folder}")
+    if not os.access(folder, os.W_OK):
+        raise InputError(f"{target}: the folder {folder} cannot be written to")
     if target.suffix == ".c" and (not target.stem.isprintable() or set(target.stem) & set('"\\')):
         raise InputError(f"{target}: C cannot include a header of this name; use letters, digits and '_'")
     beside = [_certificate_of(target)]
     if target.suffix == ".c":
         beside.append(target.with_suffix(".h"))
-    try:
-        folders = [written for written in (target, *beside) if written.is_dir()]
-    except OSError as problem:
-        raise InputError(f"{target}: cannot be written: {problem.strerror}") from problem
-    if folders:
-        raise InputError(f"{folders[0]}: is a folder, but a file of this name is to be written")
+    for written in (target, *beside):
+        _require_room_for_a_file(written)
     return target.suffix
+
+
+def _require_room_for_a_file(file: Path) -> None:
+    """Raises InputError: something else than a file stands there, or the name is none. A link is not followed: the certificate
+    and the header would not stand beside the file that it leads to."""
+    try:
+        if file.is_symlink():
+            raise InputError(f"{file}: is a link to {file.readlink()}; name the file itself, or another")
+        if file.is_dir():
+            raise InputError(f"{file}: is a folder, but a file of this name is to be written")
+        if file.exists() and not file.is_file():
+            raise InputError(f"{file}: is no file, but a file of this name is to be written")
+    except OSError as problem:
+        raise InputError(f"{file}: cannot be written: {problem.strerror}") from problem
 
 
 def require_no_other_s_file(target: Path) -> None:
@@ -140,7 +151,10 @@ def _certificate_of(target: Path) -> Path:
 
 
 def write_export(result: Identification, target: Path) -> Certificate:
-    """Write an identified model to `target` and its certificate beside it; both or, on an error, neither."""
+    """Write an identified model to `target` and its certificate beside it; both or, on an error, neither.
+
+    Raises InputError: as `checked_target`, the disk is full, or a file is not what it must be.
+    """
     ending = checked_target(target)
     model = exported_model(result)
     if ending.removeprefix(".") in WRITERS:
@@ -148,18 +162,18 @@ def write_export(result: Identification, target: Path) -> Certificate:
     else:
         made = _code(model, target, ending)
     try:
-        workspace = tempfile.TemporaryDirectory(dir=target.resolve().parent, prefix=".coulomb-export-")
+        with tempfile.TemporaryDirectory(dir=target.parent, prefix=".coulomb-export-") as workspace:
+            folder = Path(workspace)
+            for name, content in made.files.items():
+                (folder / name).write_bytes(content.encode() if isinstance(content, str) else content)
+            measured = _measured(result, model, folder / target.name)
+            certificate = _certificate(result, model, target, made, measured)
+            name = _certificate_of(target).name
+            (folder / name).write_text(certificate.json_text(indent=1) + "\n", encoding="utf-8")
+            for written in (*made.files, name):
+                (folder / written).replace(target.parent / written)
     except OSError as problem:
-        raise InputError(f"{target}: cannot be written: {problem.strerror}") from problem
-    with workspace as folder:
-        for name, content in made.files.items():
-            (Path(folder) / name).write_bytes(content.encode() if isinstance(content, str) else content)
-        measured = _measured(result, model, Path(folder) / target.name)
-        certificate = _certificate(result, model, target, made, measured)
-        name = _certificate_of(target).name
-        (Path(folder) / name).write_text(certificate.json_text(indent=1) + "\n", encoding="utf-8")
-        for written in (*made.files, name):
-            (Path(folder) / written).replace(target.resolve().parent / written)
+        raise InputError(f"{target}: cannot be written: {problem.strerror or problem}") from problem
     return certificate
 
 

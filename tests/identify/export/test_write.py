@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from dataclasses import replace
 
 import pytest
@@ -61,6 +63,33 @@ def test_a_target_that_cannot_be_written_is_refused_before_anything_is(plant, tm
     with pytest.raises(InputError, match="is a folder" if folder else "include|cannot be written"):
         write_export(identify(plant, "usual"), tmp_path / target)
     assert [path.name for path in tmp_path.iterdir()] == ([folder] if folder else [])
+
+
+@pytest.mark.parametrize("linked", ["arm.py", "arm.py.certificate.json"])
+def test_a_link_is_not_followed(plant, tmp_path, linked):
+    """Its certificate would stand elsewhere, or what it leads to would be written over."""
+    (tmp_path / "project").mkdir()
+    (tmp_path / linked).symlink_to(tmp_path / "project" / "controller")
+    with pytest.raises(InputError, match=r"is a link to .*controller; name the file itself"):
+        export(plant, tmp_path / "arm.py")
+    assert not list((tmp_path / "project").iterdir())
+
+
+def test_what_is_no_file_is_not_written_over(plant, tmp_path):
+    os.mkfifo(tmp_path / "arm.py")
+    with pytest.raises(InputError, match=r"arm.py: is no file"):
+        export(plant, tmp_path / "arm.py")
+
+
+def test_a_full_disk_names_the_target_and_leaves_nothing(plant, tmp_path, monkeypatch):
+    def full(self, *_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    result = identify(plant, "usual")
+    monkeypatch.setattr("pathlib.Path.write_bytes", full)
+    with pytest.raises(InputError, match=r"arm.py: cannot be written: No space left on device"):
+        write_export(result, tmp_path / "arm.py")
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(("target", "there"), [("arm.urdf", "arm.urdf"), ("arm.c", "arm.h")])
