@@ -9,6 +9,8 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from identify.recording.experiment_file import Number
+
 
 class JointController(BaseModel):
     """Gains of one joint, or of the motor that drives it; the command's unit is that of the recorded command."""
@@ -19,21 +21,21 @@ class JointController(BaseModel):
     """name of the joint"""
     reference: str | None = None
     """column of the joint's reference position, rad or m; `qref` and the joint's number if not said"""
-    position: float
+    position: Number
     """k_p, command per rad or m"""
-    velocity: float
+    velocity: Number
     """k_v, command per rad/s or m/s"""
-    reference_velocity: float = 0.0
+    reference_velocity: Number = 0.0
     """k_r, command per rad/s or m/s of the reference's velocity"""
-    reference_acceleration: float = 0.0
+    reference_acceleration: Number = 0.0
     """k_a, command per rad/s² or m/s² of the reference's acceleration"""
-    reference_travel: float = 0.0
+    reference_travel: Number = 0.0
     """k_t, command per rad or m that the reference has moved since the beginning"""
-    integral: float = 0.0
+    integral: Number = 0.0
     """k_i, command per rad s or m s"""
-    offset: float = 0.0
+    offset: Number = 0.0
     """v_0, command"""
-    limit: Annotated[float, Field(gt=0)] | None = None
+    limit: Annotated[Number, Field(gt=0)] | None = None
     """largest command, either way"""
 
 

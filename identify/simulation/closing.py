@@ -18,6 +18,7 @@ from identify.simulation.controller import (
     controllers_of,
     read_controllers,
     reference_columns,
+    require_restoring,
 )
 
 
@@ -54,8 +55,8 @@ def loop_asked_for(result: Identification, controller: ControllerFile | Path | s
     controller : gains; a YAML file of them; "estimate"; "drives"; "torque"; or None, for "drives" where the recordings hold
                  their gains
 
-    Raises InputError: the file is wrong, other joints than the robot's are named, a session has no column of the reference, or
-        no gains of drives are known.
+    Raises InputError: the file is wrong, other joints than the robot's are named, a gain drives its joint away from the
+        reference, a session has no column of the reference, or no gains of drives are known.
     """
     experiment, names = result.experiment, result.fitted.record.joint_names
     if controller in (None, OF_DRIVES):
@@ -77,6 +78,7 @@ def loop_asked_for(result: Identification, controller: ControllerFile | Path | s
         declared = controller if given else read_controllers(Path(controller))
         source = "the controller's gains" if given else controller
         controllers = controllers_of(declared, names, experiment.drive_gain, source)
+        require_restoring(controllers, experiment.drive_gain, source)
         loop = Loop(
             "file",
             reference_columns(controllers.listed),

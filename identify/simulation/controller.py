@@ -164,6 +164,18 @@ def controllers_of(
     return Controllers(listed, reference_columns(listed), turns)
 
 
+def require_restoring(controllers: Controllers, drive_gain: Array, source: Path | str) -> None:
+    """Raises InputError: a joint's position gain, with the drive gain g_f that turns its command into torque, drives it away from
+    its reference. No machine moves so: the sign of one of them is wrong."""
+    for joint, gains in enumerate(controllers.listed):
+        gain = float(drive_gain[joint, joint])
+        if gains.position * gain < 0.0:
+            raise InputError(
+                f"{source}: joint '{gains.joint}': position {gains.position:g} drives it away from its reference; its drive gain"
+                f" is {gain:g}, so that position must be {'positive' if gain > 0 else 'negative'}"
+            )
+
+
 def reference_columns(listed: tuple[JointController, ...]) -> tuple[str, ...]:
     """The columns that hold the joints' reference positions."""
     return tuple(controller.reference or f"qref{index + 1}" for index, controller in enumerate(listed))

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.recording import InputError
 from identify.simulation.controller import Controllers
 from identify.simulation.forward_dynamics import Integrator, RigidTransmissions
 from identify.simulation.measured_motion import LARGEST_STEP, MeasuredMotion
@@ -26,6 +27,9 @@ STEPS_PER_RADIAN_OF_LINKS = 2
 
 LARGEST_DECAY = 1.0
 """part of its speed that a velocity loop, whose torque is held over a step, may take away within it; beyond 2 it would grow"""
+
+FASTEST_LOOP = 3e4
+"""rad/s: a velocity loop cannot be faster than the drive's current loop in it, which is closed some 16 000 times a second"""
 
 DIVERGED = 1.0
 """ranges of a joint's recorded positions; a simulation that is further off than this says nothing more"""
@@ -119,7 +123,7 @@ def roll_out(
     controllers    : close the loop with these instead of the recorded torque
     stop_when_lost : end early once every window is further off than its joint's range of motion
     begin          : the state to begin with; the measured one if not given
-    Raises ValueError: a window would end behind the motion.
+    Raises ValueError: a window would end behind the motion. Raises InputError: gains that no drive can have.
     """
     first = np.asarray(starts, np.intp)
     if len(first) == 0 or first.min() < 0 or first.max() + samples > len(motion):
@@ -292,7 +296,10 @@ def _memory_at(
 def _parts_of_sample(
     model: TorqueModel, windows: Windows, period: float, controllers: Controllers | None
 ) -> int:
-    """Steps of integration for one sample of the record."""
+    """Steps of integration for one sample of the record.
+
+    Raises InputError: the velocity loops of these controllers are faster than those of drives.
+    """
     fastest = 1.0 / LARGEST_STEP
     if not model.stateful and not model.gives and controllers is None:
         return max(1, math.ceil(period * fastest - 1e-9))
@@ -309,5 +316,11 @@ def _parts_of_sample(
     if controllers is not None:
         damping = controllers.damping(model.fitted.record.experiment.drive_gain)
         rates = np.linalg.eigvals(np.linalg.solve(slope, np.broadcast_to(damping, slope.shape)))
-        fastest = max(fastest, float(np.max(np.abs(rates))) / LARGEST_DECAY)
+        rate = float(np.max(np.abs(rates)))
+        if rate > FASTEST_LOOP:
+            raise InputError(
+                f"the controllers' gains make a velocity loop of {rate:.3g} rad/s, and no drive's is beyond"
+                f" {FASTEST_LOOP:g}: velocity is in units of the recorded command per rad/s or m/s"
+            )
+        fastest = max(fastest, rate / LARGEST_DECAY)
     return max(1, math.ceil(period * fastest - 1e-9))

@@ -172,11 +172,18 @@ def simulated(
                 for each in free_motions(entry.file, float(record.facts(entry).start), runs, usual_runs):
                     keep(each)
             if sums is None:
-                remarks.append(f"{entry.file}: shorter than the horizon of {horizon:g} s, left out there")
+                what = "a sample is longer" if _within_a_sample(horizon, motions[entry.file]) else "shorter"
+                remarks.append(f"{entry.file}: {what} than the horizon of {horizon:g} s, left out there")
                 continue
             by_role.setdefault(cast(Role, entry.role), []).append((entry, sums, beside))
         horizon_errors += [_horizon_errors(result, horizon, role, listed) for role, listed in by_role.items()]
     if not horizon_errors:
+        every = [motion for session_motions in motions.values() for motion in session_motions]
+        if _within_a_sample(max(horizons, default=None), every):
+            raise InputError(
+                f"--horizon {max(horizons):g}: ends before the next sample; must be"
+                f" {min(motion.period for motion in every):.3g} s or more"
+            )
         longest = max(
             (len(each) * each.period for session_motions in motions.values() for each in session_motions),
             default=0.0,
@@ -246,6 +253,11 @@ def _unseen(result: Identification, usual: Identification | None) -> UnseenMotio
     return None if errors is None else errors.document(result.fitted.record, beside)
 
 
+def _within_a_sample(horizon: float | None, motions: Sequence[MeasuredMotion]) -> bool:
+    """Whether windows of this length end before the next sample of all these motions, so that nothing is predicted."""
+    return horizon is not None and all(round(horizon / motion.period) < 1 for motion in motions)
+
+
 def _session_errors(
     fitted: FittedModel,
     entry: SessionEntry,
@@ -261,8 +273,8 @@ def _session_errors(
     model = TorqueModel(fitted, entry)
     sums: _Sums | None = None
     for motion in motions:
-        samples = len(motion) if horizon is None else max(2, round(horizon / motion.period) + 1)
-        if samples > len(motion):
+        samples = len(motion) if horizon is None else round(horizon / motion.period) + 1
+        if not 1 < samples <= len(motion):
             continue
         starts = window_starts(len(motion), samples, MOST_WINDOWS)
         if horizon is None:

@@ -17,6 +17,14 @@ from identify.simulation.controller import read_controllers
         ("joints: 5\n", "line 1: joints: must be a list"),
         ("format: 1\njoints: []\n", "line 1: format: unknown field"),
         ("joints: []\n", "joints: at least 1 is needed"),
+        (
+            "joints:\n  - {joint: j1, position: .nan, velocity: 1}\n",
+            "joints[0].position: input should be a finite number",
+        ),
+        (
+            "joints:\n  - {joint: j1, position: 1, velocity: true}\n",
+            "joints[0].velocity: input should be a valid number",
+        ),
         ("joints:\n  - {joint: j1}\n  - {joint: 3.5}\n", "line 2: joints[0].position: is missing"),
     ],
 )

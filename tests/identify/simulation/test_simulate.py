@@ -11,6 +11,7 @@ import pytest
 
 from identify import load_experiment, simulate
 from identify.recording import InputError
+from identify.recording.controller_file import ControllerFile, JointController
 from tests.plants.single_joint import record, write_experiment
 
 
@@ -89,6 +90,32 @@ def test_with_the_known_controller_the_emps_drive_stays_on_its_reference(emps, t
 def test_a_horizon_that_is_no_time_is_refused(stribeck, horizon):
     with pytest.raises(InputError, match="--horizon"):
         simulate(load_experiment(stribeck), "usual", [], [horizon])
+
+
+def test_a_horizon_within_a_sample_is_refused_or_left_out(stribeck):
+    experiment = load_experiment(stribeck)
+    with pytest.raises(
+        InputError, match=r"--horizon 1e-09: ends before the next sample; must be 0.00\d* s or more"
+    ):
+        simulate(experiment, "usual", [], [1e-9], free_run=False)
+    document = simulate(experiment, "usual", [], [1e-9, 0.5], free_run=False)
+    assert {each.horizon for each in document.horizons} == {0.5}
+    assert any(
+        "a sample is longer than the horizon of 1e-09 s, left out" in said for said in document.remarks
+    )
+
+
+@pytest.mark.parametrize(
+    ("gains", "said"),
+    [
+        ({"position": -9e3, "velocity": 50.0}, "'slide': position -9000 drives it away.*must be positive"),
+        ({"position": 4e4, "velocity": 1e12}, "velocity loop of .* rad/s, and no drive's is beyond"),
+    ],
+)
+def test_gains_that_no_machine_has_are_refused(emps, gains, said):
+    controllers = ControllerFile(joints=(JointController(joint="slide", **gains),))
+    with pytest.raises(InputError, match=said):
+        simulate(load_experiment(emps), "usual", [], [0.1], controllers, free_run=False)
 
 
 @pytest.mark.parametrize(
