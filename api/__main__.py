@@ -1,5 +1,5 @@
 """`python -m api` is the command `coulomb`."""
 
-from api.command_line import main
+from api.command_line import run
 
-main()
+run()

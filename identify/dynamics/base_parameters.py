@@ -29,7 +29,7 @@ DEPENDENCE_TOLERANCE = 1e-8
 offset of a tenth of a millimetre leaves 1e-4."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BaseParameters:
     """The base parameters of a robot and their regressor.
 

@@ -65,7 +65,7 @@ class RobotDescription(Protocol):
         ...
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Geometry:
     """Frames of a serial robot, base to tip, one array entry per joint.
 

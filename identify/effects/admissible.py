@@ -18,7 +18,7 @@ STEADY_SPEEDS = (1, 3, 5, 7)
 """Which of `JointSummary.speed_quantiles` (2, 10, 50, 90 %) friction must dissipate at, beside standstill and top speed."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Admissible:
     """What the parameters of some columns can be: lower ≤ χ ≤ upper and matrix · χ ≥ least.
 
@@ -157,10 +157,10 @@ def own_values(term: Term, constants: Mapping[str, float], count: int, summary: 
 
 def steady_states(summary: JointSummary) -> Array:
     """States of steady motion that span what a joint's record shows, (states, 6): |q̇|, sign(q̇), τ_out, q, t, T."""
-    speeds = np.unique([0.0, *summary.speed_quantiles[list(STEADY_SPEEDS)], summary.maximum_speed])
+    speeds = sorted({0.0, *summary.speed_quantiles[list(STEADY_SPEEDS)], summary.maximum_speed})
     largest = max(abs(summary.load_range[0]), abs(summary.load_range[1]), 1e-9)
     # just beside zero load too: there friction that depends on the load's sign alone is on its own
-    loads = np.unique([*summary.load_range, -1e-6 * largest, 1e-6 * largest])
+    loads = sorted({*summary.load_range, -1e-6 * largest, 1e-6 * largest})
     temperature = summary.temperature_range or (20.0,)
     times = (0.0, max(summary.session_durations, default=0.0))
     sides = (speeds, (-1.0, 1.0), loads, summary.position_quantiles, times, temperature)

@@ -15,7 +15,7 @@ LEAST_SHARE = 0.1
 MOST_ITERATIONS = 60
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class JointCourse:
     """What a joint did over a stretch of a record; (samples,), SI units.
 

@@ -43,7 +43,7 @@ class BlockMemory:
         self._kept.clear()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class JointMotion:
     """One block of motion as an effect of one joint sees it; arrays are (samples,), SI units, full rate.
 
@@ -113,7 +113,7 @@ class JointMotion:
         return self.payload_columns_of()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class JointSummary:
     """What is known of one joint over the whole record before any effect is tried."""
 

@@ -69,7 +69,7 @@ def admissible_fit(observation: Observation, fit: LeastSquares, admissible: Admi
     if not len(columns):
         return fit
     # a column that the data do not show has no value that a relation could hold against others
-    unseen = np.setdiff1d(np.arange(len(fit.chi)), columns)
+    unseen = np.delete(np.arange(len(fit.chi)), columns)
     known = ~np.any(admissible.matrix[:, unseen] != 0, axis=1)
     inner = Admissible(
         admissible.lower[columns],

@@ -48,7 +48,7 @@ class Slot:
         return type(effect), effect.name, effect.regressors, self.term.joint, self.constants
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FittedTorque:
     """A fitted model as the columns of other effects need it: base parameters and the friction beside them.
 
@@ -89,7 +89,7 @@ class FittedTorque:
         )
 
 
-@dataclass
+@dataclass(eq=False)
 class JointContext:
     """What all effects of one block share.
 

@@ -18,7 +18,7 @@ from identify.signals.parallel_filter import NUMBERS_AT_ONCE
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ColumnTable:
     """Which columns of W stand on the rows of which joint.
 
@@ -47,7 +47,7 @@ class ColumnTable:
         return cls(base, slot_columns, joint_columns)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class DecimatedRows:
     """Rows of one block of motion.
 

@@ -18,7 +18,7 @@ ESTIMATORS = {
 }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Estimate:
     """Parameters and deviations of an estimator.
 

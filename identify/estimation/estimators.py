@@ -7,9 +7,7 @@ import numpy as np
 from identify.estimation.constrained import admissible_columns, admissible_fit
 from identify.estimation.estimate import ESTIMATORS
 from identify.estimation.fitted_model import FittedModel
-from identify.estimation.instrumental_variable import instrumental
 from identify.estimation.least_squares import least_squares
-from identify.estimation.robust import huber
 from identify.recording import InputError
 
 
@@ -41,6 +39,10 @@ def with_estimator(fitted: FittedModel, estimator: str) -> FittedModel:
         return replace(fitted, fit=replace(fit, dropped=fitted.fit.dropped), estimator=estimator)
     if estimator == "weighted":
         return replace(fitted, estimator=estimator)
-    other = huber if estimator == "robust" else instrumental
+    # Imported where asked for: a plain `identify` starts without them.
+    if estimator == "robust":
+        from identify.estimation.robust import huber as other
+    else:
+        from identify.estimation.instrumental_variable import instrumental as other
     estimate = other(record, fitted.entries, fitted.slots, fitted.load_from, observation, fitted.fit)
     return replace(fitted, fit=estimate.fit, estimator=estimator, estimate=estimate)

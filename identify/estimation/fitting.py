@@ -14,7 +14,6 @@ from identify.effects.motion import JointSummary
 from identify.effects.payload_errors import PayloadMass
 from identify.estimation.constrained import admissible_columns, admissible_fit
 from identify.estimation.fitted_model import FittedModel
-from identify.estimation.informed_summary import informed_summaries
 from identify.estimation.least_squares import LeastSquares, least_squares
 from identify.estimation.observation import FittedTorque, Observation, Slot, observe
 from identify.estimation.record import Record
@@ -182,6 +181,9 @@ def _without_load(term: Term) -> bool:
 def _informed(result: FittedModel | None) -> list[JointSummary]:
     """The joints' summaries with what the first fit tells."""
     assert result is not None  # asked for after the first pass only
+    # Imported where needed: only effects found in the residual ask for it, and the usual model has none.
+    from identify.estimation.informed_summary import informed_summaries
+
     return informed_summaries(result)
 
 

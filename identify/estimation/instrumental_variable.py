@@ -80,7 +80,7 @@ def weakest_correlation(cross: Array, instruments: Array, columns: Array) -> flo
     return float(np.linalg.svd(left @ cross @ right.T, compute_uv=False).min())
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Pair:
     """Rows of one joint: instruments with the columns and Y that they stand beside; `both` counts each sample once."""
 

@@ -20,7 +20,7 @@ WEIGHT_ITERATIONS = 3
 """Passes over the weights; they change by less than a percent after the second."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LeastSquares:
     """A least squares solution.
 
@@ -99,7 +99,7 @@ def least_squares(
             chi, _, _ = _solve(_weighted(rows, present), wanted)
             present = _inverse_deviations(_residual_norms(rows, chi), norm, counts)
     chi, fitted, r = _solve(_weighted(rows, present), wanted)
-    dropped = np.setdiff1d(wanted, fitted)
+    dropped = wanted[~np.isin(wanted, fitted)]
     return LeastSquares(chi, fitted, dropped, r, present, _residual_norms(rows, chi), norm, counts)
 
 

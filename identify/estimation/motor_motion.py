@@ -18,7 +18,7 @@ from identify.estimation.rigid_body import RigidBody
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class GearSignals:
     """The signals of all joints that a gear's are made of; (N, n) each.
 

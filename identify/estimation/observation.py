@@ -40,7 +40,7 @@ class TimeBlock:
     stop: float
 
 
-@dataclass
+@dataclass(eq=False)
 class Observation:
     """Factors of every block and joint.
 
@@ -104,7 +104,7 @@ class Observation:
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class StackedFactors:
     """Triangular factors of several blocks under each other.
 

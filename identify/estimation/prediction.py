@@ -16,7 +16,7 @@ from identify.recording import SessionEntry
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Prediction:
     """One joint in one session: decimated samples, SI units, all (samples,).
 

@@ -15,6 +15,7 @@ from identify.estimation.rigid_body import AlongParameters, RigidBody
 from identify.estimation.session_facts import SessionFacts, ever_commanded
 from identify.estimation.stops import STOP_TIME, recorded_stopping_speed, stopping_speed
 from identify.recording import Experiment, InputError, Session, SessionEntry
+from identify.recording.quantiles import quantile, quantiles
 from identify.signals import MotionBlock, SignalSettings, choose_signal_settings, motion_blocks
 from identify.signals.position_noise import SAMPLES, position_rounding, position_step
 
@@ -34,7 +35,7 @@ LARGEST_HELD = 128 << 20
 """bytes of filtered motion and regressor held between passes; what a longer record needs more is computed again"""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Samples:
     """Decimated samples of one session; (samples, joints) unless said otherwise."""
 
@@ -113,7 +114,7 @@ class _ByFile(dict[str, Samples]):
         return self[file]
 
 
-@dataclass
+@dataclass(eq=False)
 class Record:
     """What is measured, and the rigid robot that it was measured on."""
 
@@ -327,7 +328,7 @@ class Record:
         """(n,): 99.9 % quantile of |dq|, rad/s."""
         self._gather_all(self.experiment.sessions)
         speeds = [np.abs(self._gathered[entry.file][0].dq) for entry in self.experiment.sessions]
-        return np.max([np.quantile(speed, 0.999, axis=0) for speed in speeds], axis=0)
+        return np.max([quantile(speed, 0.999) for speed in speeds], axis=0)
 
     @cached_property
     def rest_speed(self) -> Array:
@@ -347,7 +348,7 @@ class Record:
             return np.zeros(0)
         self._gather_all(self.experiment.sessions)
         speeds = [np.abs(self._gathered[e.file][0].dq @ self._shared) for e in self.experiment.sessions]
-        top = np.max([np.quantile(speed, 0.999, axis=0) for speed in speeds], axis=0)
+        top = np.max([quantile(speed, 0.999) for speed in speeds], axis=0)
         resolution = np.sqrt(self.speed_resolution**2 @ self._shared**2)
         return np.maximum(REST_SPEED * top, 3.0 * resolution)
 
@@ -381,9 +382,9 @@ class Record:
             name=description.name,
             revolute=description.type == "revolute",
             position_range=(float(q.min()), float(q.max())),
-            position_quantiles=np.quantile(q, np.linspace(0, 1, 17)),
+            position_quantiles=quantiles(q, np.linspace(0, 1, 17)),
             maximum_speed=float(self.top_speed[joint]),
-            speed_quantiles=np.quantile(moving, [0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.99])
+            speed_quantiles=quantiles(moving, [0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.99])
             if len(moving)
             else np.zeros(9),
             speed_resolution=float(self.speed_resolution[joint]),

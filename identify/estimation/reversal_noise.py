@@ -15,7 +15,7 @@ LATEST = 0.1
 """s; an instant of reversal is never taken to be less well known than this"""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ReversalNoise:
     """What is not known of the instant of a reversal, for weighting the samples around it.
 

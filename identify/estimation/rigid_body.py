@@ -27,7 +27,7 @@ exact.
 """
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class AlongParameters:
     """A course that is linear in the base parameters: known + columns @ chi[acts], (N,).
 
@@ -43,7 +43,7 @@ class AlongParameters:
         return self.columns @ chi[self.acts] + self.known
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RigidBody:
     """Geometry, base parameters and payloads of an experiment."""
 

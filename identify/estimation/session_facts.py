@@ -10,7 +10,7 @@ from identify.signals.position_noise import SAMPLES
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SessionFacts:
     """Figures of one session."""
 

@@ -142,7 +142,7 @@ def joined(sessions: NDArray[np.intp], size: int) -> NDArray[np.intp]:
     """Group index of every block when `size` neighbours of one session make a group."""
     groups = np.zeros(len(sessions), np.intp)
     start = 0
-    for session in np.unique(sessions):
+    for session in sorted(set(sessions.tolist())):
         members = np.flatnonzero(sessions == session)
         count = max(1, len(members) // size)
         groups[members] = start + np.minimum(np.arange(len(members)) // size, count - 1)

@@ -47,7 +47,7 @@ NOT_TOLD = {
 """shares of a gear's load that are held where data do not tell them, in the order in which they are given up"""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class StructuredFit:
     """The structured estimate.
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class TriangularFactor:
     """R of the QR factorisation of a block of rows [W Y], and how many rows it stands for.
 

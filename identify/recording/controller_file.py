@@ -12,10 +12,13 @@ from pydantic import BaseModel, ConfigDict, Field
 from identify.recording.experiment_file import Number
 
 
-class JointController(BaseModel):
-    """Gains of one joint, or of the motor that drives it; the command's unit is that of the recorded command."""
+class _Part(BaseModel):
+    # Deferred: whoever identifies imports this and reads no controller.
+    model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+
+class JointController(_Part):
+    """Gains of one joint, or of the motor that drives it; the command's unit is that of the recorded command."""
 
     joint: str
     """name of the joint"""
@@ -39,10 +42,8 @@ class JointController(BaseModel):
     """largest command, either way"""
 
 
-class ControllerFile(BaseModel):
+class ControllerFile(_Part):
     """Controllers, one for each joint."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     coordinates: Literal["joints", "motors"] = "joints"
     """what each controller sees: its joint; or its motor, in units of its joint, which differs where a motor turns with several

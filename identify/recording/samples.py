@@ -67,7 +67,7 @@ def release(array: NDArray[Any]) -> None:
         owner.madvise(mmap.MADV_DONTNEED)
 
 
-@dataclass
+@dataclass(eq=False)
 class RawSamples:
     """The columns of a session as they stand in its file: time not yet uniform, holes not yet found."""
 

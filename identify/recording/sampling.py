@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from identify.recording.errors import InputError
 from identify.recording.interpolation import interpolate, previous
+from identify.recording.quantiles import median
 from identify.recording.samples import RawSamples, SampleColumns, release
 from identify.recording.session import Session, SessionEntry
 
@@ -135,7 +136,7 @@ def _long_enough(time: Array, rows: slice, step: float) -> bool:
 def _median_step(time: Array) -> float:
     """The typical step in time, s; of a long session, the median of steps evenly spread over it."""
     rows = np.linspace(0, len(time) - 2, min(len(time) - 1, STEPS_LOOKED_AT)).astype(int)
-    return float(np.median(time[rows + 1] - time[rows]))
+    return median(time[rows + 1] - time[rows])
 
 
 def _blocks(start: int, stop: int) -> Iterator[slice]:

@@ -28,7 +28,7 @@ class SessionEntry:
     """Why no model is to use it; None for those that take part."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Session:
     """The samples of one session, in SI units, uniform in time within each segment."""
 

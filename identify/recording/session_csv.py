@@ -18,8 +18,9 @@ from identify.recording.samples import RawSamples, SampleColumns
 
 Array = NDArray[np.float64]
 
-BLOCK_BYTES = 4 << 20
-"""Text parsed at a time; bounds the memory whatever the size of the file."""
+BLOCK_BYTES = 512 << 10
+"""Text parsed at a time; bounds the memory whatever the size of the file. Measured on six joints: a tenth less processor
+time than with 4 MB, whose columns leave the cache and whose memory the kernel clears anew for every block."""
 ROWS_WRITTEN = 1 << 16
 """Rows written at a time."""
 

@@ -135,7 +135,7 @@ def _opened(path: Path) -> h5py.File:
     return h5py.File(path, "r", swmr=True)
 
 
-@dataclass
+@dataclass(eq=False)
 class _Layout:
     """The data sets of a session, checked."""
 

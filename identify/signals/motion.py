@@ -30,7 +30,7 @@ FEWEST_DECIMATED = 4
 """A segment that would give fewer decimated samples is left out."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class MotionBlock:
     """Rows of one segment with the filters' overlap; the decimated samples that are this block's own."""
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.recording import Session
+from identify.recording.quantiles import median, quantile
 from identify.recording.samples import release
 from identify.signals import differentiation
 from identify.signals.zero_phase import HIGHEST_CUTOFF, fast_length, frequencies
@@ -38,7 +39,7 @@ MOST_BLOCKS = 16
 """Pieces looked at in one session, evenly spread."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class MotionSpectrum:
     """What the recorded positions of one joint in one session say about its motion."""
 
@@ -74,7 +75,7 @@ def motion_spectrum(session: Session, joint: int) -> MotionSpectrum | None:
     period = session.sampling_period
     pieces = [np.array(session.position[rows, joint], dtype=float) for rows in pieces_of(session)]
     release(session.position)
-    noise = np.median([np.std(np.diff(piece, 2)) for piece in pieces]) / np.sqrt(6.0)
+    noise = median([np.std(np.diff(piece, 2)) for piece in pieces]) / np.sqrt(6.0)
     if np.ptp(np.concatenate([piece[:: max(1, len(piece) // 4096)] for piece in pieces])) <= AT_REST * noise:
         return None
     frequency, power = _mean_power([np.diff(piece, 2) for piece in pieces], period)
@@ -154,6 +155,6 @@ def _reversal_bandwidth(pieces: list[Array], period: float, cutoff: float) -> fl
     signs = []
     for piece in pieces:
         velocity = differentiation.velocity(piece[:, None], period, (cutoff,))[:, 0]
-        threshold = STICTION_PART * np.quantile(np.abs(velocity), 0.995)
+        threshold = STICTION_PART * quantile(np.abs(velocity), 0.995)
         signs.append(np.clip(velocity / max(threshold, 1e-300), -1.0, 1.0))
     return _holding(*_mean_power(signs, period), REVERSALS_HELD)

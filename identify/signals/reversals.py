@@ -45,7 +45,7 @@ SPREAD_WITHIN_STOP = 0.144
 """Of a stop: deviation of that instant, evenly spread over the first half."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Reversals:
     """Reversals of one joint in a stretch of samples.
 

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.estimation.record import Record, Samples
+from identify.recording.quantiles import median
 
 Array = NDArray[np.float64]
 
@@ -143,7 +144,7 @@ def repeated_stretch(samples: Samples) -> tuple[Samples, float] | None:
     count = len(samples.time)
     if count < 4 * SHORTEST_PERIOD:
         return None
-    step = float(np.median(np.diff(samples.time)))
+    step = median(np.diff(samples.time))
     if np.any(np.abs(np.diff(samples.time) - step) > 0.5 * step):
         return None
     stride = max(1, count // LOOKED_AT)
@@ -234,7 +235,7 @@ def phase_scatter(samples: Samples, period: float) -> tuple[Array, NDArray[np.in
     from scipy.interpolate import CubicSpline
     from scipy.optimize import minimize_scalar
 
-    step = float(np.median(np.diff(samples.time)))
+    step = median(np.diff(samples.time))
     clock = samples.time - samples.time[0]
     position = CubicSpline(clock, samples.q / np.maximum(np.ptp(samples.q, axis=0), 1e-12))
 

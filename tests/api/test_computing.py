@@ -42,8 +42,12 @@ def test_identify_prints_the_same_document_with_two_workers(experiment):
     assert_same(json.loads(shared.stdout), json.loads(alone.stdout))
 
 
-def test_identify_imports_only_what_it_needs(experiment):
-    """The command is timed beside another identifier; most of these take a tenth of its time or more."""
+def test_identify_imports_only_what_it_needs(tmp_path):
+    """The command is timed beside another identifier; most of these take a tenth of its time or more. `numpy.ma`
+    comes with `np.median`, `np.quantile`, `np.unique` and `np.setdiff1d`, and all of it with SciPy, which only
+    motion that repeats and parameters at a bound need."""
+    once = record({}, seed=3, duration=12.0, rate=200.0, repeats=1, payload_masses=(0.0,))
+    experiment = write_experiment(tmp_path / "joint", once)
     heavy = (
         "pandas",
         "matplotlib",
@@ -52,9 +56,15 @@ def test_identify_imports_only_what_it_needs(experiment):
         "can",
         "daq",
         "multiprocessing",
-        "scipy.stats",
+        "scipy",
         "ssl",
         "xml",
+        "numpy.ma",
+        "numpy.random",
+        "identify.diagnosis",
+        "identify.estimation.instrumental_variable",
+        "identify.estimation.robust",
+        "identify.estimation.position_lines",
     )
     program = (
         "import sys; sys.argv = ['coulomb', *sys.argv[1:]]\n"
@@ -161,3 +171,25 @@ def test_a_job_of_the_service_divides_its_work_among_the_workers_of_the_settings
     assert found["own"] != os.getpid()
     assert found["own"] not in found["workers"]
     assert 1 <= len(set(found["workers"])) <= 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status"), [(("effects", "--json"), 0), (("identify", "no-such-folder"), 2)]
+)
+def test_a_command_that_ends_at_once_says_all_and_keeps_its_status(arguments, status):
+    """What else was to be done at the end is done first: the exit functions are called, the last one registered first."""
+    program = (
+        "import atexit, runpy, sys; sys.argv = ['coulomb', *sys.argv[1:]]\n"
+        "import api.command_line, api.commands.identify\n"
+        "register = api.commands.identify.register\n"
+        "def registered(application):\n"
+        "    atexit.register(print, 'exit functions called', file=sys.stderr); register(application)\n"
+        "api.commands.identify.register = registered\n"
+        "runpy.run_module('api', run_name='__main__')"
+    )
+    call = [sys.executable, "-c", program, *arguments]
+    told = subprocess.run(call, capture_output=True, text=True, timeout=120, check=False)
+    assert told.returncode == status
+    assert "exit functions called" in told.stderr
+    if status == 0:
+        assert json.loads(told.stdout)
