@@ -161,8 +161,9 @@ def write_export(result: Identification, target: Path) -> Certificate:
         made = _link_file(result, model, target, ending.removeprefix("."))
     else:
         made = _code(model, target, ending)
+    beside = target.parent.resolve()  # programs that load a file back may work in a folder of their own
     try:
-        with tempfile.TemporaryDirectory(dir=target.parent, prefix=".coulomb-export-") as workspace:
+        with tempfile.TemporaryDirectory(dir=beside, prefix=".coulomb-export-") as workspace:
             folder = Path(workspace)
             for name, content in made.files.items():
                 (folder / name).write_bytes(content.encode() if isinstance(content, str) else content)
@@ -171,7 +172,7 @@ def write_export(result: Identification, target: Path) -> Certificate:
             name = _certificate_of(target).name
             (folder / name).write_text(certificate.json_text(indent=1) + "\n", encoding="utf-8")
             for written in (*made.files, name):
-                (folder / written).replace(target.parent / written)
+                (folder / written).replace(beside / written)
     except OSError as problem:
         raise InputError(f"{target}: cannot be written: {problem.strerror or problem}") from problem
     return certificate

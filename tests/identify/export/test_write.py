@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -63,6 +64,13 @@ def test_a_target_that_cannot_be_written_is_refused_before_anything_is(plant, tm
     with pytest.raises(InputError, match="is a folder" if folder else "include|cannot be written"):
         write_export(identify(plant, "usual"), tmp_path / target)
     assert [path.name for path in tmp_path.iterdir()] == ([folder] if folder else [])
+
+
+@pytest.mark.parametrize("name", ["arm.c", "arm.fmu"])
+def test_a_target_may_be_relative(plant, tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    export(plant, Path(name))
+    assert {name, f"{name}.certificate.json"} <= {path.name for path in tmp_path.iterdir()}
 
 
 @pytest.mark.parametrize("linked", ["arm.py", "arm.py.certificate.json"])
