@@ -1,9 +1,11 @@
 """What the motion of a record can tell of a model: a verdict of its own, before anybody reads a parameter."""
 
+from collections.abc import Sequence
+
 from identify.effects.motion import JointSummary
 from identify.estimation.doubts import cancels, predicts_worse
 from identify.estimation.identified import Identified
-from identify.estimation.parameters import column_names
+from identify.estimation.parameters import Parameter, column_names
 from identify.results.identification import Excitation
 
 UNTOLD = 0.5
@@ -23,11 +25,7 @@ def excitation(result: Identified) -> Excitation:
     ]
     dropped = [names[column] for column in fitted.fit.dropped]
     slight = [f"{', '.join(dropped)}: nothing in this motion shows them"] if dropped else []
-    untold = [
-        parameter.name
-        for parameter in result.parameters
-        if parameter.std_robust is not None and parameter.std_robust > UNTOLD * abs(parameter.value)
-    ]
+    untold = undetermined(result.parameters)
     if untold:
         slight.append(
             f"{', '.join(untold)}: zero, or not determined by this motion (within two deviations of zero)"
@@ -35,6 +33,17 @@ def excitation(result: Identified) -> Excitation:
     slight += _obstacles(result)
     verdict = "insufficient" if grave else "partial" if slight else "sufficient"
     return Excitation(verdict=verdict, cannot_tell=(*grave, *slight))
+
+
+def undetermined(parameters: Sequence[Parameter]) -> list[str]:
+    """Names of the parameters that two deviations do not tell from zero: those for coloured residuals or, of a record too
+    short to tell their colour, those of eq. (13)-(15)."""
+    names = []
+    for parameter in parameters:
+        deviation = parameter.std if parameter.std_robust is None else parameter.std_robust
+        if deviation is not None and deviation > UNTOLD * abs(parameter.value):
+            names.append(parameter.name)
+    return names
 
 
 def _obstacles(result: Identified) -> list[str]:

@@ -9,8 +9,8 @@ import pytest
 
 import identify
 from identify.estimation.doubts import parameter_doubts
-from identify.estimation.parameters import column_names
-from identify.validation.excitation import excitation
+from identify.estimation.parameters import Parameter, column_names
+from identify.validation.excitation import excitation, undetermined
 from tests.plants.single_joint import record, write_experiment
 
 
@@ -60,3 +60,17 @@ def test_parameters_that_the_motion_does_not_show_are_named(result):
     told = excitation(replace(result, fitted=replace(result.fitted, fit=dropped)))
     assert told.verdict == "partial"
     assert any("nothing in this motion shows" in sentence for sentence in told.cannot_tell)
+
+
+def test_a_record_too_short_for_coloured_deviations_is_judged_by_the_others():
+    def estimate(name, std, std_robust):
+        return Parameter(name, "j1", 2.0, std, std_robust, "N m", None)
+
+    listed = [
+        estimate("FV1", 1.1, None),
+        estimate("FC1", 0.9, None),
+        estimate("MX1", 1.1, 0.9),
+        estimate("MY1", 0.9, 1.1),
+        estimate("ZZ1R", None, None),
+    ]
+    assert undetermined(listed) == ["FV1", "MY1"]
