@@ -169,3 +169,19 @@ def test_the_virtual_interface_of_the_settings_is_this_bus(channel):
     bus = open_bus(BusSettings(interface="virtual", channel=channel))
     assert isinstance(bus, InProcessBus)
     bus.shutdown()
+
+
+def test_the_clock_of_a_channel_lasts_until_its_last_member_has_left(channel):
+    first, second = InProcessBus(channel), InProcessBus(channel)
+    first.use_clock(lambda: 7)
+    first.shutdown()
+    third = InProcessBus(channel)
+    third.send_frame(0x80, b"")
+    assert [stamp for stamp, *_ in second.take()] == [7]
+    for bus in (second, third):
+        bus.shutdown()
+    fourth, fifth = InProcessBus(channel), InProcessBus(channel)
+    fourth.send_frame(0x80, b"")
+    assert [stamp for stamp, *_ in fifth.take()] != [7]
+    for bus in (fourth, fifth):
+        bus.shutdown()
