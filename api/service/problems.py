@@ -1,7 +1,7 @@
 """Every error of the service as a problem document (RFC 9457, `application/problem+json`)."""
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from http import HTTPStatus
 from typing import Any
 
@@ -95,13 +95,20 @@ async def _http_error(request: Request, error: HTTPException) -> Response:
     return await problem_answer(request, Problem(error.status_code, detail, error.headers))
 
 
+def _lies_in(inner: Sequence[object], outer: Sequence[object]) -> bool:
+    """Whether one place is a part of another: ("body", "joints", 0) of ("body", "joints")."""
+    return len(inner) > len(outer) and tuple(inner[: len(outer)]) == tuple(outer)
+
+
 async def _validation_error(request: Request, error: RequestValidationError) -> Response:
+    faults = [(fault["loc"], fault["msg"], fault["type"]) for fault in error.errors()]
     fields = [
-        FieldProblem(where=".".join(str(part) for part in fault["loc"]), what=fault["msg"])
-        for fault in error.errors()
+        FieldProblem(where=".".join(str(part) for part in place), what=what)
+        for place, what, _ in faults
+        if not any(_lies_in(other, place) for other, *_ in faults)  # of a list whose item is wrong
     ]
     errors = [field.model_dump() for field in fields]
-    if any(fault["type"] == "json_invalid" for fault in error.errors()):
+    if any(kind == "json_invalid" for *_, kind in faults):
         return problem_response(400, "The body is not JSON.", request.url.path, errors=errors)
     detail = "; ".join(f"{field.where}: {field.what}" for field in fields) or "The request is not valid."
     return await problem_answer(request, Problem(422, detail, errors=errors))

@@ -53,6 +53,12 @@ def test_a_field_that_is_wrong_is_named(operator):
     assert answer.json()["errors"][0]["where"] == "body.name"
 
 
+def test_a_wrong_item_of_a_list_is_named_alone_and_not_the_list_that_lacks_it(operator):
+    gains = {"joints": [{"joint": "j1", "position": True, "velocity": 1.0}]}
+    answer = operator.post("/experiments/none/models/m1/simulation", json=gains)
+    assert problem(answer, 422) == "body.joints.0.position: Input should be a valid number"
+
+
 def test_nobody_signed_in(service):
     service.client(Role.ADMIN)
     assert "Sign in" in problem(service.client().get("/experiments"), 401)
