@@ -12,6 +12,7 @@ from identify.diagnosis.closed_loop import loop_evidence
 from identify.diagnosis.finding import Finding
 from identify.diagnosis.free_functions import FREE_FUNCTIONS
 from identify.diagnosis.selection import Selection
+from identify.diagnosis.turning import late_turns, possible_turns
 from identify.effects.model import USUAL, Term
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.informed_summary import informed_summaries, joint_predictions
@@ -54,21 +55,25 @@ class Screening:
         first = len(fitted.slots)
         known = known_effects(record.experiment)
         candidates, left_out = find_candidates(record, fitted.model, known, summaries, first)
-        slots = [*fitted.slots, *(slot for candidate in candidates for slot in candidate.slots())]
+        tried = [slot for candidate in candidates for slot in candidate.slots()]
+        slots = [*fitted.slots, *tried, *late_turns(record.joints)]
         noise = reversal_noise(fitted, predictions)
         observation = observe(record, fitted.entries, slots, fitted.torque, noise)
         model_slots = list(range(first - 1 if fitted.estimates_payload_ratio else first))
         nothing = np.zeros(0, np.intp)
+        model = np.concatenate(
+            [np.arange(observation.base), *(observation.slot_columns[i] for i in model_slots)]
+        ).astype(np.intp)
+        turns = observation.slot_columns[first + len(tried) :]
         selection = Selection(
             observation,
             fitted.fit.weights,
             candidates,
-            np.concatenate(
-                [np.arange(observation.base), *(observation.slot_columns[i] for i in model_slots)]
-            ).astype(np.intp),
+            model,
             observation.slot_columns[first - 1] if fitted.estimates_payload_ratio else nothing,
             partial(loop_evidence, fitted, noise),
             only_justified,
+            possible_turns(fitted, observation, model, turns),
         )
         return cls(fitted, predictions, selection, left_out)
 

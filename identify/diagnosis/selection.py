@@ -21,6 +21,8 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 Addition = tuple[Candidate, int]
 """A candidate, and the variant of its constants."""
+Choice = tuple[float, list[Addition]]
+"""What is to be added to a joint, and the drop of its error."""
 
 FOLDS = 10
 """stretches of every session left out in turn"""
@@ -45,6 +47,7 @@ class Selection:
     ratio_columns : those of the payload ratio that is estimated beside it (eq. 35); empty where it is not
     loop          : what instruments that disturbances do not reach say of candidates
     only_justified : whether nobody asks for the evidence of candidates that are not justified whatever it is
+    turning       : of every joint columns of what is not known of its reversals, beside which candidates are judged
     """
 
     observation: Observation
@@ -54,6 +57,7 @@ class Selection:
     ratio_columns: Index
     loop: Asked
     only_justified: bool = False
+    turning: Sequence[Index] = ()
 
     def __post_init__(self) -> None:
         observation = self.observation
@@ -73,11 +77,15 @@ class Selection:
 
     def on(self, observation: Observation) -> "Selection":
         """The same model on another observation that begins with its columns, without candidates."""
-        return replace(self, observation=observation, candidates=())
+        return replace(self, observation=observation, candidates=(), turning=())
 
     def base(self, declared: bool = False) -> Index:
         """Columns of the present model; `declared` takes the payloads as declared."""
         return self.model_columns if declared else np.union1d(self.model_columns, self.ratio_columns)
+
+    def _beside_turning(self, joint: int, declared: bool = False) -> Index:
+        """`base` and what is not known of a joint's reversals, which no candidate of the joint is to explain."""
+        return np.union1d(self.base(declared), [*self.turning[joint]] if self.turning else []).astype(np.intp)
 
     def search(
         self, refused: Collection[tuple[str, int]], least: Sequence[float]
@@ -92,7 +100,7 @@ class Selection:
         others through the inertial parameters that they share.
         """
 
-        def of_joint(joint: int) -> tuple[list[Finding], tuple[float, list[Addition]] | None]:
+        def of_joint(joint: int) -> tuple[list[Finding], Choice | None]:
             findings = self.findings(joint)
             open_ = [f for f in findings if f.candidate.term.key not in refused]
             return findings, self._strongest(joint, open_, least[joint])
@@ -110,25 +118,26 @@ class Selection:
     def findings(self, joint: int) -> list[Finding]:
         """All candidates of a joint beside the present model, the best first."""
         candidates = [candidate for candidate in self.candidates if candidate.judged == joint]
+        base, as_declared = (self._beside_turning(joint, declared) for declared in (False, True))
         ordinary = [c for c in candidates if c.beside_ratio]
-        free = self.motion.alone(joint, self.base())
-        declared = self.motion.alone(joint, self.base(declared=True))
+        free = self.motion.alone(joint, base)
+        declared = self.motion.alone(joint, as_declared)
         better = min(free, declared, key=lambda fared: fared.total)
         load_friction = [c for c in candidates if c.declared_load is DeclaredLoad.TRUSTED]
         loads = [c for c in candidates if c.declared_load is DeclaredLoad.QUESTIONED]
         if len(self.ratio_columns):
-            findings = self._judge(joint, self.base(), free, ordinary)
-            friction = self._judge(joint, self.base(declared=True), better, load_friction)
-            of_loads = self._judge(joint, self.base(declared=True), declared, loads)
+            findings = self._judge(joint, base, free, ordinary)
+            friction = self._judge(joint, as_declared, better, load_friction)
+            of_loads = self._judge(joint, as_declared, declared, loads)
         else:
-            judged = self._judge(joint, self.base(), free, [*ordinary, *load_friction, *loads])
+            judged = self._judge(joint, base, free, [*ordinary, *load_friction, *loads])
             ends = len(ordinary), len(ordinary) + len(load_friction)
             findings, friction, of_loads = judged[: ends[0]], judged[ends[0] : ends[1]], judged[ends[1] :]
         reference = free
         if any(finding.justified for finding in of_loads):
             reference = declared
             trials = [finding.candidate.trial(self.observation) for finding in findings]
-            without_ratio = self.motion.evaluate(joint, self.base(declared=True), trials)
+            without_ratio = self.motion.evaluate(joint, as_declared, trials)
             findings = [
                 replace(finding, comparable_gain=declared.total - fared.total)
                 for finding, fared in zip(findings, without_ratio, strict=True)
@@ -303,9 +312,7 @@ class Selection:
             and not self._decided(finding, other)
         )
 
-    def _strongest(
-        self, joint: int, findings: Sequence[Finding], least: float
-    ) -> tuple[float, list[Addition]] | None:
+    def _strongest(self, joint: int, findings: Sequence[Finding], least: float) -> Choice | None:
         """A joint's strongest justified effect that gains at least `least`, or such a pair; with the drop of the error."""
         worth = [finding for finding in findings if finding.gain >= least]
         single = next((finding for finding in worth if finding.justified), None)
@@ -313,14 +320,12 @@ class Selection:
             return single.drop, [(single.candidate, single.variant)]
         return self._pair(joint, findings, least)
 
-    def _pair(
-        self, joint: int, findings: Sequence[Finding], least: float
-    ) -> tuple[float, list[Addition]] | None:
+    def _pair(self, joint: int, findings: Sequence[Finding], least: float) -> Choice | None:
         """Two effects that only help together, and by at least the gain `least`."""
         listed = [f for f in findings if f.candidate.beside_ratio][:PAIRED]
         if len(listed) < 2:
             return None
-        base = self.base()
+        base = self._beside_turning(joint)
         pairs = list(combinations(listed, 2))
         trials = [
             Trial((np.concatenate([f.candidate.columns(self.observation, f.variant) for f in pair]),))
@@ -328,7 +333,7 @@ class Selection:
         ]
         before = self.motion.alone(joint, base)
         after = self.motion.evaluate(joint, base, trials)
-        best: tuple[float, list[Addition]] | None = None
+        best: Choice | None = None
         for pair, trial, fared in zip(pairs, trials, after, strict=True):
             drop = 1 - float(np.sqrt(max(fared.total, 0) / max(before.total, 1e-300)))
             if (
@@ -427,10 +432,10 @@ class Selection:
 
     def held_out_error(self, joint: int, extra: Index | None = None) -> float:
         """Relative held-out error of a joint with the present model, or with further columns."""
-        if extra is None:
-            fared = self.motion.alone(joint, self.base())
-        else:
-            fared = self.motion.evaluate(joint, self.base(), [Trial((extra,))])[0]
+        base = self.base()
+        fared = self.motion.alone(joint, base)
+        if extra is not None:
+            (fared,) = self.motion.evaluate(joint, base, [Trial((extra,))])
         return float(np.sqrt(max(fared.total, 0.0) / max(self.motion.measured(joint), 1e-300)))
 
     def explains(self, joint: int, columns: Index) -> bool:

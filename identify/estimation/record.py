@@ -49,6 +49,8 @@ class Samples:
     """filtered torque g_f v, N m"""
     moving: NDArray[np.bool_]
     temperature: Array | None
+    turns: Array
+    """(reversals, 2) joint, and deviation of the instant, s"""
 
 
 class PreparedBlock:
@@ -304,22 +306,15 @@ class Record:
                 warmth = block.temperature
                 temperature = np.zeros((block.count, 0)) if warmth is None else block.at_decimated(warmth)
                 speeds = (stopping_speed(block), recorded_stopping_speed(block))
-                picked = (*kinematics, block.decimate(prepared.torque), *speeds, temperature)
+                picked = (*kinematics, block.decimate(prepared.torque), *speeds, temperature, block.turns)
                 # copies: a picked sample would keep its whole block in memory
                 parts.append(tuple(values.copy() for values in picked))
-            time, q, dq, ddq, measured, filtered, recorded, temperature = (
+            time, q, dq, ddq, measured, filtered, recorded, temperature, turns = (
                 np.concatenate(list(part)) for part in zip(*parts, strict=True)
             )
-            samples = Samples(
-                entry,
-                time,
-                q,
-                dq,
-                ddq,
-                measured,
-                np.ones(q.shape, bool),
-                temperature if temperature.shape[1] else None,
-            )
+            warmth = temperature if temperature.shape[1] else None
+            moving = np.ones(q.shape, bool)
+            samples = Samples(entry, time, q, dq, ddq, measured, moving, warmth, turns)
             self._gathered[entry.file] = (samples, filtered, recorded)
         return self._gathered[entry.file]
 

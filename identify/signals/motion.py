@@ -75,6 +75,17 @@ class MotionBlock:
     """(N, k) of these motors, as `direction` is of the joints"""
 
     @property
+    def turns(self) -> Array:
+        """(R, 2) of every reversal the joint, and the deviation of its instant, s"""
+        of_joints = [
+            np.column_stack(
+                [np.full(len(each.deviation), float(joint)), each.deviation * self.sampling_period]
+            )
+            for joint, each in enumerate(self.reversals)
+        ]
+        return np.vstack(of_joints)
+
+    @property
     def decimated_time(self) -> Array:
         """(M,) s"""
         return self.at_decimated(self.time)
