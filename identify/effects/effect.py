@@ -1,14 +1,13 @@
 """An effect is an object: a name, an equation, columns of the regressor, and what it needs to be seen."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from enum import Enum
 from typing import Literal
 
 import numpy as np
 
 from identify.effects.conditions import Condition, Obstacle
-from identify.effects.give import Give, JointCourse
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter, Relation
 from identify.effects.picture import OVER_SPEED, PictureVariable
@@ -18,7 +17,7 @@ Constants = Mapping[str, float]
 
 Simulated = Literal["instant", "state", "give", "command"]
 """How a simulation forms an effect's torque: from the state at the instant; with a state of its own (`state_at_start`,
-`state_after`, `columns_of_state`); as a give between motor and link, whose motions are states apart (`give`, `beside_give`);
+`state_after`, `columns_of_state`); as a give between motor and link, whose motions are states apart (`gives`);
 or as a shift of the command in time (`command_lead`)"""
 
 LinkFilePlace = Literal["damping", "dry", "stiffness", "quadratic", "cubic"]
@@ -87,8 +86,8 @@ class Effect(ABC):
     """how a simulation forms the effect's torque, see `simulated_with`"""
     state_name: str = ""
     """what the state is, in words, where a simulation gives the effect one of its own"""
-    no_give: str = ""
-    """what its estimates amount to, in words, where `give` finds none"""
+    gives: Literal["spring", "gap"] | None = None
+    """what it is between motor and link, where a simulation has both as masses of their own"""
     inputs: tuple[str, ...] = ()
     """what a simulation takes from the record for it, beside what drives the motion"""
     rows: Literal["joint", "gear", "motor", "robot"] = "joint"
@@ -191,19 +190,6 @@ class Effect(ABC):
         inertia : kg m² or kg, of the joint, rotor included
         """
         return values
-
-    def give(self, values: Array, constants: Constants, courses: Sequence[JointCourse]) -> Give | None:
-        """The give between motor and link that the estimates (parameters,) amount to; None where there is none.
-
-        courses : of the joint, in the sessions of the fit
-        """
-        return None
-
-    def beside_give(
-        self, motion: JointMotion, values: Array, constants: Constants, give: Give | None
-    ) -> Array:
-        """(windows,) N m or N: torque at one instant of many windows that `give` does not account for."""
-        return np.zeros(len(motion.q))
 
     def impact(self, before: Array, after: Array, values: Array, constants: Constants) -> Array:
         """(windows,) kg m² or kg: inertia that a joint takes up at once where its state goes from one to the other."""

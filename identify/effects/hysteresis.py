@@ -1,6 +1,5 @@
 """Effects that remember where the joint came from: presliding and backlash."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +14,7 @@ from identify.effects.dry_friction import (
     rotor_grid,
 )
 from identify.effects.effect import Constants, Effect, Simulated, finer, geometric_grid, number
-from identify.effects.give import LEAST_SHARE, Give, JointCourse, share_of_link
+from identify.effects.give import LEAST_SHARE
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter, Relation
 from identify.effects.picture import AROUND_REVERSALS, OVER_TRAVEL
@@ -107,7 +106,7 @@ class Backlash(Effect):
     from_derivatives = True
     uses_load = True
     state_name = "the link's place in the gap"
-    no_give = "no gap, or to one wider than the joint moves"
+    gives = "gap"
     formula_derivatives = (0, 2)
 
     def grid(self, summary: JointSummary) -> list[dict[str, float]]:
@@ -169,25 +168,6 @@ class Backlash(Effect):
     def impact(self, before: Array, after: Array, values: Array, constants: Constants) -> Array:
         met = (np.abs(after) == 0.5) & (after != before)
         return np.where(met, -float(values[1]) / constants["play"], 0.0)
-
-    def give(self, values: Array, constants: Constants, courses: Sequence[JointCourse]) -> Give | None:
-        """The gap b with −J b s̈ = −c s̈ for the link's inertia J; c makes the motion, so that it is kept."""
-        inertial = -float(values[1])
-        inertia = float(np.mean(np.concatenate([course.inertia for course in courses]))) if courses else 0.0
-        if inertial <= 0.0 or inertia <= 0.0:
-            return None
-        link = share_of_link(1.0 - constants["rotor_inertia"] / inertia) * inertia
-        gap = inertial / link
-        if gap > max(course.span for course in courses):
-            return None  # the load never left a flank: what was fitted is no gap
-        return Give(inertia - link, gap=gap, flank_load=constants["flank_load"])
-
-    def beside_give(
-        self, motion: JointMotion, values: Array, constants: Constants, give: Give | None
-    ) -> Array:
-        left = float(values[0]) - (0.0 if give is None else give.gap)
-        place = -0.5 * np.tanh(motion.gear_load(constants["rotor_inertia"]) / constants["flank_load"])
-        return left * motion.load_slope * place
 
 
 def monotone_pieces(position: Array, direction: Array) -> tuple[NDArray[np.intp], Array, Array]:

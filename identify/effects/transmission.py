@@ -1,13 +1,11 @@
 """Effects of the drive chain: elasticity, rotor inertia, friction on shared motors."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from identify.effects.conditions import ENCODER_ON_THE_MOTOR, SHARED_MOTOR, Condition
 from identify.effects.effect import Constants, Effect
-from identify.effects.give import LEAST_SHARE, Give, JointCourse, at_instant
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter
 from identify.effects.picture import OVER_ACCELERATION, OVER_SPEED
@@ -15,9 +13,6 @@ from identify.effects.picture import OVER_ACCELERATION, OVER_SPEED
 LARGEST_DEFLECTION = 0.05
 """Part of the range of motion by which link and motor can be apart, by play or by wind-up under the largest load. The columns
 are of the first order in it; a large one is a torque over position or load, which springs and other effects make."""
-
-SHARES = 17
-"""of a joint's inertia on the link's side, between which a spring is tried"""
 
 
 class Elasticity(Effect):
@@ -42,7 +37,7 @@ class Elasticity(Effect):
     from_derivatives = True
     uses_load = True
     simulated = "give"
-    no_give = "no spring that two masses can have between them"
+    gives = "spring"
     formula_derivatives = (2, 0)
 
     def parameters_of(self, summary: JointSummary, constants: Constants) -> tuple[EffectParameter, ...]:
@@ -56,61 +51,6 @@ class Elasticity(Effect):
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         rate = np.gradient(motion.load, motion.period)
         return np.column_stack([-np.gradient(rate, motion.period), -motion.load * motion.load_slope])
-
-    def give(self, values: Array, constants: Constants, courses: Sequence[JointCourse]) -> Give | None:
-        """The two masses whose torque of first order in 1/k is nearest to that of the estimates, over the record.
-
-        A rotor B and a link M − B on a spring k carry s = τ_out − B q̈ and give −((M − B) s̈ + s ∂τ_out/∂q)/k beside τ_out,
-        M the joint's inertia. The columns have M and B of no posture in them; what both torques share with the rest of a
-        fit tells nothing.
-        """
-        if not courses or not np.any(values):
-            return None
-        inertia = float(np.mean(np.concatenate([course.inertia for course in courses])))
-        if inertia <= 0.0:
-            return None
-        parts = []
-        for course in courses:
-            fourth = course.second_derivative(course.ddq)
-            rate = course.second_derivative(course.load)
-            bent = course.load * course.load_slope
-            parts.append(
-                np.column_stack(
-                    [
-                        -float(values[0]) * rate - float(values[1]) * bent,
-                        -(course.inertia * rate + bent),
-                        course.inertia * fourth + rate + course.ddq * course.load_slope,
-                        -fourth,
-                        at_instant(course.load, course.load_slope, course.dq, course.ddq),
-                    ]
-                )[2:-2]  # differences over time are one-sided at the ends
-            )
-        columns = np.vstack(parts)
-        rest = columns[:, 4:]
-        torques = columns[:, :4]
-        shared = np.delete(rest, 1, axis=1)  # what changes with the position is the second column itself
-        apart = torques - shared @ np.linalg.lstsq(shared, torques, rcond=None)[0]
-        best, least = None, np.inf
-        for share in np.linspace(LEAST_SHARE, 1.0 - LEAST_SHARE, SHARES):
-            rotor = (1.0 - share) * inertia
-            powers = np.array([1.0, rotor, rotor**2])
-            shape = apart[:, 1:] @ powers
-            compliance = float(apart[:, 0] @ shape) / max(float(shape @ shape), 1e-300)
-            left = float(np.sum((apart[:, 0] - compliance * shape) ** 2))
-            if compliance > 0.0 and left < least:
-                made = compliance * (torques[:, 1:] @ powers)
-                beside = np.linalg.lstsq(rest, torques[:, 0] - made, rcond=None)[0]
-                best, least = Give(rotor, compliance, beside=tuple(float(each) for each in beside)), left
-        return best
-
-    def beside_give(
-        self, motion: JointMotion, values: Array, constants: Constants, give: Give | None
-    ) -> Array:
-        if give is None:
-            return -float(values[1]) * motion.load * motion.load_slope
-        instant = at_instant(motion.load, motion.load_slope, motion.dq, motion.ddq)
-        instant[:, 4] = motion.direction
-        return instant @ np.array(give.beside)
 
 
 class MotorInertia(Effect):

@@ -31,6 +31,7 @@ from identify.simulation.closing import loop_asked_for, why_not_closed
 from identify.simulation.controller import Controllers, estimated_controllers
 from identify.simulation.free_motion import Keep, Run, free_motions
 from identify.simulation.free_run import free_run
+from identify.simulation.give_fit import give_fit, giving_slots
 from identify.simulation.measured_motion import MeasuredMotion, measured_motions
 from identify.simulation.rollout import energy_drift, roll_out
 from identify.simulation.torque_model import TorqueModel
@@ -137,7 +138,7 @@ def simulated(
         )
         remarks += closing.remarks
     formed = _formed(result, controllers is not None)
-    remarks += _without_give(result, formed)
+    remarks += _on_gives(result)
     asked: list[float | None] = [*sorted(set(horizons)), *([None] if free_run else [])]
     horizon_errors: list[HorizonErrors] = []
     total = len(asked) * len(experiment.sessions) * (1 if usual is None else 2)
@@ -210,14 +211,12 @@ def simulated(
 def _formed(result: Identification, closed: bool) -> tuple[EffectInSimulation, ...]:
     """How a simulation forms the torque of each effect."""
     fitted = result.fitted
-    model = TorqueModel(fitted, result.experiment.sessions[0])  # gives are the same in every session
+    gives = give_fit(fitted).gives
     listed = []
     for slot in fitted.slots:
         effect = slot.term.effect
         how: Formed = effect.simulated_with(slot.values)
-        if how == "give" and model.give_of(slot) is None:
-            how = "instant"
-        elif how == "command" and closed:
+        if (how == "give" and slot.term.joint not in gives) or (how == "command" and closed):
             how = "left-out"
         state = {"give": "position and speed of the link", "state": effect.state_name}.get(how)
         joint = fitted.record.joint_names[slot.term.joint]
@@ -225,13 +224,20 @@ def _formed(result: Identification, closed: bool) -> tuple[EffectInSimulation, .
     return tuple(listed)
 
 
-def _without_give(result: Identification, formed: Sequence[EffectInSimulation]) -> list[str]:
-    """Remarks on effects between motor and link whose estimates amount to no give."""
-    return [
-        f"{each.effect}@{each.joint}: its estimates amount to {slot.term.effect.no_give}; its torque over position and load"
-        " acts at the instant, the rest of it is left out"
-        for slot, each in zip(result.fitted.slots, formed, strict=True)
-        if slot.term.effect.simulated_with(slot.values) == "give" and each.formed != "give"
+def _on_gives(result: Identification) -> list[str]:
+    """Remarks on what gives between motor and link: fitted for the simulation, with the parameters beside it."""
+    fitted = result.fitted
+    gives, names = give_fit(fitted).gives, fitted.record.joint_names
+    remarks = [
+        f"{names[joint]}: {give.in_words(fitted.record.summaries[joint].revolute)}, from the torque of motor and link as two"
+        " masses in the identification sessions, all parameters beside it once more"
+        for joint, give in gives.items()
+    ]
+    return remarks + [
+        f"{slot.term.effect.name}@{names[slot.term.joint]}: left out, since the model has no inertia of the joint that motor and"
+        " link could share"
+        for slot in giving_slots(fitted)
+        if slot.term.joint not in gives
     ]
 
 

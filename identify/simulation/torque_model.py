@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from identify.dynamics.inverse_dynamics import InverseDynamics
 from identify.dynamics.payload import payload_parameters
 from identify.dynamics.standard_parameters import PARAMETERS_PER_JOINT
-from identify.effects.give import Give, JointCourse
 from identify.effects.load_velocity import LoadVelocity
 from identify.effects.motion import BlockMemory
 from identify.estimation.context import FittedTorque, JointContext, Slot, rows_of
@@ -24,7 +23,8 @@ from identify.estimation.fitted_model import FittedModel
 from identify.estimation.record import PreparedBlock
 from identify.recording import SessionEntry
 from identify.signals import MotionBlock
-from identify.simulation.joint_course import joint_courses
+from identify.simulation.driven_link import SLOPE_STEP
+from identify.simulation.give_fit import GiveFit, give_fit
 
 Array = NDArray[np.float64]
 StateKey = tuple[str, int]
@@ -32,9 +32,6 @@ StateKey = tuple[str, int]
 
 LINK, LINK_SPEED = "link", "link's speed"
 """names of the states of a joint whose transmission gives: where its link stands, and its speed"""
-
-SLOPE_STEP = 1e-6
-"""rad or m, of the difference quotient of the load over a joint's position"""
 
 STILL = 1e-12
 """rad/s or m/s. A joint about to move from rest is given this velocity in the direction tried, so that formulas with
@@ -75,9 +72,12 @@ class TorqueModel:
 
     fitted : the model with its parameters
     entry  : the session, whose payload is carried
+    given  : how its transmissions give, and the parameters beside that; `give_fit` of the model if not said
     """
 
-    def __init__(self, fitted: FittedModel, entry: SessionEntry) -> None:
+    def __init__(self, fitted: FittedModel, entry: SessionEntry, given: GiveFit | None = None) -> None:
+        given = given or give_fit(fitted)
+        fitted = given.fitted
         self.fitted, self.entry = fitted, entry
         record = fitted.record
         self.joints = record.joints
@@ -107,20 +107,13 @@ class TorqueModel:
         self._slots = [
             (s, s.term.effect.simulated_values(v, s.values, inertias[s.term.joint]))
             for s, v in values
-            if s.term.effect.simulated_with(s.values) != "command"
+            if s.term.effect.simulated_with(s.values) not in ("command", "give")
         ]
         self.stateful = [s for s, _ in self._slots if s.term.effect.simulated_with(s.values) == "state"]
         self.meets = any("play" in slot.values for slot in self.stateful)
         """whether links are met by their motors across a gap"""
-        self._own_gives = {
-            s.term.key: s.term.effect.give(v, s.values, self._courses(s)) for s, v in self._slots
-        }
-        self.gives: dict[int, Give] = {}
+        self.gives = dict(given.gives)
         """by joint: how its transmission gives between the motor, where the encoder is, and the link"""
-        for (_, joint), give in self._own_gives.items():
-            if give is not None:
-                before = self.gives.get(joint)
-                self.gives[joint] = give if before is None else before.in_series_with(give)
         self.command_lead = [
             (slot.term.joint, slot.term.effect.command_lead(constants))
             for slot, constants in values
@@ -134,12 +127,6 @@ class TorqueModel:
             effect.uses_load or effect.uses_torque or effect.nonlinear for effect in effects
         )
         """whether the torque is linear in the acceleration"""
-
-    def _courses(self, slot: Slot) -> list[JointCourse]:
-        """What the joint of an effect that gives did in the sessions of the fit."""
-        if slot.term.effect.simulated_with(slot.values) != "give" or self._load_from is None:
-            return []
-        return joint_courses(self.fitted, self._load_from.chi, slot.term.joint)
 
     def torque(self, windows: Windows, acceleration: Array) -> Array:
         """(windows, joints) N m or N: what the motors must give for this state and acceleration."""
@@ -168,10 +155,6 @@ class TorqueModel:
     def values_of(self, slot: Slot) -> Array:
         """(parameters,) fitted values of an effect."""
         return next(values for candidate, values in self._slots if candidate is slot)
-
-    def give_of(self, slot: Slot) -> Give | None:
-        """The give that an effect's estimates amount to; None where there is none."""
-        return self._own_gives.get(slot.term.key)
 
     def rigid_torque(self, windows: Windows, acceleration: Array) -> Array:
         """(windows, joints): tau_out of eq. (6) alone, base parameters and declared payload."""
@@ -224,10 +207,6 @@ class TorqueModel:
     def _slot_torque(
         self, context: JointContext, slot: Slot, values: Array, joint: int, windows: Windows
     ) -> Array:
-        effect, owner = slot.term.effect, slot.term.joint
-        if effect.simulated_with(slot.values) == "give":
-            give = self._own_gives[slot.term.key]
-            return effect.beside_give(context.motion(joint, owner), values, slot.values, give)
         return self._columns(context, slot, joint, windows) @ values
 
     def _columns(self, context: JointContext, slot: Slot, joint: int, windows: Windows) -> Array:
@@ -306,7 +285,7 @@ class TorqueModel:
         torque = context.load.copy()
         for slot, values in load_from.factors:
             effect = slot.term.effect
-            if effect.uses_torque or effect.simulated_with(slot.values) == "command":
+            if effect.uses_torque or effect.simulated_with(slot.values) in ("command", "give"):
                 continue
             for joint in rows_of(context.record, slot.term):
                 torque[:, joint] += self._slot_torque(context, slot, values, joint, windows)

@@ -22,6 +22,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.simulation.driven_link import driven_link, link_lags
 from identify.simulation.forward_dynamics import (
     Beginning,
     accelerations,
@@ -124,6 +125,7 @@ class TwoMasses:
         self._gives = [model.gives[joint] for joint in self._joints]
         self._rotors = np.array([give.rotor for give in self._gives])
         rates = oscillations(model, windows)
+        self._relaxations = np.array([give.relaxation for give in self._gives])
         self._shown = np.array(
             [joint in rates and rates[joint] * row <= MOST_RADIANS for joint in self._joints]
         )
@@ -131,8 +133,9 @@ class TwoMasses:
     def begin(self, windows: Windows, applied: Array, guess: Array) -> _BeginningOfTwo:
         """The accelerations at the beginning of a step; guess (windows, joints + giving joints)."""
         twist, rate = self._twist(windows)
-        anchor = np.where(self._shown, twist, twist + self._period * rate)
-        rule = _Rule(anchor, np.where(self._shown, 0.0, self._period**2))
+        h, relaxation = self._period, self._relaxations
+        anchor = np.where(self._shown, twist, twist + h * rate) + relaxation * rate
+        rule = _Rule(anchor, np.where(self._shown, 0.0, h * (h + relaxation)))
         solution = self._solved(windows, applied, guess, rule)
         return _BeginningOfTwo(solution.motor, solution.direction, solution.guess, solution)
 
@@ -152,7 +155,13 @@ class TwoMasses:
         part = np.where(shown, 0.25 * h**2, 0.0)
         reached = windows.q + h * windows.dq
         ahead = np.where(stops, middle.q[:, joints], reached[:, joints] + part * first.motor[:, joints])
-        rule = _Rule(ahead - (link + h * speed + part * link_first), np.where(shown, 0.25, 1.0) * h**2)
+        late = np.where(shown, 0.5 * h, 0.0)
+        going = np.where(stops, 0.0, windows.dq[:, joints] + late * first.motor[:, joints])
+        rate = going - (speed + late * link_first)
+        rule = _Rule(
+            ahead - (link + h * speed + part * link_first) + self._relaxations * rate,
+            np.where(shown, 0.25, 1.0) * h**2 + self._relaxations * np.where(shown, 0.5, 1.0) * h,
+        )
         second = self._solved(middle, applied, first.guess, rule, first.mobility)
         ended = correction(
             self._model,
@@ -296,42 +305,28 @@ def oscillations(model: TorqueModel, windows: Windows) -> dict[int, float]:
 def measured_links(
     model: TorqueModel, motion: MeasuredMotion, first: Rows
 ) -> tuple[dict[StateKey, Array], Array]:
-    """Where the links stand at some rows, and what they carry, from the measured motion of the motors.
+    """Where the links stand at some rows, and what they carry: links that the measured motion of their motors has driven until
+    then."""
 
-    The load of the measured motion twists the transmission. Twist and rate are those of a parabola through the rows around
-    (Savitzky, Golay 1964), as many as the fit's own samples are smoothed over: an acceleration holds the encoder's noise.
-    """
-    joints = sorted(model.gives)
+    def loads(q: Array, ddq: Array) -> Array:
+        """(N, joints) N m or N, links and motors together."""
+        memory: dict[StateKey, Array] = {}
+        for joint in model.gives:
+            memory[LINK, joint], memory[LINK_SPEED, joint] = q[:, joint], motion.dq[:, joint]
+        direction = np.sign(motion.direction)
+        windows = Windows(motion.time, q, motion.dq, direction, motion.external, memory=memory)
+        return model.load(windows, ddq)
 
-    def loads(rows: Rows) -> Array:
-        """(rows, giving joints) N m or N."""
-        states: dict[StateKey, Array] = {}
-        for joint in joints:
-            states[LINK, joint], states[LINK_SPEED, joint] = motion.q[rows, joint], motion.dq[rows, joint]
-        windows = Windows(
-            time=motion.time[rows],
-            q=motion.q[rows],
-            dq=motion.dq[rows],
-            direction=np.sign(motion.direction[rows]),
-            external=None if motion.external is None else motion.external[rows],
-            memory=states,
-        )
-        rotors = np.array([model.gives[joint].rotor for joint in joints])
-        return model.load(windows, motion.ddq[rows])[:, joints] - rotors * motion.ddq[rows][:, joints]
-
-    half = max(2, round(0.5 / (model.fitted.record.settings.decimation_cutoff * motion.period)))
-    half = min(half, (len(motion) - 1) // 2)
-    begin = np.clip(first - half, 0, len(motion) - 2 * half - 1)
-    rows = begin[:, None] + np.arange(2 * half + 1)
-    carried = loads(rows.ravel()).reshape(*rows.shape, -1)
-    # (windows, 2, rows): weights of value and slope at the window's own row
-    time = motion.period * (rows - first[:, None])
-    weights = np.linalg.pinv(np.stack([np.ones(time.shape), time, time**2], axis=-1))[:, :2]
-    speed = np.where(motion.resting[first], 0.0, motion.dq[first])
     states: dict[StateKey, Array] = {}
-    for number, joint in enumerate(joints):
-        twists = model.gives[joint].twist(carried[:, :, number])
-        twist, rate = (weights @ twists[:, :, None])[:, :, 0].T
-        states[LINK, joint] = motion.q[first, joint] - twist
-        states[LINK_SPEED, joint] = speed[:, joint] - rate
-    return states, carried[np.arange(len(first)), first - begin]
+    carried = []
+    later = np.maximum(first, 1)
+    for joint in sorted(model.gives):
+        link = driven_link(joint, motion.period, (motion.q, motion.ddq), loads)
+        (lag,) = link_lags(model.gives[joint], [link])
+        rate = (lag.twist[later] - lag.twist[later - 1]) / motion.period
+        states[LINK, joint] = motion.q[first, joint] - lag.twist[first]
+        states[LINK_SPEED, joint] = (
+            np.where(motion.resting[first, joint], 0.0, motion.dq[first, joint]) - rate
+        )
+        carried.append(lag.carried[first])
+    return states, np.stack(carried, axis=1)

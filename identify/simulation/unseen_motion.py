@@ -19,6 +19,7 @@ from identify.estimation.least_squares import least_squares
 from identify.estimation.record import Record
 from identify.recording import SessionEntry
 from identify.results.unseen_motion import JointUnseenMotion, UnseenMotionErrors
+from identify.simulation.give_fit import GiveFit, give_fit
 from identify.simulation.measured_motion import MeasuredMotion, measured_motions
 from identify.simulation.rollout import roll_out
 from identify.simulation.torque_model import TorqueModel
@@ -103,7 +104,7 @@ def unseen_motion(fitted: FittedModel, horizon: float = HORIZON) -> UnseenMotion
         part
         for entry in entries
         for part in _window_errors(
-            fitted, entry, measured_motions(fitted.record, entry), horizon, MOST_WINDOWS
+            give_fit(fitted), entry, measured_motions(fitted.record, entry), horizon, MOST_WINDOWS
         )
     ]
     unseen: Unseen = "validation"
@@ -133,17 +134,21 @@ def _of_stretches(fitted: FittedModel, horizon: float) -> Iterator[Array]:
             continue
         fit = least_squares(observation, fitted.fit.fitted, rest, fitted.fit.weights)
         without = replace(fitted, fit=admissible_fit(observation, fit, bounds))
-        for session, hidden_blocks in left_out.items():
-            entry = fitted.entries[session]
-            if entry.file not in motions:
-                motions[entry.file] = measured_motions(fitted.record, entry)
-            begin, end = (
+        spans = {
+            fitted.entries[session].file: (
                 observation.blocks[hidden_blocks[0]].start,
                 observation.blocks[hidden_blocks[-1]].stop,
             )
-            parts = [_between(motion, begin, end) for motion in motions[entry.file]]
+            for session, hidden_blocks in left_out.items()
+        }
+        given = give_fit(without, spans)
+        for file, (begin, end) in spans.items():
+            entry = next(each for each in fitted.entries if each.file == file)
+            if file not in motions:
+                motions[file] = measured_motions(fitted.record, entry)
+            parts = [_between(motion, begin, end) for motion in motions[file]]
             yield from _window_errors(
-                without,
+                given,
                 entry,
                 [part for part in parts if part is not None],
                 horizon,
@@ -158,10 +163,10 @@ def _between(motion: MeasuredMotion, begin: float, end: float) -> MeasuredMotion
 
 
 def _window_errors(
-    fitted: FittedModel, entry: SessionEntry, motions: list[MeasuredMotion], horizon: float, most: int
+    given: GiveFit, entry: SessionEntry, motions: list[MeasuredMotion], horizon: float, most: int
 ) -> Iterator[Array]:
     """(windows, joints) of each motion that has room for one."""
-    model = TorqueModel(fitted, entry)
+    model = TorqueModel(given.fitted, entry, given)
     for motion in motions:
         samples = max(2, round(horizon / motion.period) + 1)
         if samples > len(motion):

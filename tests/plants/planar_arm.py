@@ -20,7 +20,7 @@ import numpy as np
 import yaml
 from scipy.signal import lfilter
 
-from tests.plants.hidden_effects import GRAVITY, ON_THE_COMMAND, ON_THE_TORQUE, Array, Joint, Run
+from tests.plants.hidden_effects import BENDING, GRAVITY, ON_THE_COMMAND, ON_THE_TORQUE, Array, Joint, Run
 from tests.plants.planned_motion import planned_motion
 from tests.plants.session_table import session_text
 
@@ -126,8 +126,8 @@ def record_arm(
     pace: float = 1.0,
     shape: float = 1.0,
 ) -> Path:
-    """Move the arm through its sessions, with effects at a joint (name in `OF_ONE_JOINT` -> strength), and write the
-    experiment."""
+    """Move the arm's links through its sessions, with effects at a joint (name in `OF_ONE_JOINT` or `BENDING` -> strength), and
+    write the experiment."""
     folder.mkdir(parents=True, exist_ok=True)
     count = len(arm.joints)
     sessions = []
@@ -143,7 +143,7 @@ def record_arm(
             run.load = loads[:, place]
             commands.append(_command(run, effects if place == joint else {}))
             step = 2 * np.pi / of.counts_per_turn
-            columns[f"q{place + 1}"] = np.round(q[:, place] / step) * step
+            columns[f"q{place + 1}"] = np.round(run.motor_q / step) * step
         columns |= {f"v{place + 1}": command for place, command in enumerate(commands)}
         file = f"session-{index:02d}.csv"
         text = session_text(list(columns.values()), list(columns), ["%.9g"] * len(columns))
@@ -182,8 +182,11 @@ def _command(run: Run, effects: Mapping[str, float]) -> Array:
     """What the drive of a joint reports, in steps of 1/1000, with its noise."""
     joint = run.joint
     run.motor_q, run.motor_dq, run.motor_ddq = run.q.copy(), run.dq.copy(), run.ddq.copy()
-    run.torque = run.load + joint.rotor_inertia * run.ddq + joint.viscous * run.dq
-    run.torque += joint.coulomb * np.sign(run.dq) + joint.offset
+    for name, strength in effects.items():
+        if name in BENDING:
+            BENDING[name](run, strength)
+    run.torque = run.load + joint.rotor_inertia * run.motor_ddq + joint.viscous * run.motor_dq
+    run.torque += joint.coulomb * np.sign(run.motor_dq) + joint.offset
     for name, strength in effects.items():
         if name in ON_THE_TORQUE:
             ON_THE_TORQUE[name](run, strength)

@@ -75,11 +75,11 @@ class TwoMasses:
         dtheta, dq = dtheta + STEP * motor, dq + STEP * link
         return theta + STEP * dtheta, dtheta, q + STEP * dq, dq
 
-    def settled(self, theta: Array, mass: Array) -> Array:
-        """Where the link hangs at rest."""
-        q = theta.copy()
+    def settled(self, theta: Array, acceleration: Array, mass: Array) -> Array:
+        """Where the link hangs without a swing of its own behind a motor that moves with an acceleration, rad/s²."""
+        q, inertia = theta.copy(), self.link + mass * self.reach**2
         for _ in range(50):
-            load = GRAVITY * (self.first_moment + mass * self.reach) * np.cos(q)
+            load = GRAVITY * (self.first_moment + mass * self.reach) * np.cos(q) + inertia * acceleration
             q = theta - load / self.stiffness - np.sign(load) * 0.5 * self.gap
         return q
 
@@ -114,7 +114,7 @@ def record(
         return (size * np.sin(angle)).sum(0), (size * rate * np.cos(angle)).sum(0)
 
     theta, dtheta = reference(0.0)
-    q = plant.settled(theta, mass)
+    q = plant.settled(theta, -(size * rate**2 * np.sin(phase)).sum(0), mass)
     state: tuple[Array, ...] = (theta, dtheta, q, dtheta.copy())
     rows = round(duration / (EVERY * STEP))
     kept = np.empty((rows, 4, len(mass)))
@@ -130,27 +130,28 @@ def record(
     return Recorded(plant, mass, time, np.round(kept[:, 0] / count) * count, command, kept[:, 2], kept[:, 3])
 
 
-def one_second_error(recorded: Recorded, session: int) -> float:
+def one_second_error(
+    recorded: Recorded, session: int, every: float = 1.0, link_is_known: bool = False
+) -> float:
     """rad, root mean square over windows of a second of the true plant, driven by the recorded torque.
 
-    Windows begin at measured states: of the motor, and with the link where the load of the measured motion twists the
-    transmission to.
+    Windows begin one each `every` s, at the measured state of the motor and where the load of the measured motion twists the
+    link to; or at the link's true state, which nobody measures.
     """
     plant, period = recorded.plant, EVERY * STEP
     position, command = recorded.position[:, session], recorded.command[:, session]
     velocity = savgol_filter(position, 31, 3, deriv=1, delta=period)
-    acceleration = savgol_filter(position, 31, 3, deriv=2, delta=period)
-    moment = GRAVITY * (plant.first_moment + recorded.masses[session] * plant.reach)
-    load = (plant.link + recorded.masses[session] * plant.reach**2) * acceleration + moment * np.cos(position)
-    twist = load / plant.stiffness + 0.5 * plant.gap * np.tanh(load / 1.0)
-    samples = round(1.0 / period) + 1
-    first = np.arange(100, len(position) - samples - 100, samples - 1)
-    state: tuple[Array, ...] = (
-        position[first].copy(),
-        velocity[first].copy(),
-        (position - twist)[first],
-        (velocity - np.gradient(twist, period))[first],
-    )
+    samples, edge = round(1.0 / period) + 1, round(0.2 / period)
+    first = np.arange(edge, len(position) - samples - edge, round(every / period))
+    link, link_speed = recorded.link[:, session], recorded.link_speed[:, session]
+    if not link_is_known:
+        acceleration = savgol_filter(position, 31, 3, deriv=2, delta=period)
+        moment = GRAVITY * (plant.first_moment + recorded.masses[session] * plant.reach)
+        inertia = plant.link + recorded.masses[session] * plant.reach**2
+        load = inertia * acceleration + moment * np.cos(position)
+        twist = load / plant.stiffness + 0.5 * plant.gap * np.tanh(load / 1.0)
+        link, link_speed = position - twist, velocity - np.gradient(twist, period)
+    state = (position[first].copy(), velocity[first].copy(), link[first], link_speed[first])
     mass = np.full(len(first), recorded.masses[session])
     squares = []
     for sample in range(samples):

@@ -33,9 +33,10 @@ def test_the_energy_of_a_give_is_the_work_of_its_load():
     np.testing.assert_allclose(give.energy(load), work, atol=1e-7)
 
 
-def test_a_spring_and_a_gap_in_series_twist_by_the_sum():
-    spring, gap = Give(3.0, compliance=2e-5), Give(4.0, gap=1e-3, flank_load=5.0)
-    load = np.linspace(-40.0, 40.0, 9)
-    for both in (spring.in_series_with(gap), gap.in_series_with(spring)):
-        np.testing.assert_allclose(both.twist(load), spring.twist(load) + gap.twist(load))
-        assert both.rotor == 3.0
+def test_a_give_is_told_with_its_units():
+    assert (
+        Give(3.0, compliance=2e-5).in_words(True) == "a stiffness of 5e+04 N m/rad before a rotor of 3 kg m²"
+    )
+    assert Give(4.0, 1e-6, 1e-3).in_words(False) == (
+        "a stiffness of 1e+06 N/m and a gap of 0.001 m before a rotor of 4 kg"
+    )

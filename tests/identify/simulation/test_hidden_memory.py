@@ -1,4 +1,4 @@
-"""Hidden gives between motor and link: the right effect predicts motion better, if not as the true parameters do.
+"""Hidden gives between motor and link: the right effect predicts motion as the true parameters do from the same measured start.
 
 The plants share no code with the identifier; each session of them has a pace of its own, so that the rigid parameters
 cannot stand for the give.
@@ -15,6 +15,7 @@ from identify import load_experiment
 from identify.identification import identify
 from identify.recording.controller_file import JointController
 from identify.simulation.controller import Controllers
+from identify.simulation.give_fit import give_fit
 from identify.simulation.measured_motion import measured_motions
 from identify.simulation.rollout import energy_drift, roll_out
 from identify.simulation.torque_model import LINK, TorqueModel
@@ -43,31 +44,27 @@ def rollout(elastic):
     return TorqueModel(right.fitted, entry), motion
 
 
-def test_with_the_hidden_elasticity_motion_is_predicted_better_than_any_rigid_transmission_can(elastic):
-    """Not as well as with the true parameters, in the plant's own code, which leave a third of the error."""
+def test_with_the_hidden_elasticity_motion_is_predicted_as_with_the_true_parameters(elastic):
     recorded, usual, right = elastic
     before, after = unseen_motion(usual.fitted), unseen_motion(right.fitted)
     assert before is not None
     assert after is not None
     true = two_masses.one_second_error(recorded, 4)
-    assert after.rms[0] < 0.5 * before.rms[0]
-    assert after.rms[0] < 4.0 * true < before.rms[0]
-    assert not after.worse_than(before)[0]
+    assert after.rms[0] < 2.0 * true < 0.5 * before.rms[0]
+    assert before.worse_than(after)[0]
 
 
-def test_of_the_record_a_simulation_knows_nothing_but_where_it_starts_and_what_drives_it(rollout):
-    """The twist at the start is that of a parabola through the rows around it, less than a tenth of a second. Its speed is
-    filtered without phase before, from rows to either side too."""
+def test_of_the_record_a_simulation_knows_nothing_but_what_was_until_its_start_and_what_drives_it(rollout):
+    """Links stand where the motors have driven them until then. Speeds are filtered without phase before, from rows to either
+    side."""
     model, motion = rollout
-    first, samples = [300, 700], 80
-    course = roll_out(model, motion, first, samples)
+    course = roll_out(model, motion, [500], 80)
     altered = {name: getattr(motion, name).copy() for name in ("q", "dq", "ddq", "direction")}
-    for start in first:
-        for values in altered.values():
-            values[start + 20 : start + samples + 10] *= 1.01
-    again = roll_out(model, replace(motion, **altered), first, samples)
+    for values in altered.values():
+        values[501:590] *= 1.01
+    again = roll_out(model, replace(motion, **altered), [500], 80)
     for name in ("q", "dq"):
-        np.testing.assert_array_equal(getattr(course, name), getattr(again, name))
+        np.testing.assert_allclose(getattr(course, name), getattr(again, name), atol=1e-13)
 
 
 def test_the_energy_of_both_masses_and_the_spring_is_the_work_done_on_them(rollout):
@@ -93,7 +90,24 @@ def test_in_a_closed_loop_the_encoder_is_on_the_motor(rollout):
 
 
 def test_the_identified_spring_is_the_hidden_one(elastic):
+    """Too soft where noise of the encoder makes the link ring behind its motor, which is taken for damping."""
     _, _, right = elastic
-    give = TorqueModel(right.fitted, right.experiment.sessions[4]).gives[0]
-    assert give.compliance == pytest.approx(1 / 4e4, rel=0.1)
-    assert give.rotor == pytest.approx(4.0, rel=0.25)
+    give = give_fit(right.fitted).gives[0]
+    assert give.compliance == pytest.approx(1 / 4e4, rel=0.25)
+    assert give.rotor == pytest.approx(4.0, rel=0.35)
+    assert right.fitted.fit.chi[0] == pytest.approx(12.0, rel=0.02)
+
+
+def test_a_hidden_gap_is_found_and_motion_predicted_far_better_than_without_it(tmp_path):
+    """The link is taken to be where the motor has driven it, which tells a flank from the other but not each impact."""
+    plant = TwoMasses(stiffness=3e5, damping=800.0, gap=4e-3, coulomb=5.0, first_moment=2.0, noise=0.005)
+    recorded = two_masses.record(plant, (0.0, 4.0, 2.0), (9.0, 6.0, 8.0), 8.0, 7)
+    experiment = load_experiment(two_masses.write_experiment(tmp_path / "gap", recorded))
+    usual, right = identify(experiment, "usual"), identify(experiment, "usual", ["backlash"])
+    give = give_fit(right.fitted).gives[0]
+    assert give.gap == pytest.approx(4e-3, rel=0.1)
+    assert give.rotor == pytest.approx(4.0, rel=0.1)
+    before, after = unseen_motion(usual.fitted), unseen_motion(right.fitted)
+    assert before is not None
+    assert after is not None
+    assert np.median(after.errors) < 0.25 * np.median(before.errors)

@@ -39,17 +39,21 @@ def test_the_effect_that_was_hidden_mends_the_motion_too(stribeck):
     assert document.along_record == ()
 
 
-def test_a_gap_that_the_estimates_do_not_amount_to_is_remarked(stribeck):
+def test_what_gives_is_told_and_what_else_the_record_is_asked_for(stribeck):
+    """No gap is hidden: what is found is near the finest that the encoder shows."""
     document = simulate(
         load_experiment(stribeck),
         "usual",
         ["stribeck", "backlash", "friction-warmup"],
-        [0.5],
+        [0.1],
         free_run=False,
     )
-    assert {(each.formed, each.state) for each in document.formed} == {("instant", None)}
+    formed = {each.effect: (each.formed, each.state) for each in document.formed}
+    assert formed.pop("backlash") == ("give", "position and speed of the link")
+    assert set(formed.values()) == {("instant", None)}
     (remark,) = document.remarks
-    assert remark.startswith("backlash@elbow: its estimates amount to no gap, or to one wider than the joint")
+    print(remark)
+    assert remark.startswith("elbow: a gap of ")
     assert document.inputs == ("recorded torque", "time")
 
 
