@@ -52,7 +52,6 @@ def test_what_gives_is_told_and_what_else_the_record_is_asked_for(stribeck):
     assert formed.pop("backlash") == ("give", "position and speed of the link")
     assert set(formed.values()) == {("instant", None)}
     (remark,) = document.remarks
-    print(remark)
     assert remark.startswith("elbow: a gap of ")
     assert document.inputs == ("recorded torque", "time")
 

@@ -63,7 +63,7 @@ def test_with_the_hidden_effect_motion_is_predicted_nearly_as_with_the_true_para
 @pytest.fixture(scope="module")
 def disturbed(tmp_path_factory):
     """An arm in a loop that lacks nothing but has a coloured disturbance, which wrong effects explain in part."""
-    drawn = closed_loop.draw_arm(np.random.default_rng(1), delay=0.0, stiction=0.0, duration=20.0)
+    drawn = closed_loop.draw_arm(np.random.default_rng(2), delay=0.0, stiction=0.0, duration=16.0)
     arm = replace(drawn, payloads=(0.0, 6.0))
     (sessions,) = closed_loop.simulate([arm])
     return closed_loop.write_arm(tmp_path_factory.mktemp("loop") / "arm", arm, sessions)
@@ -73,7 +73,7 @@ def test_a_wrong_effect_that_helps_the_torque_and_hurts_the_motion_is_told(distu
     known = {}
 
     def judged_once(fitted):
-        """Both documents look at the same two models, and a gap takes long."""
+        """Both documents look at the same two models."""
         effects = tuple(slot.term.key for slot in fitted.slots)
         if effects not in known:
             known[effects] = unseen_motion(fitted)
@@ -82,12 +82,12 @@ def test_a_wrong_effect_that_helps_the_torque_and_hurts_the_motion_is_told(distu
     for module in (motion_judgement, simulate):
         monkeypatch.setattr(module, "unseen_motion", judged_once)
     experiment = load_experiment(disturbed)
-    usual, wider = identify(experiment, "usual"), identify(experiment, "usual", ["backlash"])
+    usual, wider = identify(experiment, "usual"), identify(experiment, "usual", ["friction-position"])
     assert wider.fitted.fit.relative_error < usual.fitted.fit.relative_error
     (term,) = (
         term
-        for term in requested_model(usual.fitted.record, "usual", ["backlash"]).terms
-        if term.effect.name == "backlash"
+        for term in requested_model(usual.fitted.record, "usual", ["friction-position"]).terms
+        if term.effect.name == "friction-position"
     )
     (told,) = motion_judgement.effects_on_motion(usual.fitted, [term])
     assert told.motion.worse == (told.joint,)
