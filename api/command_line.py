@@ -7,9 +7,11 @@ import atexit
 import contextlib
 import gc
 import importlib
+import io
 import os
 import pkgutil
 import sys
+from collections.abc import Sequence
 from typing import Any, NoReturn
 
 import typer
@@ -104,6 +106,11 @@ def _run() -> None:
 
 
 def _command() -> None:
+    _require_text(sys.argv[1:])
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(
+            errors="replace"
+        )  # a terminal of an older encoding lacks '‖' and '²'; JSON stays JSON
     _register_commands(next(iter(sys.argv[1:]), ""))
     from identify.recording.errors import InputError
 
@@ -122,6 +129,20 @@ def _command() -> None:
             raise SystemExit(_wrong_arguments(error)) from None
         print(f"coulomb: {type(error).__name__}: {error}", file=sys.stderr)
         raise SystemExit(1) from error
+
+
+def _require_text(arguments: Sequence[str]) -> None:
+    """Ends with status 2 where an argument, a file's name say, is no text: it could stand in no document."""
+    for argument in arguments:
+        try:
+            argument.encode()
+        except UnicodeEncodeError:
+            said = argument.encode("utf-8", "backslashreplace").decode()
+            print(
+                f"coulomb: '{said}': not UTF-8; rename the file, or set a UTF-8 locale (LC_ALL=C.UTF-8)",
+                file=sys.stderr,
+            )
+            raise SystemExit(2) from None
 
 
 def _wrong_arguments(error: Any) -> int:

@@ -1,5 +1,9 @@
 """Ends of a command that are no answer: one line on stderr and the status of the contract."""
 
+import io
+import os
+import sys
+
 import pytest
 import typer
 
@@ -21,3 +25,24 @@ def test_a_command_that_was_interrupted_says_so_and_ends_with_status_1(monkeypat
         api.command_line._run()
     assert end.value.code == 1
     assert capsys.readouterr().err == "coulomb: interrupted\n"
+
+
+def test_a_name_that_is_no_text_is_refused_in_one_line(monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["coulomb", "identify", os.fsdecode(b"Pr\xfcfstand")])
+    with pytest.raises(SystemExit) as end:
+        api.command_line._run()
+    assert end.value.code == 2
+    said = capsys.readouterr().err
+    assert said.startswith("coulomb: 'Pr\\udcfcfstand': not UTF-8; rename the file")
+    assert said.count("\n") == 1
+
+
+def test_a_terminal_without_a_character_of_the_answer_gets_the_rest_of_it(monkeypatch):
+    written = io.BytesIO()
+    monkeypatch.setattr("sys.stdout", io.TextIOWrapper(written, encoding="ascii"))
+    monkeypatch.setattr("sys.argv", ["coulomb", "effects"])
+    with pytest.raises(SystemExit) as end:
+        api.command_line._run()
+    sys.stdout.flush()
+    assert not end.value.code
+    assert b"viscous" in written.getvalue()
