@@ -125,11 +125,11 @@ def verified(
         if len(kept) == len(added):
             evidence = {finding.candidate.key: finding for finding, _ in kept}
             return State.of(screening, added, evidence, refusals, least)
-        staying = {term.key for _, term in kept}
+        staying = [(term, finding.candidate.judged) for finding, term in kept]
         for term, judged in added:
-            if term.key not in staying:
-                refusals.refuse(term, judged, [row for row in added if row[0].key in staying])
-        added = [(term, judged) for term, judged in added if term.key in staying]
+            if (term, judged) not in staying:
+                refusals.refuse(term, judged, staying)
+        added = [row for row in added if row in staying]
         present, added = fits.without_others(added, present)
 
 

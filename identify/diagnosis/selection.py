@@ -97,7 +97,8 @@ class Selection:
         least   : for every joint the gain that an effect must have
 
         Joints whose strongest is much weaker than the strongest of all wait: a fault of one joint shows in
-        others through the inertial parameters that they share.
+        others through the inertial parameters that they share. An effect of the whole robot, which several joints may
+        ask for at once, is added for the one that it helps most.
         """
 
         def of_joint(joint: int) -> tuple[list[Finding], Choice | None]:
@@ -112,8 +113,12 @@ class Selection:
             reverse=True,
         )
         strongest = choices[0][0] if choices else 0.0
-        additions = [each for drop, added in choices if drop >= WAITING * strongest for each in added]
-        return [findings for findings, _ in by_joint], additions
+        additions: dict[tuple[str, int], Addition] = {}
+        for drop, added in choices:
+            chosen = {candidate.term.key: (candidate, variant) for candidate, variant in added}
+            if drop >= WAITING * strongest and not additions.keys() & chosen.keys():
+                additions |= chosen
+        return [findings for findings, _ in by_joint], list(additions.values())
 
     def findings(self, joint: int) -> list[Finding]:
         """All candidates of a joint beside the present model, the best first."""
