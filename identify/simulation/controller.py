@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,8 +39,17 @@ LEAST_EXPLAINED = 0.5
 WORTH_AN_INTEGRAL = 0.5
 """of the variance that is left without an integral part: no more may be left with it"""
 
+FASTEST_LOOP = 3e4
+"""rad/s: a loop cannot be faster than the drive's current loop in it, which is closed some 16 000 times a second"""
+
+ROUNDING = 1e-9
+"""of eigenvalues beside 1"""
+
 INTEGRAL = 3
 """place of the integral among the columns of the law"""
+
+UNITS = {"position": "rad or m", "velocity": "rad/s or m/s", "integral": "rad s or m s"}
+"""what a gain's command is per"""
 
 
 @dataclass(frozen=True)
@@ -125,9 +135,82 @@ class Controllers:
         without = self.command(error, np.zeros(error.shape), ahead, velocity)
         return np.where(gain == 0.0, 0.0, (command - without) / np.where(gain == 0.0, 1.0, gain))
 
-    def damping(self, drive_gain: Array) -> Array:
-        """(n, n) N m s/rad: torque of the joints per speed of the joints that the loops oppose."""
-        return drive_gain * self.gain("velocity") @ self.turns.T
+    def opposing(self, name: str, drive_gain: Array) -> Array:
+        """(n, n) torque of the joints per position, speed or integral of the joints that the loops oppose, N m/rad and so on."""
+        return drive_gain * self.gain(name) @ self.turns.T
+
+    def opposing_rates(self, slope: Array, drive_gain: Array) -> Loops:
+        """What the loops do to joints of an inertia, (windows, n, n) kg m² or kg; drive_gain (n, n) g_f of eq. (4)."""
+        position, velocity, integral = (
+            np.linalg.solve(slope, np.broadcast_to(self.opposing(name, drive_gain), slope.shape))
+            for name in ("position", "velocity", "integral")
+        )
+        return Loops(self.listed, position, velocity, integral)
+
+
+@dataclass(frozen=True)
+class Loops:
+    """Closed loops about a state of the robot: acceleration of the joints per position, speed and integral that they oppose.
+
+    Each (windows, n, n): 1/s², 1/s and 1/s³.
+    """
+
+    listed: tuple[JointController, ...]
+    position: Array
+    velocity: Array
+    integral: Array
+
+    def fastest(self) -> float:
+        """Rate of the fastest loop in rad/s: the largest eigenvalue of the loops, and of the velocity loops alone.
+
+        Raises InputError: it is faster than a drive's can be; names joint and gain.
+        """
+        count, n = self.position.shape[:2]
+        course = np.zeros((count, 3 * n, 3 * n))  # d/dt of position, speed and integral
+        course[:, :n, n : 2 * n] = course[:, 2 * n :, :n] = np.eye(n)
+        course[:, n : 2 * n] = self._acceleration()
+        rate = float(max(np.abs(np.linalg.eigvals(each)).max() for each in (course, self.velocity)))
+        if rate > FASTEST_LOOP:
+            joint, name = self._fastest_gain()
+            raise InputError(
+                f"the controllers' gains make a loop of {rate:.3g} rad/s, and no drive's is beyond {FASTEST_LOOP:g}: joint"
+                f" '{joint.joint}': {name} {getattr(joint, name):g} is in units of the recorded command per {UNITS[name]}"
+            )
+        return rate
+
+    def bears_holding(self, step: float) -> bool:
+        """Whether the loops are damped with a torque that is held over two steps of so many seconds.
+
+        The position of a step's beginning lags by half a step, which takes K/2 of the step from the damping: over one step no
+        more than half of it, then.
+        """
+        n, step = self.position.shape[1], 2.0 * step
+        acceleration = self._acceleration()
+        course = np.zeros((len(acceleration), 3 * n, 3 * n))
+        course[:] = np.eye(3 * n)
+        course[:, :n, n : 2 * n] = course[:, 2 * n :, :n] = step * np.eye(n)
+        course[:, :n] += 0.5 * step**2 * acceleration
+        course[:, n : 2 * n] += step * acceleration
+        used = np.r_[
+            : 2 * n, 2 * n + np.flatnonzero(np.any(self.integral, axis=(0, 1)))
+        ]  # others drift freely
+        largest = np.abs(np.linalg.eigvals(course[:, used][:, :, used])).max()
+        return bool(largest < 1.0 + ROUNDING)
+
+    def _acceleration(self) -> Array:
+        """(windows, n, 3n) accelerations per position, speed and integral."""
+        return np.concatenate([-self.position, -self.velocity, -self.integral], axis=2)
+
+    def _fastest_gain(self) -> tuple[JointController, Literal["position", "velocity", "integral"]]:
+        """Joint and gain that alone make the fastest loop."""
+        rates = np.array(
+            [
+                np.abs(np.diagonal(each, axis1=1, axis2=2)).max(axis=0) ** (1.0 / order)
+                for each, order in ((self.position, 2), (self.velocity, 1), (self.integral, 3))
+            ]
+        )
+        gain, joint = np.unravel_index(int(np.argmax(rates)), rates.shape)
+        return self.listed[int(joint)], ("position", "velocity", "integral")[int(gain)]
 
 
 def read_controllers(path: Path) -> ControllerFile:

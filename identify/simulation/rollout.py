@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.recording import InputError
 from identify.simulation.controller import Controllers
 from identify.simulation.forward_dynamics import Integrator, RigidTransmissions
 from identify.simulation.measured_motion import LARGEST_STEP, MeasuredMotion
@@ -26,10 +25,7 @@ STEPS_PER_RADIAN_OF_LINKS = 2
 """of the oscillation of a link on the spring of its gear, whose rule is implicit: its frequency is within 2 %"""
 
 LARGEST_DECAY = 1.0
-"""part of its speed that a velocity loop, whose torque is held over a step, may take away within it; beyond 2 it would grow"""
-
-FASTEST_LOOP = 3e4
-"""rad/s: a velocity loop cannot be faster than the drive's current loop in it, which is closed some 16 000 times a second"""
+"""radians of the fastest loop, whose torque is held over a step, within it; beyond 2 it would grow"""
 
 DIVERGED = 1.0
 """ranges of a joint's recorded positions; a simulation that is further off than this says nothing more"""
@@ -84,11 +80,16 @@ class _RecordedTorque:
 class _ClosedLoop:
     """The torque of the controllers, held over each part of the way from row to row.
 
+    lead     : part of a part, 0 or 0.5. 0 is the law as a drive computes it, sample by sample. Position and reference of its
+               beginning lag by half a part, K/2 of whose length is taken from the damping: for a loop too stiff for it they
+               are those of the part's middle, whereto the speed leads, and take nothing
     integral : (windows, joints), as it stands
     """
 
-    def __init__(self, model: TorqueModel, motion: MeasuredMotion, controllers: Controllers) -> None:
-        self._controllers, self._motion = controllers, motion
+    def __init__(
+        self, model: TorqueModel, motion: MeasuredMotion, controllers: Controllers, lead: float
+    ) -> None:
+        self._controllers, self._motion, self._lead = controllers, motion, lead
         self._reference = controllers.reference(motion)
         self._gain = model.fitted.record.experiment.drive_gain
         self.integral = np.zeros(0)
@@ -101,10 +102,12 @@ class _ClosedLoop:
 
     def over(self, rows: tuple[Rows, Rows], part: int, parts: int, windows: Windows) -> tuple[Array, Array]:
         """Torque at the beginning and at the end of one of the parts between two rows; the integral goes on."""
-        position, ahead = self._reference.between(*rows, part / parts)
-        error = self._controllers.error(position, windows.q)
-        command = self._controllers.command(error, self.integral, ahead, windows.dq)
-        self.integral = self.integral + self._motion.period / parts * error
+        period = self._motion.period / parts
+        position, ahead = self._reference.between(*rows, (part + self._lead) / parts)
+        error = self._controllers.error(position, windows.q + self._lead * period * windows.dq)
+        integral = self.integral + self._lead * period * error
+        command = self._controllers.command(error, integral, ahead, windows.dq)
+        self.integral = self.integral + period * error
         torque = command @ self._gain.T
         return torque, torque
 
@@ -131,12 +134,12 @@ def roll_out(
     n = motion.q.shape[1]
     state = begin or _measured(model, motion, first)
     windows, guess = state.windows, state.guess
+    parts, lead = _parts_of_sample(model, windows, motion.period, controllers)
     driven: _RecordedTorque | _ClosedLoop = _RecordedTorque(model, motion)
     if controllers is not None:
-        driven = _ClosedLoop(model, motion, controllers)
+        driven = _ClosedLoop(model, motion, controllers, lead)
         driven.integral = driven.begin(first, windows) if begin is None else begin.integral
     span = motion.span
-    parts = _parts_of_sample(model, windows, motion.period, controllers)
     integrator: Integrator = RigidTransmissions(model, motion.period / parts)
     if model.gives:
         integrator = TwoMasses(model, windows, motion.period / parts, motion.period)
@@ -298,14 +301,14 @@ def _memory_at(
 
 def _parts_of_sample(
     model: TorqueModel, windows: Windows, period: float, controllers: Controllers | None
-) -> int:
-    """Steps of integration for one sample of the record.
+) -> tuple[int, float]:
+    """Steps of integration for one sample of the record, and the lead of `_ClosedLoop`.
 
-    Raises InputError: the velocity loops of these controllers are faster than those of drives.
+    Raises InputError: the loops of these controllers are faster than those of drives.
     """
     fastest = 1.0 / LARGEST_STEP
     if not model.stateful and not model.gives and controllers is None:
-        return max(1, math.ceil(period * fastest - 1e-9))
+        return _whole(period * fastest), 0.0
     if model.gives:
         shown = [rate for rate in oscillations(model, windows).values() if rate * period <= MOST_RADIANS]
         fastest = max([fastest, *(STEPS_PER_RADIAN_OF_LINKS * rate for rate in shown)])
@@ -316,14 +319,12 @@ def _parts_of_sample(
         inertia = float(np.min(np.abs(slope[:, joint, joint])))
         if stiffness > 0 and inertia > 0:
             fastest = max(fastest, STEPS_PER_RADIAN * math.sqrt(stiffness / inertia))
-    if controllers is not None:
-        damping = controllers.damping(model.fitted.record.experiment.drive_gain)
-        rates = np.linalg.eigvals(np.linalg.solve(slope, np.broadcast_to(damping, slope.shape)))
-        rate = float(np.max(np.abs(rates)))
-        if rate > FASTEST_LOOP:
-            raise InputError(
-                f"the controllers' gains make a velocity loop of {rate:.3g} rad/s, and no drive's is beyond"
-                f" {FASTEST_LOOP:g}: velocity is in units of the recorded command per rad/s or m/s"
-            )
-        fastest = max(fastest, rate / LARGEST_DECAY)
-    return max(1, math.ceil(period * fastest - 1e-9))
+    if controllers is None:
+        return _whole(period * fastest), 0.0
+    loops = controllers.opposing_rates(slope, model.fitted.record.experiment.drive_gain)
+    parts = _whole(period * max(fastest, loops.fastest() / LARGEST_DECAY))
+    return parts, 0.0 if loops.bears_holding(period / parts) else 0.5
+
+
+def _whole(steps: float) -> int:
+    return max(1, math.ceil(steps - 1e-9))

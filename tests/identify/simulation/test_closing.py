@@ -73,7 +73,9 @@ def test_gains_of_coupled_drives_are_told_in_the_coordinates_of_their_motors():
     again = found.command(error, np.zeros(error.shape), followed.ahead, motion.dq)
     np.testing.assert_allclose(again, command, atol=1e-6 * np.abs(command).max())
     # their damping as the joints feel it
-    np.testing.assert_allclose(found.damping(DRIVE_GAIN), DRIVE_GAIN @ np.diag(damping) @ GEAR, rtol=1e-6)
+    np.testing.assert_allclose(
+        found.opposing("velocity", DRIVE_GAIN), DRIVE_GAIN @ np.diag(damping) @ GEAR, rtol=1e-6
+    )
 
 
 def test_a_file_says_whose_coordinates_its_gains_are(tmp_path):

@@ -89,3 +89,13 @@ def test_a_loop_faster_than_the_record_is_stepped_finely_enough(arm):
     model, motion, inertia = arm
     course = roll_out(model, motion.rows(slice(0, 150)), [0], 150, cascade(inertia, 900.0))
     assert np.max(np.abs(course.q[:, 0] - motion.q[:150])) < 1e-3 * np.ptp(motion.q)
+
+
+@pytest.mark.parametrize("damped", [1.0, 0.0])
+def test_a_loop_much_too_stiff_for_its_damping_follows_nevertheless(arm, damped):
+    """Held over a step, the position would take more damping than the velocity loop gives, and the motion would grow."""
+    model, motion, inertia = arm
+    gains = JointController(joint="elbow", position=inertia * 1200.0**2, velocity=damped * inertia * 30.0)
+    loop = Controllers((gains,), ("qref1",), np.eye(1))
+    course = roll_out(model, motion.rows(slice(0, 150)), [0], 150, loop)
+    assert np.max(np.abs(course.q[:, 0] - motion.q[:150])) < 1e-3 * np.ptp(motion.q)

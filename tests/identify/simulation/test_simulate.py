@@ -112,7 +112,8 @@ def test_a_horizon_within_a_sample_is_refused_or_left_out(stribeck):
     ("gains", "said"),
     [
         ({"position": -9e3, "velocity": 50.0}, "'slide': position -9000 drives it away.*must be positive"),
-        ({"position": 4e4, "velocity": 1e12}, "velocity loop of .* rad/s, and no drive's is beyond"),
+        ({"position": 4e4, "velocity": 1e12}, "loop of .* rad/s.*beyond.*'slide': velocity 1e\\+12"),
+        ({"position": 4e9, "velocity": 250.0}, "loop of .* rad/s.*beyond.*'slide': position 4e\\+09"),
     ],
 )
 def test_gains_that_no_machine_has_are_refused(emps, gains, said):
@@ -134,6 +135,17 @@ def test_a_wrong_controller_file_is_refused_with_the_field(stribeck, tmp_path, t
     file.write_text(text)
     with pytest.raises(InputError, match=said):
         simulate(load_experiment(stribeck), "usual", [], [0.5], file)
+
+
+def test_a_reference_that_is_no_command_is_told_what_it_is(stribeck):
+    loop = ControllerFile(
+        joints=(JointController(joint="elbow", reference="q1", position=1.0, velocity=1.0),)
+    )
+    said = (
+        "reference: column 'q1' is the measured position of joint 1, and not the position that was commanded"
+    )
+    with pytest.raises(InputError, match=said):
+        simulate(load_experiment(stribeck), "usual", [], [0.5], loop)
 
 
 def test_a_record_without_a_reference_is_told_so(stribeck):
