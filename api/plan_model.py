@@ -15,7 +15,7 @@ from identify.dynamics.geometry import Geometry
 from identify.effects.admissible import named_parameters
 from identify.effects.catalogue import effects
 from identify.effects.coverage import Coverage, JointLimits
-from identify.effects.model import Model, Term, coupled_motors, parse_addition, parse_model
+from identify.effects.model import Model, Term, coupled_motors, model_name, parse_addition, parse_model
 from identify.effects.motion import BlockMemory, JointMotion, JointSummary
 from identify.estimation.motor_motion import GearSignals, gear_motion, rows_on
 from identify.estimation.parameters import rotor_name
@@ -79,7 +79,7 @@ class RegressorModel:
         additions: Sequence[str] = (),
         identified: Identified | None = None,
     ) -> None:
-        self.name = name
+        self.name = model_name(name)
         self.is_identified = identified is not None
         self.source = identified.source if identified else SOURCE
         asked_for = {payload.name for payload in payloads}

@@ -6,6 +6,7 @@ import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
+from identify.effects.model import model_name
 from identify.identification import Identification, identify
 from identify.recording import Experiment, InputError
 from identify.results.comparison import ComparisonDocument, ModelErrors
@@ -18,7 +19,7 @@ def compare(
 
     Raises InputError: a model or effect is wrong, or a model is named twice.
     """
-    named = list(models) or ["usual", *([] if add else ["load-velocity"])]
+    named = [model_name(each) for each in models] or ["usual", *([] if add else ["load-velocity"])]
     if len(set(named)) < len(named):
         raise InputError(f"--model {named[0]}: named twice; compare different models")
     results = {}

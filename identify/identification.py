@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from identify.effects.model import model_name
 from identify.estimation.essential import essential_parameters
 from identify.estimation.estimators import checked_estimator, with_estimator
 from identify.estimation.fitted_model import FittedModel
@@ -62,6 +63,7 @@ def identify(
     unknown_payloads : names of payloads whose ten parameters are estimated, whatever was declared of them
     Raises InputError: the experiment, the model, an effect, the estimator or a payload is wrong.
     """
+    model = model_name(model)
     estimator = checked_estimator(estimator, experiment.n)
     experiment = with_unknown_payloads(experiment, unknown_payloads)
     record = open_record(experiment, model)

@@ -147,13 +147,14 @@ def _new_proof(
 
     known = rig.payload(payload)
     motion = standard_plan(rig, seconds) if plan is None else ExcitationPlan.load(plan)
-    ahead = torque_ahead(identify(source, model, add), rig, motion, known, part, share)
+    identified = identify(source, model, add)
+    ahead = torque_ahead(identified, rig, motion, known, part, share)
     asked = ProofSettings(
         experiment=source.name,
         rig=rig.name,
         plan=motion.name or "standard plan",
         payload=known,
-        model=model,
+        model=identified.model,
         add=tuple(add),
         part=part,
         share=share,

@@ -16,7 +16,7 @@ from api.service.model_documents import Cause, ModelVersion
 from api.service.model_story import ModelStory, data_fingerprint
 from api.service.problems import Problem
 from api.service.refit import fit_entry, fresh_folder, next_refit, store_refit
-from identify.effects.model import IN_EVERY_MODEL, NAMED_MODELS
+from identify.effects.model import IN_EVERY_MODEL, NAMED_MODELS, model_name
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import append_effect
 from identify.results.diagnosis import DiagnosisDocument
@@ -86,6 +86,7 @@ class ModelWorkflow:
     def fit(self, experiment: str, user: str, model: str, add: list[str]) -> Job:
         """Fit another model; it becomes the current one."""
         self._refuse_overlap(experiment)
+        model = model_name(model)
         self._check_model(experiment, model, add)
         return self._submit_version(experiment, user, model, add, "fit", None)
 

@@ -21,7 +21,7 @@ from identify.diagnosis.structure import Structure, bounded, leftover_structures
 from identify.diagnosis.unseen_sessions import fails_on_unseen
 from identify.diagnosis.verdict import MOST, NEARLY_ALL, imitated, left_over, part_of_free, verdict
 from identify.diagnosis.where import where_it_fails
-from identify.effects.model import Model, Term
+from identify.effects.model import Model, Term, model_name
 from identify.estimation import forked
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.fitting import Progress, fit_model
@@ -103,6 +103,7 @@ def diagnose(
     motion : also say what each missing effect does to the prediction of motion that the fit did not see
     Raises InputError: the experiment, the model or an effect is wrong.
     """
+    model = model_name(model)
     record = open_record(experiment, model)
     result = with_descriptions(diagnose_record(record, model, requested_model(record, model, add), progress))
     return replace(result, motion=effects_on_motion(result.fitted, result.added)) if motion else result

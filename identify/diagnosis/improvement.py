@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from identify.diagnosis.diagnosis import Diagnosis, diagnose_record, with_descriptions
 from identify.diagnosis.motion_judgement import motion_of_story
 from identify.diagnosis.story import Step, exchanged, step_of, widened
+from identify.effects.model import model_name
 from identify.estimation.fitting import Progress, fit_model
 from identify.estimation.requested_model import open_record, requested_model
 from identify.estimation.small_algebra import single_threaded
@@ -96,6 +97,7 @@ def improve(
     motion : also say how well each step predicts motion that its fit did not see
     Raises InputError: the experiment, the model or an effect is wrong.
     """
+    model = model_name(model)
     record = open_record(experiment, model)
     present = requested_model(record, model, add)
     report = progress or (lambda fraction, step: None)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from identify.diagnosis.diagnosis import Diagnosis, diagnose_record
 from identify.diagnosis.finding import Finding
 from identify.diagnosis.separation import expected_share, least_noise, noise_along, unfollowed
-from identify.effects.model import Model, Term, terms_of
+from identify.effects.model import Model, Term, model_name, terms_of
 from identify.estimation.executor import SERIAL, chosen_executor, computed_by
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.fitting import fit_model
@@ -71,6 +71,7 @@ def next_experiment(
 
     Raises InputError: the experiment, the model or an effect is wrong.
     """
+    model = model_name(model)
     record = open_record(experiment, model)
     diagnosis = diagnose_record(record, model, requested_model(record, model, add))
     return separate(record, diagnosis, rivals)

@@ -107,6 +107,16 @@ def gear_apart(drive_gain: Array, motor: int) -> bool:
     return not (np.array_equal(turns, joint) and np.array_equal(carries, joint))
 
 
+def model_name(text: str) -> str:
+    """A model as documents name it: without spaces, and each effect of a list once, in the order in which they were named.
+
+    What is no model stays as it is, for `parse_model` to refuse.
+    """
+    base, plus, listed = text.strip().partition("+")
+    names = dict.fromkeys(name.strip() for name in listed.split(",") if name.strip())
+    return f"{base.strip()}{plus}{','.join(names)}"
+
+
 def parse_model(
     text: str, joint_names: Sequence[str], known: Mapping[str, Effect], drive_gain: Array
 ) -> Model:
@@ -114,7 +124,7 @@ def parse_model(
 
     Raises InputError: a name that is no model and no effect.
     """
-    base, plus, listed = text.partition("+")
+    base, plus, listed = model_name(text).partition("+")
     if plus and base != "rigid":
         raise InputError(f"model '{text}': a list of effects follows 'rigid+', e.g. 'rigid+viscous,coulomb'")
     if base not in NAMED_MODELS:
@@ -124,10 +134,10 @@ def parse_model(
         )
     names = list(NAMED_MODELS[base])
     if plus:
-        names += [name.strip() for name in listed.split(",") if name.strip()]
-        if not listed.strip():
+        names += listed.split(",")
+        if not listed:
             raise InputError(f"model '{text}': after 'rigid+' a comma-separated list of effects is missing")
-    model = Model(text, ())
+    model = Model(model_name(text), ())
     for name in names:
         model = model.with_terms(parse_addition(name, joint_names, known, drive_gain, f"model '{text}'"))
     return model

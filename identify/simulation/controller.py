@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -142,8 +141,8 @@ class Controllers:
     def opposing_rates(self, slope: Array, drive_gain: Array) -> Loops:
         """What the loops do to joints of an inertia, (windows, n, n) kg m² or kg; drive_gain (n, n) g_f of eq. (4)."""
         position, velocity, integral = (
-            np.linalg.solve(slope, np.broadcast_to(self.opposing(name, drive_gain), slope.shape))
-            for name in ("position", "velocity", "integral")
+            np.asarray(np.linalg.solve(slope, np.broadcast_to(torque, slope.shape)), np.float64)
+            for torque in (self.opposing(name, drive_gain) for name in ("position", "velocity", "integral"))
         )
         return Loops(self.listed, position, velocity, integral)
 
@@ -201,7 +200,7 @@ class Loops:
         """(windows, n, 3n) accelerations per position, speed and integral."""
         return np.concatenate([-self.position, -self.velocity, -self.integral], axis=2)
 
-    def _fastest_gain(self) -> tuple[JointController, Literal["position", "velocity", "integral"]]:
+    def _fastest_gain(self) -> tuple[JointController, str]:
         """Joint and gain that alone make the fastest loop."""
         rates = np.array(
             [

@@ -103,7 +103,7 @@ def simulate(
         if not (math.isfinite(horizon) and horizon > 0):
             raise InputError(f"--horizon {horizon:g}: must be a time in seconds above zero, e.g. 0.1")
     result = identify(experiment, model, add)
-    usual = None if model == "usual" and not add else identify(experiment, "usual")
+    usual = None if result.model == "usual" and not add else identify(experiment, "usual")
     return simulated(result, usual, horizons, controller, free_run, progress)
 
 
