@@ -87,16 +87,16 @@ def loop_asked_for(result: Identification, controller: ControllerFile | Path | s
             declared.read_from,
             _left_out(declared),
         )
-    own = _own_columns(len(names))
+    recorded = _recorded_columns(len(names))
     for entry in experiment.sessions:
         present = experiment.read_with_setpoints(entry).extra
         for column in loop.columns:
             if column not in present:
                 others = ", ".join(present) or "none"
-                if column in own:
+                if column in recorded:
                     raise InputError(
-                        f"the loop cannot be closed: reference: column '{column}' is {own[column]}, and not the position that was"
-                        f" commanded; further columns are {others}"
+                        f"the loop cannot be closed: reference: column '{column}' is {recorded[column]},"
+                        f" and not the position that was commanded; further columns are {others}"
                     )
                 raise InputError(
                     f"the loop cannot be closed: {entry.path}: there is no column '{column}' with the reference position; further"
@@ -105,7 +105,7 @@ def loop_asked_for(result: Identification, controller: ControllerFile | Path | s
     return loop
 
 
-def _own_columns(n: int) -> dict[str, str]:
+def _recorded_columns(n: int) -> dict[str, str]:
     """What the columns are that every session of n joints has, or may have, beside further ones."""
     measured = {
         "q": "the measured position",
