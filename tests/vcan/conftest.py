@@ -42,7 +42,10 @@ simulated:
     kind: arm
     gravity: [0.0, -9.81, 0.0]
     link: {inertia: 0.5, first_moment: [0.5, 0.0]}
-    axis: {motor: {gear_ratio: 50.0, torque_constant: 0.2, rotor_inertia: 0.0005}, friction: {viscous: 2.0}}
+    axis:
+      motor: {gear_ratio: 50.0, torque_constant: 0.2, rotor_inertia: 0.0005}
+      friction: {viscous: 2.0}
+      start_position: 0.06  # half a turn of the motor: on an index pulse a homing would end as soon as the brake opens
   drives:
     - servo: {position_gain: 30.0, velocity_gain: 0.5, velocity_integral: 5.0}
 """
