@@ -35,6 +35,9 @@ CHOICES: tuple[tuple[Driven | Literal["file"], str], ...] = (
 )
 
 
+NO_FIGURE = "–"
+
+
 @dataclass(frozen=True)
 class MotionRow:
     """What is predicted how far ahead, and the errors with their units; of unseen motion none of speed."""
@@ -56,6 +59,8 @@ class ExportRow:
     ending: str
     link: str
     words: list[str] | None
+    fault: str | None
+    """why it could not be made the last time, if so"""
 
 
 def motion_table(document: SimulationDocument, joint: str) -> list[MotionRow]:
@@ -94,7 +99,7 @@ def motion_table(document: SimulationDocument, joint: str) -> list[MotionRow]:
 def figure(value: float | None, unit: str) -> str:
     """An error of position, or of speed, with its unit, in thousandths, or where that is little in millionths."""
     if value is None:
-        return "–"
+        return NO_FIGURE
     return f"{1e6 * value:.3g} µ{unit}" if 0.0 < value < 1e-5 else f"{1e3 * value:.3g} m{unit}"
 
 
@@ -106,8 +111,10 @@ def motion_panel(use: ModelUse, experiment: str, version: str, joint: str) -> Co
     except InputError:  # figures that can be computed again hide no page
         problem = "The figures of the last simulation cannot be read; predict the motion again."
     query = urlencode({"version": version})
+    rows = None if document is None else motion_table(document, joint)
     return {
-        "motion_rows": None if document is None else motion_table(document, joint),
+        "motion_rows": rows,
+        "motion_beside_usual": any(row.usual != NO_FIGURE for row in rows or ()),
         "motion_driven": None if document is None else driven_words(document),
         "motion_problem": problem,
         "motion_link": f"{experiment_link(experiment, 'use/simulation')}?{query}",
@@ -140,6 +147,7 @@ def export_rows(use: ModelUse, experiment: str, version: str) -> list[ExportRow]
             ending=ending,
             link=f"{experiment_link(experiment, 'use/exports')}/{ending}?{query}",
             words=(certificate_words(certificates[ending], shared) if ending in certificates else None),
+            fault=use.export_fault(experiment, version, ending),
         )
         for ending in ENDINGS
     ]

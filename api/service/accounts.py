@@ -19,9 +19,9 @@ from sqlalchemy import delete, func, select, update
 from api.service.account_documents import Role
 from api.service.database import Database, SignInRow, TokenRow, UserRow
 from api.service.new_password import LONGEST_PASSWORD, check_new_password
+from api.service.text_forms import USER_NAME
 from identify.recording.errors import InputError
 
-NAME_PATTERN = r"^[a-z][a-z0-9._-]{0,63}$"
 TOKEN_PREFIX = "coulomb_"
 """Makes a leaked token recognisable to secret scanners."""
 LONGEST_TOKEN_LIFE = 366 * 86400.0
@@ -108,7 +108,7 @@ class Accounts:
 
     def add_user(self, name: str, password: str, role: Role) -> User:
         """Create a user."""
-        if not re.fullmatch(NAME_PATTERN, name):
+        if not re.fullmatch(USER_NAME, name):
             raise InputError(
                 f"user name {name!r}: use 1 to 64 lower-case letters, digits, '.', '_' or '-', a letter first"
             )
@@ -187,7 +187,7 @@ class Accounts:
     def check_password(self, name: str, password: str) -> CheckedPassword | None:
         """The user if the password is right, else None; takes as long for an unknown name."""
         row = None
-        if re.fullmatch(NAME_PATTERN, name):
+        if re.fullmatch(USER_NAME, name):
             with self._database.transaction() as session:
                 row = session.get(UserRow, name)
         # An attempt takes as long whether the name exists or not.

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal, get_args
 
 from api.service.experiment_store import ExperimentStore
 from api.service.free_run_curves import FreeRunCurves, read_runs
-from api.service.job_documents import JobResult
+from api.service.job_documents import JobResult, JobState
 from api.service.jobs import Job, JobRunner
 from api.service.model_story import ModelStory
 from api.service.problems import Problem
@@ -44,6 +44,8 @@ class ModelUse:
     def __init__(self, experiments: ExperimentStore, jobs: JobRunner) -> None:
         self._experiments = experiments
         self._jobs = jobs
+        self._last_export: dict[tuple[str, str, Ending], str] = {}
+        """job that was the last to write a version; a service that is started anew has forgotten it"""
 
     def simulate(
         self, experiment: str, user: str, model: str, driven_by: Driven | ControllerFile = "torque"
@@ -95,7 +97,7 @@ class ModelUse:
         story = self._story(experiment)
         version = story.read().version(model)
         target = self._target(experiment, model, ending)
-        return self._jobs.submit(
+        job = self._jobs.submit(
             "export",
             f"{COMPUTATIONS}:export",
             lambda: {
@@ -108,6 +110,14 @@ class ModelUse:
             user=user,
             experiment=experiment,
         )
+        self._last_export[experiment, model, ending] = job.id
+        return job
+
+    def export_fault(self, experiment: str, model: str, ending: Ending) -> str | None:
+        """Why the last job that was to write a version in a format failed; None where it did not."""
+        identifier = self._last_export.get((experiment, model, ending))
+        job = self._jobs.get(identifier) if identifier else None
+        return job.words if job is not None and job.state == JobState.FAILED else None
 
     def certificate(self, experiment: str, model: str, ending: Ending) -> Certificate:
         """What the exported file keeps and costs. Raises the problem 404."""

@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from starlette.exceptions import HTTPException
 from starlette.responses import JSONResponse, Response
 
+from api.service.text_forms import words_of
 from drivers.errors import DriverError
 from identify.recording.errors import InputError
 
@@ -100,8 +101,17 @@ def _lies_in(inner: Sequence[object], outer: Sequence[object]) -> bool:
     return len(inner) > len(outer) and tuple(inner[: len(outer)]) == tuple(outer)
 
 
+def _what(fault: Mapping[str, Any]) -> str:
+    """What is wrong with a field, in words: an expression says nothing to who typed the text."""
+    match fault:
+        case {"type": "string_pattern_mismatch", "ctx": {"pattern": str(pattern)}}:
+            return words_of(pattern)
+        case _:
+            return fault["msg"]
+
+
 async def _validation_error(request: Request, error: RequestValidationError) -> Response:
-    faults = [(fault["loc"], fault["msg"], fault["type"]) for fault in error.errors()]
+    faults = [(fault["loc"], _what(fault), fault["type"]) for fault in error.errors()]
     fields = [
         FieldProblem(where=".".join(str(part) for part in place), what=what)
         for place, what, _ in faults

@@ -4,6 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from api.service import text_forms
 from identify.recording.plain_text import Printable
 
 Word = Annotated[str, Field(min_length=1, max_length=200)]
@@ -104,7 +105,11 @@ class CanLogImport(BaseModel):
 
     rig: Word = Field(description="id of the rig whose drives were logged", examples=["rx130l-joint3"])
     name: Printable = Field(
-        default="records", min_length=1, max_length=100, pattern=r"^[^/\\]+$", examples=["lab-arm"]
+        default="records",
+        min_length=1,
+        max_length=100,
+        pattern=text_forms.WITHOUT_SLASHES,
+        examples=["lab-arm"],
     )
     experiment: Word | None = Field(default=None, description="id of an experiment that gets the sessions")
     payload: Word = Field(default="none", description="one of the rig's")
@@ -121,7 +126,11 @@ class RecordImport(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     name: Printable = Field(
-        default="records", min_length=1, max_length=100, pattern=r"^[^/\\]+$", examples=["lab-arm"]
+        default="records",
+        min_length=1,
+        max_length=100,
+        pattern=text_forms.WITHOUT_SLASHES,
+        examples=["lab-arm"],
     )
     experiment: Word | None = Field(
         default=None,

@@ -5,6 +5,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from api.service import text_forms
 from api.service.job_documents import JobView
 from api.service.session_payload import SessionPayload
 
@@ -17,7 +18,7 @@ class TypedPayload(BaseModel):
     where.
     """
 
-    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$", examples=["disk-3.5"])]
+    name: Annotated[str, Field(pattern=text_forms.NAME, examples=["disk-3.5"])]
     mass: Annotated[float | None, Field(ge=0, le=1e5, allow_inf_nan=False, examples=[3.4584])] = None
     com: Annotated[tuple[Metre, Metre, Metre] | None, Field(examples=[[1.277, 0.0, 0.0]])] = None
     inertia: Annotated[

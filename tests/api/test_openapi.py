@@ -6,6 +6,7 @@ import pytest
 from jsonschema_rs import validator_for
 
 from api.service.accounts import Role
+from api.service.text_forms import WORDS
 
 METHODS = ("get", "put", "post", "delete", "patch")
 
@@ -76,3 +77,23 @@ def test_every_call_says_in_words_what_it_does_and_who_may_make_it(document):
         if name != "POST /sign-in":
             assert "Needs the role" in operation["description"], name
             assert operation["security"], name
+
+
+def patterns(part):
+    if isinstance(part, dict):
+        yield from (value for key, value in part.items() if key == "pattern" and isinstance(value, str))
+        part = list(part.values())
+    if isinstance(part, list):
+        for each in part:
+            yield from patterns(each)
+
+
+def test_every_pattern_of_a_request_has_words_that_say_what_would_be_right(document):
+    asked = [
+        operation.get(key, [])
+        for _, operation in operations(document)
+        for key in ("parameters", "requestBody")
+    ]
+    asked.append(document["components"]["schemas"])
+    assert set(patterns(asked)) - set(WORDS) == set()
+    assert len(set(patterns(asked))) > 5

@@ -59,6 +59,14 @@ def test_a_wrong_item_of_a_list_is_named_alone_and_not_the_list_that_lacks_it(op
     assert problem(answer, 422) == "body.joints.0.position: Input should be a valid number"
 
 
+def test_a_text_of_another_form_is_answered_in_words(operator):
+    answer = operator.get("/experiments/arm/models/latest")
+    assert (
+        problem(answer, 422)
+        == "path.model: must be a model's version: `m` and its number from 1, such as `m2`"
+    )
+
+
 def test_nobody_signed_in(service):
     service.client(Role.ADMIN)
     assert "Sign in" in problem(service.client().get("/experiments"), 401)

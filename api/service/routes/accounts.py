@@ -5,16 +5,16 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Request
 from pydantic import BaseModel, Field
 
-from api.service import access
+from api.service import access, text_forms
 from api.service.account_documents import Me
-from api.service.accounts import NAME_PATTERN, Role, User
+from api.service.accounts import Role, User
 from api.service.openapi import ResourceRoute, problems
 from api.service.problems import Problem, not_found
 from identify.recording.errors import InputError
 
 router = APIRouter(tags=["accounts"], route_class=ResourceRoute)
 
-UserName = Annotated[str, Path(pattern=NAME_PATTERN)]
+UserName = Annotated[str, Path(pattern=text_forms.USER_NAME)]
 Password = Annotated[str, Field(min_length=10, max_length=1000, examples=["correct horse battery"])]
 
 
@@ -36,7 +36,7 @@ class UserSummary(BaseModel):
 class NewUser(BaseModel):
     """A user to be created."""
 
-    name: Annotated[str, Field(pattern=NAME_PATTERN, examples=["grace"])]
+    name: Annotated[str, Field(pattern=text_forms.USER_NAME, examples=["grace"])]
     password: Password
     role: Role = Field(default=Role.VIEWER, examples=[Role.OPERATOR])
 
@@ -174,7 +174,7 @@ def issue_token(request: Request, user: access.Person, wanted: TokenRequest) -> 
 
 @router.delete("/tokens/{token}", status_code=204)
 def revoke_token(
-    request: Request, user: access.Person, token: Annotated[str, Path(pattern="^[0-9a-f]{16}$")]
+    request: Request, user: access.Person, token: Annotated[str, Path(pattern=text_forms.TOKEN)]
 ) -> None:
     """End one of one's own tokens."""
     if not access.service_of(request).accounts.revoke_token(user.name, token):

@@ -5,7 +5,7 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Request, Response
 from pydantic import BaseModel, Field
 
-from api.service import access
+from api.service import access, text_forms
 from api.service.access import service_of
 from api.service.job_documents import JobView
 from api.service.openapi import ResourceRoute, problems
@@ -42,7 +42,7 @@ class ProposalChoice(OfJoint):
     rig: Annotated[
         str | None,
         Field(
-            pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$",
+            pattern=text_forms.NAME,
             description="the rig that measured the experiment last if not said",
             examples=["rx130l-joint3-simulated"],
         ),

@@ -5,7 +5,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Query, Request, Response
 from pydantic import BaseModel, ConfigDict, Field
 
-from api.service import access
+from api.service import access, text_forms
 from api.service.access import client_address, service_of
 from api.service.drive_table_documents import TablesWriting
 from api.service.job_documents import JobView
@@ -17,7 +17,7 @@ from identify.results.drive_tables import DriveTablesDocument
 
 router = APIRouter(tags=["drive tables"], route_class=ResourceRoute)
 
-WritingNumber = Annotated[str, Path(pattern=r"^[0-9]{2,6}$")]
+WritingNumber = Annotated[str, Path(pattern=text_forms.NUMBER)]
 
 
 class TablesOfModel(BaseModel):
@@ -25,12 +25,14 @@ class TablesOfModel(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    rig: Annotated[
-        str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$", examples=["rx130l-joint3-simulated"])
-    ]
+    rig: Annotated[str, Field(pattern=text_forms.NAME, examples=["rx130l-joint3-simulated"])]
     model: Annotated[
         str | None,
-        Field(pattern=r"^m[0-9]{1,6}$", description="a version; null for the current one", examples=["m2"]),
+        Field(
+            pattern=text_forms.MODEL_NUMBER,
+            description="a version; null for the current one",
+            examples=["m2"],
+        ),
     ] = None
 
 

@@ -5,32 +5,30 @@ from typing import Annotated, Literal, cast
 from fastapi import APIRouter, File, Form, Path, Request, Response, UploadFile
 from pydantic import BaseModel, Field
 
-from api.service import access
+from api.service import access, text_forms
 from api.service.experiment_documents import ExperimentSummary, ExperimentView, Imported
 from api.service.job_documents import JobView
 from api.service.openapi import ResourceRoute, problems
 from api.service.routes.jobs import accepted
 from api.service.session_catalogue import CatalogueEntry
 from api.service.session_documents import SessionSummary
-from api.stored_experiments import EXPERIMENT_ID
 from identify.recording import Payload
 from identify.recording.plain_text import Printable
 
 router = APIRouter(tags=["experiments"], route_class=ResourceRoute)
 
-ExperimentId = Annotated[str, Path(pattern=f"^{EXPERIMENT_ID.pattern}$")]
-SessionId = Annotated[str, Path(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$")]
+ExperimentId = Annotated[str, Path(pattern=text_forms.SMALL_ID)]
+SessionId = Annotated[str, Path(pattern=text_forms.SESSION_ID)]
 
 
 class NewExperiment(BaseModel):
     """An experiment to be created on a rig; robot, gains and known payloads come from the rig's file."""
 
     name: Annotated[
-        Printable, Field(min_length=1, max_length=100, pattern=r"^[^/\\]+$", examples=["rx130l-joint3"])
+        Printable,
+        Field(min_length=1, max_length=100, pattern=text_forms.WITHOUT_SLASHES, examples=["rx130l-joint3"]),
     ]
-    rig: Annotated[
-        str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$", examples=["rx130l-joint3-simulated"])
-    ]
+    rig: Annotated[str, Field(pattern=text_forms.NAME, examples=["rx130l-joint3-simulated"])]
 
 
 def session_summary(entry: CatalogueEntry) -> SessionSummary:

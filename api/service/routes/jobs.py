@@ -4,7 +4,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path, Query, Request, Response
 
-from api.service import access
+from api.service import access, text_forms
 from api.service.job_documents import JobView
 from api.service.jobs import Job
 from api.service.openapi import problems
@@ -12,7 +12,7 @@ from api.service.problems import not_found
 
 router = APIRouter(tags=["jobs"])
 
-JobId = Annotated[str, Path(pattern="^[0-9a-f]{16}$")]
+JobId = Annotated[str, Path(pattern=text_forms.TOKEN)]
 
 
 def accepted(job: Job, response: Response) -> JobView:

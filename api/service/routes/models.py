@@ -5,7 +5,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
-from api.service import access
+from api.service import access, text_forms
 from api.service.access import service_of
 from api.service.job_documents import JobView
 from api.service.model_documents import Comparison, Pending, ResultsView, Stepped, StoryView, VersionView
@@ -16,10 +16,10 @@ from api.service.routes.jobs import accepted
 
 router = APIRouter(tags=["models"], route_class=ResourceRoute)
 
-ModelId = Annotated[str, Path(pattern="^m[1-9][0-9]{0,5}$")]
-ModelName = Annotated[str, Field(max_length=1000, pattern=r"^[a-z0-9@+,:=.A-Z_-]+$", examples=["usual"])]
+ModelId = Annotated[str, Path(pattern=text_forms.MODEL_ID)]
+ModelName = Annotated[str, Field(max_length=1000, pattern=text_forms.MODEL_NAME, examples=["usual"])]
 EffectName = Annotated[
-    str, Field(max_length=64, pattern=r"^[A-Za-z0-9_.-]+$", examples=["load-friction-asymmetric"])
+    str, Field(max_length=64, pattern=text_forms.EFFECT, examples=["load-friction-asymmetric"])
 ]
 JointName = Annotated[str, Field(max_length=64, min_length=1, examples=["j3"])]
 
@@ -31,7 +31,7 @@ class FitRequest(BaseModel):
 
     model: ModelName = "usual"
     add: Annotated[
-        list[Annotated[str, Field(max_length=130, pattern=r"^[A-Za-z0-9_.-]+(@[^@]+)?$")]],
+        list[Annotated[str, Field(max_length=130, pattern=text_forms.EFFECT_AT_JOINT)]],
         Field(max_length=200, examples=[["stribeck@j3"]]),
     ] = []
 
@@ -144,8 +144,8 @@ def compare(
     request: Request,
     _user: access.Viewer,
     experiment: ExperimentId,
-    first: Annotated[str, Query(pattern="^m[1-9][0-9]{0,5}$", examples=["m1"])],
-    second: Annotated[str, Query(pattern="^m[1-9][0-9]{0,5}$", examples=["m2"])],
+    first: Annotated[str, Query(pattern=text_forms.MODEL_ID, examples=["m1"])],
+    second: Annotated[str, Query(pattern=text_forms.MODEL_ID, examples=["m2"])],
 ) -> Comparison:
     """Two versions side by side."""
     story = service_of(request).models.story(experiment)

@@ -6,12 +6,11 @@ import numpy as np
 from fastapi import APIRouter, Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
-from api.service import access
+from api.service import access, text_forms
 from api.service.access import service_of
 from api.service.job_documents import JobView
 from api.service.openapi import ResourceRoute, problems
 from api.service.plan_documents import PlanPreview, PlanSummary, PlanView
-from api.service.plan_store import PLAN_ID
 from api.service.problems import Problem, not_found
 from api.service.routes.jobs import accepted
 from daq.excitation.excitation_plan import ExcitationPlan
@@ -19,20 +18,18 @@ from identify.recording.plain_text import Printable
 
 router = APIRouter(tags=["plans"], route_class=ResourceRoute)
 
-PlanId = Annotated[str, Path(pattern=f"^{PLAN_ID.pattern}$")]
+PlanId = Annotated[str, Path(pattern=text_forms.SMALL_ID)]
 
 
 class PlanRequest(BaseModel):
     """A plan to be made within a rig's limits."""
 
-    rig: Annotated[
-        str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$", examples=["rx130l-joint3-simulated"])
-    ]
+    rig: Annotated[str, Field(pattern=text_forms.NAME, examples=["rx130l-joint3-simulated"])]
     name: Annotated[Printable, Field(min_length=1, max_length=64, examples=["joint3 sinusoids"])]
     seconds: Annotated[float, Field(gt=0, le=3600, examples=[60.0])] = 60.0
-    model: Annotated[str, Field(max_length=200, pattern=r"^[a-z0-9+,@-]+$", examples=["load-velocity"])] = (
-        "load-velocity"
-    )
+    model: Annotated[
+        str, Field(max_length=200, pattern=text_forms.PLANNED_MODEL, examples=["load-velocity"])
+    ] = "load-velocity"
     seed: Annotated[int, Field(ge=0, le=2**31, examples=[0])] = 0
     experiment: Annotated[
         str | None,

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from fastapi import APIRouter, Path, Request, Response
 from pydantic import BaseModel, ConfigDict, Field
 
-from api.service import access
+from api.service import access, text_forms
 from api.service.access import service_of
 from api.service.database import SessionRow
 from api.service.job_documents import JobView
@@ -19,7 +19,7 @@ from api.service.session_ids import Drive
 
 router = APIRouter(tags=["proofs"], route_class=ResourceRoute)
 
-ProofNumber = Annotated[str, Path(pattern=r"^[0-9]{2,6}$")]
+ProofNumber = Annotated[str, Path(pattern=text_forms.NUMBER)]
 
 
 class NewProof(BaseModel):
@@ -27,16 +27,18 @@ class NewProof(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    rig: Annotated[
-        str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$", examples=["rx130l-joint3-simulated"])
-    ]
-    plan: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_.-]{0,63}$", examples=["joint3-sinusoids"])]
+    rig: Annotated[str, Field(pattern=text_forms.NAME, examples=["rx130l-joint3-simulated"])]
+    plan: Annotated[str, Field(pattern=text_forms.SMALL_ID, examples=["joint3-sinusoids"])]
     payload: Annotated[
         str, Field(max_length=64, description="of the experiment or the rig", examples=["disk-3.5"])
     ]
     model: Annotated[
         str | None,
-        Field(pattern=r"^m[0-9]{1,6}$", description="a version; null for the current one", examples=["m2"]),
+        Field(
+            pattern=text_forms.MODEL_NUMBER,
+            description="a version; null for the current one",
+            examples=["m2"],
+        ),
     ] = None
     part: Literal["whole", "friction"] = Field(
         default="whole", description="all of the model, or what it has beside the rigid robot"

@@ -11,7 +11,7 @@ from fastapi import APIRouter, Query, Request
 from fastapi.responses import FileResponse, StreamingResponse
 from starlette.responses import Response
 
-from api.service import access
+from api.service import access, text_forms
 from api.service.access import service_of
 from api.service.binary_signals import MEDIA_TYPE, signals_response
 from api.service.envelope import visible_rows
@@ -209,7 +209,7 @@ def model_signals(
     _user: access.Viewer,
     experiment: ExperimentId,
     model: ModelId,
-    session: Annotated[str, Query(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$", examples=["session-00"])],
+    session: Annotated[str, Query(pattern=text_forms.SESSION_ID, examples=["session-00"])],
     joint: Annotated[int, Query(ge=1, le=1000, description="counted from 1")] = 1,
     start: From = None,
     end: To = None,

@@ -6,22 +6,22 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Request
 from pydantic import BaseModel, Field
 
-from api.service import access
+from api.service import access, text_forms
 from api.service.access import client_address, service_of
-from api.service.accounts import NAME_PATTERN, Role
+from api.service.accounts import Role
 from api.service.openapi import ResourceRoute, problems
 from api.service.problems import Problem, not_found
 from api.service.rig_documents import HomingView, ResetJointView, RigSummary, RigView, Stopped
 
 router = APIRouter(tags=["rigs"], route_class=ResourceRoute)
 
-RigId = Annotated[str, Path(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$")]
+RigId = Annotated[str, Path(pattern=text_forms.NAME)]
 
 
 class HandOver(BaseModel):
     """To whom the rig goes."""
 
-    to: Annotated[str, Field(pattern=NAME_PATTERN, examples=["grace"])]
+    to: Annotated[str, Field(pattern=text_forms.USER_NAME, examples=["grace"])]
 
 
 class HomingOrder(BaseModel):

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from fastapi import APIRouter, Request, Response
 from pydantic import BaseModel, Field
 
-from api.service import access
+from api.service import access, text_forms
 from api.service.access import client_address, service_of
 from api.service.database import SessionRow
 from api.service.job_documents import JobView
@@ -22,10 +22,8 @@ router = APIRouter(tags=["sessions"], route_class=ResourceRoute)
 class NewSession(BaseModel):
     """A payload session to be prepared."""
 
-    rig: Annotated[
-        str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$", examples=["rx130l-joint3-simulated"])
-    ]
-    plan: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_.-]{0,63}$", examples=["joint3-sinusoids"])]
+    rig: Annotated[str, Field(pattern=text_forms.NAME, examples=["rx130l-joint3-simulated"])]
+    plan: Annotated[str, Field(pattern=text_forms.SMALL_ID, examples=["joint3-sinusoids"])]
     payload: TypedPayload
     role: Literal["identification", "validation"] = "identification"
 

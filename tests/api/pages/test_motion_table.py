@@ -111,6 +111,13 @@ def test_figures_that_cannot_be_read_hide_no_page(document):
     )
     shown = motion_panel(SimpleNamespace(simulation=lambda *of: document), "arm", "m2", "j2")
     assert len(shown["motion_rows"]) == 4
+    assert shown["motion_beside_usual"]
+    document.unseen = None
+    for errors in document.horizons:
+        for joint in errors.joints:
+            joint.position_rms_usual = joint.velocity_rms_usual = None
+    alone = motion_panel(SimpleNamespace(simulation=lambda *of: document), "arm", "m2", "j2")
+    assert not alone["motion_beside_usual"]
 
 
 CERTIFICATE = Certificate(
@@ -158,7 +165,11 @@ def test_what_all_formats_say_alike_is_said_once():
     other = CERTIFICATE.changed(
         target="arm.c", kind="C source", remarks=("payload-mass was estimated", "needs C99")
     )
-    use = SimpleNamespace(certificates=lambda experiment, version: {"urdf": CERTIFICATE, "c": other})
+    faults = {"sdf": "the disk is full"}
+    use = SimpleNamespace(
+        certificates=lambda experiment, version: {"urdf": CERTIFICATE, "c": other},
+        export_fault=lambda experiment, version, ending: faults.get(ending),
+    )
     assert export_remarks(use, "arm", "m1") == ["Payload-mass was estimated."]
     rows = {row.ending: row for row in export_rows(use, "arm", "m1")}
     assert list(rows) == list(ENDINGS)
@@ -166,6 +177,7 @@ def test_what_all_formats_say_alike_is_said_once():
     assert rows["c"].words[2:] == ["Needs C99."]
     assert rows["urdf"].words[2:] == ["A URDF does not say which way gravity points."]
     assert rows["py"].words is None
+    assert {ending: row.fault for ending, row in rows.items() if row.fault} == faults
     assert rows["py"].link.endswith("arm/use/exports/py?version=m1")
     alone = SimpleNamespace(certificates=lambda experiment, version: {"urdf": CERTIFICATE})
     assert export_remarks(alone, "arm", "m1") == []
