@@ -1,6 +1,7 @@
 """Simulations and exports of models, by REST, with the real identifier in real processes."""
 
 import io
+import re
 import zipfile
 
 import pytest
@@ -84,6 +85,25 @@ def test_a_target_that_there_is_not_a_model_that_there_is_not_and_a_viewer_are_r
     assert client.post(f"/experiments/{experiment}/models/m9/simulation").status_code == 404
     viewer = service.client(Role.VIEWER)
     assert viewer.post(f"/experiments/{experiment}/models/m1/simulation").status_code == 403
+
+
+def test_why_an_export_failed_stays_on_the_page_until_it_is_tried_again(
+    imported_short, finished, data_folder
+):
+    client, experiment = imported_short
+    page, address = (
+        f"/pages/experiments/{experiment}/results",
+        f"/experiments/{experiment}/models/m1/exports/json",
+    )
+    (fit,) = data_folder.rglob("identification.json")
+    in_the_way = fit.parent / "exports" / f"{experiment}-m1.json"
+    in_the_way.mkdir(parents=True)
+    assert finished(client, client.post(address).json())["state"] == "failed"
+    for _ in range(2):
+        assert re.search(r'data-export-fault="json">.*is a folder, but a file', client.get(page).text)
+    in_the_way.rmdir()
+    computed(client, address, finished)
+    assert "data-export-fault" not in client.get(page).text
 
 
 def test_every_format_of_the_identifier_can_be_asked_for():
