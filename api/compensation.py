@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from api.position_loop import position_loop
 from api.proof import Part, TorqueAhead
 from daq.excitation.excitation_plan import ExcitationPlan
+from daq.excitation.plan_limits import require_same_joints
 from daq.rig import Rig
 from daq.torque_offset import torque_offset
 from identify.dynamics.inverse_dynamics import InverseDynamics
@@ -40,11 +41,12 @@ def torque_ahead(
 ) -> TorqueAhead:
     """A model's torque along a plan, ready to be sent.
 
-    Raises InputError: the model is of another robot, of the links alone, impossible, or not known at the plan's speeds and
+    Raises InputError: the model or the plan is of another robot, the model is of the links alone, impossible, or not known at the plan's speeds and
         loads; the rig file lacks what the torque is scaled by; the extra `feasible` is not installed.
     """
     require_same_robot(result, rig)
     require_torque_of_motors(result)
+    require_same_joints(plan, rig)
     cycles = int(np.floor(plan.duration / rig.cycle)) + 1
     # a target is reached one cycle after it has taken effect; the torque beside it acts meanwhile
     times = np.maximum((np.arange(cycles) - 0.5) * rig.cycle, 0.0)

@@ -6,7 +6,13 @@ from identify.results.drive_tables import DriveTable, DriveTablesDocument
 
 
 def drive_tables_text(document: DriveTablesDocument) -> str:
-    """`drive-tables --json` as text."""
+    """`drive-tables --json` as text, and whether the drives hold it."""
+    end = "written and read back" if document.written else "nothing was written; --write does"
+    return f"{tables_text(document)}\n\n{end}"
+
+
+def tables_text(document: DriveTablesDocument) -> str:
+    """The tables alone."""
     return "\n".join(_lines(document))
 
 
@@ -25,8 +31,6 @@ def _lines(document: DriveTablesDocument) -> Iterator[str]:
     for remark in document.remarks:
         yield ""
         yield f"Remark: {remark}"
-    yield ""
-    yield "written and read back" if document.written else "nothing was written; --write does"
 
 
 def _table(table: DriveTable, written: bool) -> Iterator[str]:

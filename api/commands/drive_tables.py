@@ -43,7 +43,7 @@ def drive_tables(
     """
     from api.drive_tables import cleared_tables, tables_before, written
     from api.drive_tables import drive_tables as tables_of
-    from api.drive_tables_text import drive_tables_text
+    from api.drive_tables_text import drive_tables_text, tables_text
     from api.stored_experiments import resolve
     from daq.homing import require_lasting_drives
     from daq.rig import Rig
@@ -70,7 +70,7 @@ def drive_tables(
         document = tables_of(result, settings, model)
     if write:
         if not yes:
-            typer.echo(drive_tables_text(document), err=True)
+            typer.echo(tables_text(document), err=True)
             if not typer.confirm(f"Write these tables to the drives of rig {settings.name}?", err=True):
                 raise typer.Exit(1)
         document = written(document, settings)

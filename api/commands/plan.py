@@ -55,6 +55,7 @@ def plan_command(
     from daq.excitation.optimal_excitation import CRITERIA, Request
     from daq.excitation.plan_picture import draw_plan
     from daq.excitation.plan_report import judge, make_plan
+    from daq.excitation.standard_plan import LONGEST
     from daq.rig import Rig
     from identify.recording.errors import InputError
 
@@ -62,8 +63,8 @@ def plan_command(
         raise InputError(f"--criterion {criterion}: must be {' or '.join(CRITERIA)}")
     if not 0.0 < noise < 1.0:
         raise InputError(f"--noise {noise:g}: must be a share between 0 and 1")
-    if not 1.0 < seconds <= 3600.0:
-        raise InputError(f"--seconds {seconds:g}: must be between 1 and 3600")
+    if not 1.0 < seconds <= LONGEST:
+        raise InputError(f"--seconds {seconds:g}: must be between 1 and {LONGEST:g}")
     settings = Rig.load(rig)
     payloads = tuple(settings.payload(name) for name in payload) if payload else settings.payloads
     known = None if identified is None else Identified.load(identified)

@@ -133,30 +133,36 @@ def _work(
 ) -> None:
     os.nice(NICENESS)
 
+    def say(kind: str, what: Any) -> None:
+        try:
+            sender.send((kind, what))
+        except BrokenPipeError:  # the service was killed: nobody is left to compute for, or to be told
+            raise SystemExit(1) from None
+
     def progress(fraction: float, step: str) -> None:
         if stop.is_set():
             raise Cancelled
-        sender.send(("progress", (float(fraction), str(step))))
+        say("progress", (float(fraction), str(step)))
 
     module, _, name = function.partition(":")
     try:
         computation = getattr(importlib.import_module(module), name)
-        sender.send(("begun", None))
+        say("begun", None)
         limits.apply()
         with computing():
             result = computation(progress, **arguments)
     except Cancelled:
-        sender.send(("cancelled", None))
+        say("cancelled", None)
     except InputError as error:
-        sender.send(("wrong", str(error)))
+        say("wrong", str(error))
     except Problem as problem:
-        sender.send(("refused", (problem.status, problem.detail)))
+        say("refused", (problem.status, problem.detail))
     except MemoryError:
-        sender.send(("exceeded", limits.memory_words))
+        say("exceeded", limits.memory_words)
     except Exception as error:
-        sender.send(_failure(error, limits))
+        say(*_failure(error, limits))
     else:
-        sender.send(("result", result))
+        say("result", result)
 
 
 def _failure(error: Exception, limits: ProcessLimits) -> tuple[str, str]:

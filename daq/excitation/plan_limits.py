@@ -37,6 +37,16 @@ class Violation:
         )
 
 
+def require_same_joints(plan: ExcitationPlan, rig: Rig) -> None:
+    """Raises InputError where a plan moves other joints than a rig has."""
+    names = tuple(axis.joint for axis in rig.axes)
+    if plan.joints != names:
+        raise InputError(
+            f"plan {plan.name or '(unnamed)'}: its joints ({', '.join(plan.joints)}) are not those of "
+            f"rig {rig.name} ({', '.join(names)})"
+        )
+
+
 def violations(
     plan: ExcitationPlan, rig: Rig, torque: Array | None = None, times: Array | None = None
 ) -> list[Violation]:
@@ -45,12 +55,7 @@ def violations(
     torque : (N, n) predicted joint torque at `times` (N,); it is turned into a current with the rig's
              drive gain. Raises InputError where the plan's joints are not the rig's.
     """
-    names = tuple(axis.joint for axis in rig.axes)
-    if plan.joints != names:
-        raise InputError(
-            f"plan {plan.name or '(unnamed)'}: its joints ({', '.join(plan.joints)}) are not those of "
-            f"rig {rig.name} ({', '.join(names)})"
-        )
+    require_same_joints(plan, rig)
     if times is None:
         times = without_repeats(plan, sampling_times(plan))
     position, velocity, acceleration, jerk = plan.evaluate(times)

@@ -28,6 +28,9 @@ LONGEST_PERIOD = 8.0
 SHORTEST_SINUSOIDS = 4.0
 """s: in less time no three periods are worth having"""
 
+LONGEST = 3600.0
+"""s: what a motion of that length records is held in memory at once"""
+
 REST = 0.5
 """s at rest before and after: offsets of the position show"""
 
@@ -52,6 +55,8 @@ class Recipe:
         """
         if not seconds > 2.0 * REST:
             raise InputError(f"seconds: a plan needs more than {2.0 * REST:g} s, not {seconds:g}")
+        if seconds > LONGEST:
+            raise InputError(f"seconds: a plan lasts at most {LONGEST:g} s, not {seconds:g}")
         n = len(rig.axes)
         shape = random_shape(n, self.seed) if self.shape is None else self.shape
         centre = np.zeros(n) if self.centre is None else self.centre

@@ -1,8 +1,10 @@
 """What a computation's process says, how long it may, and what becomes of what goes wrong in it."""
 
 import errno
+import multiprocessing
 import os
 import signal
+import threading
 from types import SimpleNamespace
 
 import pytest
@@ -163,3 +165,12 @@ def test_linear_algebra_has_one_thread_unless_somebody_says_otherwise(monkeypatc
         monkeypatch.setenv("OPENBLAS_NUM_THREADS", given)
         job_process._context()
         assert os.environ["OPENBLAS_NUM_THREADS"] == used
+
+
+def test_a_computation_whose_service_is_gone_ends_without_a_word(monkeypatch, caplog):
+    receiver, sender = multiprocessing.Pipe(duplex=False)
+    receiver.close()
+    monkeypatch.setattr(os, "nice", lambda _steps: 0)
+    with sender, pytest.raises(SystemExit):
+        job_process._work(sender, threading.Event(), "math:sqrt", {}, LIMITS, Computing())
+    assert caplog.records == []

@@ -42,9 +42,16 @@ def test_a_plan_is_the_same_for_the_same_seed(rig):
 
 
 @pytest.mark.parametrize(
-    ("seconds", "words"), [(1.0, "needs more than 1 s, not 1"), (3.0, "the shortest plan lasts")]
+    ("seconds", "words"),
+    [
+        (1.0, "needs more than 1 s, not 1"),
+        (3.0, "the shortest plan lasts"),
+        (3601.0, "at most 3600 s, not 3601"),
+        (float("inf"), "at most 3600 s, not inf"),
+        (float("nan"), "not nan"),
+    ],
 )
-def test_too_short_a_time_is_refused_with_what_it_takes(rig, seconds, words):
+def test_a_time_that_is_too_short_or_too_long_is_refused_with_what_it_takes(rig, seconds, words):
     with pytest.raises(InputError, match=words):
         standard_plan(rig, seconds)
 
