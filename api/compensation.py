@@ -41,8 +41,8 @@ def torque_ahead(
 ) -> TorqueAhead:
     """A model's torque along a plan, ready to be sent.
 
-    Raises InputError: the model or the plan is of another robot, the model is of the links alone, impossible, or not known at the plan's speeds and
-        loads; the rig file lacks what the torque is scaled by; the extra `feasible` is not installed.
+    Raises InputError: the model or the plan is of another robot; the model is of the links alone, impossible, or not known at
+        the plan's speeds and loads; the rig file lacks what the torque is scaled by; the extra `feasible` is not installed.
     """
     require_same_robot(result, rig)
     require_torque_of_motors(result)

@@ -61,11 +61,15 @@ def serve(
     ] = None,
     disk_budget: Annotated[
         float | None,
-        typer.Option(min=0.1, max=1e6, help="GB that the data folder may take; the disk's own room if not said."),
+        typer.Option(
+            min=0.1, max=1e6, help="GB that the data folder may take; the disk's own room if not said."
+        ),
     ] = None,
     job_memory: Annotated[
         float | None,
-        typer.Option(min=0.1, max=1e6, help="GB that one job may take; half of the memory, at most 8, if not said."),
+        typer.Option(
+            min=0.1, max=1e6, help="GB that one job may take; half of the memory, at most 8, if not said."
+        ),
     ] = None,
     job_hours: Annotated[
         float, typer.Option(min=0.01, max=1000.0, help="Hours that one job may take.")

@@ -85,6 +85,7 @@ class DriveTableWritings:
             store,
             user=user.name,
             experiment=experiment,
+            asked=(settings, version.id),
         )
 
     def tables(self, experiment: str, rig: str, model: str | None = None) -> DriveTablesDocument | None:

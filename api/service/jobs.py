@@ -60,6 +60,7 @@ class _Task:
     store: Callable[[Any], JobResult]
     repeated: bool = False
     clean_up: Callable[[], None] | None = None
+    asked: object = None
     cancelled: threading.Event = field(default_factory=threading.Event)
 
 
@@ -126,6 +127,7 @@ class JobRunner:
         experiment: str | None,
         repeated: bool = False,
         clean_up: Callable[[], None] | None = None,
+        asked: object = None,
     ) -> Job:
         """Queue a computation.
 
@@ -135,6 +137,8 @@ class JobRunner:
         repeated  : follows by itself from what changed in an experiment, and starts from all that is stored when its turn
                     comes: one that waits serves for all changes so far, and it is not refused
         clean_up  : called once the process has ended whose arguments were asked for, whatever became of it
+        asked     : what the user asked for, to be compared: asked twice, as by a double click, it is computed once, and the
+                    job that has not ended yet is returned; None where each request counts
 
         Raises the problem 429 where the user, or all together, have as many jobs as they may.
         """
@@ -148,10 +152,12 @@ class JobRunner:
             words="waiting for its turn",
             created=self._clock(),
         )
-        task = _Task(job, function, arguments, store, repeated, clean_up)
+        task = _Task(job, function, arguments, store, repeated, clean_up, asked)
         with self._lock:
             if repeated and (waiting := self._waiting_repeat(experiment)) is not None:
                 return waiting
+            if asked is not None and (same := self._unfinished_same(job, asked)) is not None:
+                return same
             if not repeated:
                 self._refuse_more(user)
             self._tasks[job.id] = task
@@ -285,6 +291,15 @@ class JobRunner:
         for task in self._tasks.values():
             same = task.repeated and task.job.experiment == experiment
             if same and task.job.state is JobState.QUEUED and not task.cancelled.is_set():
+                return task.job
+        return None
+
+    def _unfinished_same(self, job: Job, asked: object) -> Job | None:
+        whose = (job.user, job.kind, job.experiment)
+        for task in self._tasks.values():
+            theirs = (task.job.user, task.job.kind, task.job.experiment)
+            under_way = not task.job.state.final and not task.cancelled.is_set()
+            if under_way and theirs == whose and task.asked == asked:
                 return task.job
         return None
 

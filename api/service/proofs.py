@@ -156,7 +156,13 @@ class Proofs:
             return JobResult(model=version.id, proof=proof.name)
 
         return self._jobs.submit(
-            "compensate", COMPUTATION, arguments, store, user=user.name, experiment=experiment
+            "compensate",
+            COMPUTATION,
+            arguments,
+            store,
+            user=user.name,
+            experiment=experiment,
+            asked=(settings, asked.model_copy(update={"created": ""})),
         )
 
     def standard_plan(self, rig: str) -> str:

@@ -218,7 +218,7 @@ def test_models_that_may_not_be_sent_are_refused_before_anything_moves(rig, plan
     other = Rig.load("tx40-simulated")
     with pytest.raises(InputError, match="joints are"):
         torque_ahead(result, other, plan, payload, "whole", 0.6)
-    with pytest.raises(InputError, match="its joints .* are not those of rig"):
+    with pytest.raises(InputError, match=r"its joints .* are not those of rig"):
         torque_ahead(result, rig, standard_plan(other, 20.0), payload, "whole", 0.6)
     with pytest.raises(InputError, match="nothing would be sent along this plan"):
         torque_ahead(result, rig, plan, payload, "whole", 1e-9)

@@ -238,6 +238,26 @@ def test_what_follows_by_itself_waits_once_for_all_changes_and_is_never_refused(
     assert len(runner.jobs()) == MOST_OF_A_USER + 1
 
 
+def test_what_a_person_asks_for_twice_is_one_job_until_it_has_ended(database, clock):
+    runner = JobRunner(database, clock)
+
+    def ask(asked, user="ada", experiment="arm"):
+        return runner.submit("test", "f", dict, JobResult, user=user, experiment=experiment, asked=asked).id
+
+    first = ask("share 0.6")
+    assert ask("share 0.6") == first
+    others = [
+        ask("share 0.5"),
+        ask("share 0.6", "grace"),
+        ask("share 0.6", experiment="leg"),
+        ask(None),
+        ask(None),
+    ]
+    assert len({first, *others}) == 6
+    runner.cancel(first)
+    assert ask("share 0.6") not in {first, *others}
+
+
 @pytest.mark.parametrize(
     ("function", "limits", "words"),
     [
