@@ -34,7 +34,7 @@ class _Record:
     cogging: Array
 
 
-def drive_tables(result: Identification, rig: Rig, model: str) -> DriveTablesDocument:
+def drive_tables(result: Identification, rig: Rig) -> DriveTablesDocument:
     """The tables of all drives of a rig; nothing is written.
 
     Raises InputError: the model is of another robot or of the links alone; no drive of the rig takes tables; a value does
@@ -52,7 +52,7 @@ def drive_tables(result: Identification, rig: Rig, model: str) -> DriveTablesDoc
     return DriveTablesDocument(
         experiment=result.experiment.name,
         rig=rig.name,
-        model=model,
+        model=result.model,
         written=False,
         joints=tuple(joints),
         remarks=exported.remarks,

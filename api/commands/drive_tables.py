@@ -67,7 +67,7 @@ def drive_tables(
         document = tables_before(read_document(DriveTablesDocument, back_to), settings)
     else:
         result = identify(load_experiment(resolve(experiment or "")), model, add or [])
-        document = tables_of(result, settings, model)
+        document = tables_of(result, settings)
     if write:
         if not yes:
             typer.echo(tables_text(document), err=True)

@@ -96,7 +96,7 @@ def drive_tables(
 
     result = _identified(progress, experiment, model, add, 0.7)
     progress(0.7, "choosing support points")
-    return tables_of(result, rig, model)
+    return tables_of(result, rig)
 
 
 def _identified(

@@ -80,7 +80,7 @@ def result(measured):
 
 @pytest.fixture(scope="module")
 def tables(rig, result):
-    return drive_tables(result, rig, "usual")
+    return drive_tables(result, rig)
 
 
 def test_a_drive_with_its_table_follows_better_without_any_torque_offset(rig, measured, tables, tmp_path):
@@ -101,7 +101,7 @@ def test_a_drive_with_its_table_follows_better_without_any_torque_offset(rig, me
 def test_tables_are_written_and_read_back_and_the_drive_uses_them(rig, result, tables):
     there = rig.model_copy(update={"bus": BusSettings(interface="virtual", channel="drive-tables")})
     with simulated_rig(there, there.payload("none")) as on:
-        written = write_to_drives(drive_tables(result, there, "usual"), there)
+        written = write_to_drives(drive_tables(result, there), there)
         assert written.written
         (table,) = written.joints[0].tables
         assert [each.before for each in table.objects] == [0.0] * len(table.objects)
@@ -112,7 +112,7 @@ def test_tables_are_written_and_read_back_and_the_drive_uses_them(rig, result, t
             assert compensation.raw[0x2020][place] == pytest.approx(hundredths, abs=0.51)
             assert compensation.current(counts, 0) == pytest.approx(forward + table.constant, abs=0.02)
             assert compensation.current(-counts, 0) == pytest.approx(backward + table.constant, abs=0.02)
-        again = write_to_drives(drive_tables(result, there, "usual"), there)
+        again = write_to_drives(drive_tables(result, there), there)
         assert all(each.before == each.value for each in again.joints[0].tables[0].objects)
         # without currents, and back to what was before that
         friction, _ = write_to_drives(cleared_tables(there), there).joints[0].tables
@@ -170,7 +170,7 @@ def test_a_drive_that_compensates_friction_itself_is_sent_no_torque_ahead(rig):
 
 def test_a_family_with_one_support_point_gets_the_best_one_within_what_its_object_takes(result):
     rig = of_drive("beckhoff-ax2000")
-    (joint,) = drive_tables(result, rig, "usual").joints
+    (joint,) = drive_tables(result, rig).joints
     (table,) = joint.tables
     assert [each.object for each in table.objects] == ["0x36A5:01", "0x36A4:01"]
     speed, current = (each.value for each in table.objects)
@@ -185,7 +185,7 @@ def test_a_rig_whose_drives_take_no_tables_is_told_what_is_missing(result):
     with pytest.raises(
         InputError, match=r"no compensation tables are described .*generic-cia402.*section `compensation`"
     ):
-        drive_tables(result, of_drive("generic-cia402"), "usual")
+        drive_tables(result, of_drive("generic-cia402"))
 
 
 def test_the_command_shows_and_writes_nothing_where_drives_do_not_last(measured, capsys):
@@ -208,7 +208,7 @@ def test_torque_ripple_goes_into_the_cogging_table_about_the_encoder_s_zero(rig,
         api.drive_tables, "exported_model", lambda _: replace(model, torques=(*model.torques, ripple))
     )
     turned = rig.model_copy(update={"axes": (rig.axes[0].model_copy(update={"home": home}),)})
-    friction, cogging = drive_tables(result, turned, "usual").joints[0].tables
+    friction, cogging = drive_tables(result, turned).joints[0].tables
     assert friction.of == "friction"
     assert cogging.left < 0.1 * cogging.wanted
     ampere = 6.0 / float(rig.drive_gain[0, 0])
@@ -218,6 +218,6 @@ def test_torque_ripple_goes_into_the_cogging_table_about_the_encoder_s_zero(rig,
         [1000.0 * a for a in wanted], abs=100.0 * ampere
     )
     one_point = of_drive("beckhoff-ax2000")
-    (joint,) = drive_tables(result, one_point, "usual").joints
+    (joint,) = drive_tables(result, one_point).joints
     assert [table.of for table in joint.tables] == ["friction"]
     assert any("ripple is left out" in remark for remark in joint.remarks)

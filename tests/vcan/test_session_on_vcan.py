@@ -208,7 +208,7 @@ def test_the_drives_own_tables_are_written_and_cleared_over_the_kernels_can(rig_
     rig = Rig.load(str(path))
     write_driven_arm(tmp_path / "arm", rig, ("none",))
     mount("none", path)
-    tables = written(drive_tables(identify(load_experiment(tmp_path / "arm"), "usual"), rig, "usual"), rig)
+    tables = written(drive_tables(identify(load_experiment(tmp_path / "arm"), "usual"), rig), rig)
     (table,) = tables.joints[0].tables
     assert len(table.objects) == 25
     assert {each.before for each in table.objects} == {0.0}
