@@ -238,8 +238,14 @@ class ModelStory:
         return story.version(story.undone[-1])
 
     def identification(self, identifier: str) -> IdentificationDocument:
-        """What the version's newest fit found. Raises InputError if its file was damaged."""
-        return read_document(IdentificationDocument, self.fit_folder(identifier) / IDENTIFICATION_FILE)
+        """What the version's newest fit found. Raises InputError if its file was damaged or removed."""
+        file = self.fit_folder(identifier) / IDENTIFICATION_FILE
+        try:
+            return read_document(IdentificationDocument, file)
+        except FileNotFoundError as error:
+            raise InputError(
+                f"{file}: the file of model {identifier} is gone; put it back from a backup"
+            ) from error
 
     def fit_folder(self, identifier: str) -> Path:
         """The folder of the version's newest fit."""

@@ -4,7 +4,10 @@ import json
 import shutil
 from pathlib import Path
 
+import pytest
+
 from api.service.model_story import ModelStory
+from identify.recording.errors import InputError
 from identify.results.document import FORMAT
 
 STORED = Path(__file__).parents[1] / "identify" / "results" / "stored-format-1"
@@ -37,3 +40,10 @@ def test_a_story_that_goes_on_is_stored_in_the_present_format(tmp_path):
     assert json.loads((tmp_path / "models/m1/f1/diagnosis.json").read_text())["format"] == FORMAT
     assert story.diagnosis("m1") == diagnosis
     assert story.next_experiment("m1", 0) is None  # it belonged to the diagnosis before
+
+
+def test_a_model_whose_folder_was_removed_is_named_with_its_file(tmp_path):
+    shutil.copytree(STORED, tmp_path / "models")
+    shutil.rmtree(tmp_path / "models" / "m3")
+    with pytest.raises(InputError, match=r"identification\.json: the file of model m3 is gone"):
+        ModelStory(tmp_path).identification("m3")
