@@ -81,15 +81,6 @@ def test_the_body_of_who_may_not_send_it_is_never_taken_in(service, path, role):
     assert (status, heard) == (401 if role is None else 403, 0)
 
 
-def test_a_browser_that_is_not_signed_in_is_led_to_the_sign_in(service):
-    service.client(Role.ADMIN)
-    answer = service.client().post(
-        "/pages/experiments/import", headers={"HX-Request": "true", "Accept": "text/html"}
-    )
-    assert answer.status_code == 401
-    assert answer.headers["HX-Redirect"].startswith("/pages/sign-in")
-
-
 def test_strangers_send_no_more_than_a_name_and_a_password(service):
     service.client(Role.ADMIN)
     for path in ("/sign-in", "/pages/sign-in", "/nowhere"):

@@ -4,7 +4,8 @@ The torque is computed from the load- and velocity-dependent friction of eq. (25
 are fitted here by `numpy.linalg.lstsq`, and what they return are documents of `identify.results`.
 """
 
-from collections.abc import Iterator, Sequence
+import shutil
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import SimpleNamespace
@@ -16,11 +17,13 @@ import pytest
 import yaml
 
 from api.application import create_application
+from api.pages.stored_models import Experiments
 from api.service.model_documents import Fit
 from api.service.model_story import IDENTIFICATION_FILE, ModelStory, data_fingerprint, now_text
 from api.service.prediction_files import write_prediction
 from api.service.settings import ServiceSettings
 from identify.effects.catalogue import effects
+from identify.recording.experiment_file import read_experiment_file
 from identify.results.diagnosis import Candidate, DiagnosisDocument, JointDiagnosis, Verdict, Where
 from identify.results.effect import EffectOnJoint
 from identify.results.identification import (
@@ -32,6 +35,7 @@ from identify.results.identification import (
     PriorParameter,
     SessionError,
 )
+from tests.api.conftest import RunningService
 from tests.api.served import served
 
 JOINT = "j3"
@@ -439,3 +443,21 @@ def browser_client(stored_laboratory: Path) -> Iterator[httpx.Client]:
         httpx.Client(base_url=address, headers=headers, timeout=60.0) as client,
     ):
         yield client
+
+
+@pytest.fixture
+def experiments(stored_laboratory: Path, tmp_path: Path) -> Experiments:
+    """One experiment of which nobody has seen anything."""
+    folder = shutil.copytree(stored_laboratory / "experiments" / "rx130l-joint3", tmp_path / "experiment")
+    return SimpleNamespace(
+        folder=lambda _: folder, declared=lambda _: read_experiment_file(folder / "experiment.yaml")
+    )
+
+
+@pytest.fixture
+def laboratory(
+    stored_laboratory: Path, data_folder: Path, start_service: Callable[..., RunningService]
+) -> RunningService:
+    """A service of this test alone, with that experiment to change."""
+    shutil.copytree(stored_laboratory / "experiments", data_folder / "experiments")
+    return start_service()

@@ -1,12 +1,6 @@
 """Once a fit is stored its figures are made: pages and report then read no samples of it."""
 
-import json
 import queue
-import shutil
-from pathlib import Path
-from types import SimpleNamespace
-
-import pytest
 
 from api.pages import figures_ahead, model_figures, stored_models
 from api.pages.error_figures import JointUnits
@@ -14,20 +8,10 @@ from api.pages.figures_ahead import FiguresAhead, make_figures
 from api.pages.missing_body import body_context
 from api.pages.model_figures import counted_errors, figures_of
 from api.pages.report import write_report
-from api.pages.stored_models import Experiments, StoredExperiment
+from api.pages.stored_models import StoredExperiment
 from api.service.jobs import Job, JobState
-from identify.recording.experiment_file import read_experiment_file
 
 JOINT = "j3"
-
-
-@pytest.fixture
-def experiments(stored_laboratory: Path, tmp_path: Path) -> Experiments:
-    """One experiment of which nobody has seen anything."""
-    folder = shutil.copytree(stored_laboratory / "experiments" / "rx130l-joint3", tmp_path / "experiment")
-    return SimpleNamespace(
-        folder=lambda _: folder, declared=lambda _: read_experiment_file(folder / "experiment.yaml")
-    )
 
 
 def test_pages_and_report_of_the_current_model_read_no_samples(experiments, monkeypatch) -> None:
@@ -78,20 +62,3 @@ def test_what_a_job_has_stored_is_drawn_and_what_is_broken_ends_nothing(experime
     finally:
         ahead.close()
     assert drawn.empty()
-
-
-def test_figures_are_of_the_sessions_of_the_fit_as_the_tables_are(experiments) -> None:
-    (document,) = experiments.folder("").glob("models/m1/*/identification.json")
-    # The last session only checks the model.
-    roles = json.loads(document.read_text())
-    roles["sessions"][-1]["role"] = "validation"
-    document.write_text(json.dumps(roles))
-    stored = StoredExperiment(experiments, "experiment")
-    shown = stored.model("m1")
-    files = stored.fitted_files(shown)
-    units = JointUnits.of("revolute")
-    of_fit, all_files = (figures_of(stored, [shown], JOINT, each, units) for each in (files[:-1], files))
-    assert all_files == of_fit
-    tables = counted_errors(stored, [shown], JOINT, files).tables
-    assert [row.words for row in tables["payload"]] == [stored.payload_of[file] for file in files[:-1]]
-    assert [row.session for row in tables["session"]] == [*files[:-1], None]

@@ -1,22 +1,9 @@
 """Results: the parameters, the files, and the report that stands alone."""
 
-import csv
-import io
-
 import httpx
 import pytest
-import yaml
 
 EXPERIMENT = "/pages/experiments/rx130l-joint3"
-
-
-def test_every_parameter_stands_with_both_deviations_and_its_grouping(
-    browser_client: httpx.Client, models: dict
-) -> None:
-    text = browser_client.get(f"{EXPERIMENT}/results").text
-    for parameter in models["with load"].document().parameters:
-        assert f"<b>{parameter.name}</b>" in text
-    assert "ZZ1 + Ia1" in text
 
 
 @pytest.mark.parametrize("page", ["results", "report"])
@@ -29,25 +16,6 @@ def test_the_bodies_of_the_robots_file_stand_beside_what_was_identified(
     assert part.index("ZZ1R") < part.index("28.50") < part.index(">rotor<") < part.index("MX1")
     assert 'class="number loose">7.4<' in part  # 20 / 2.7 deviations apart
     assert "identified differently: MX1" in part
-
-
-def test_the_downloads_hold_the_document_of_the_fit(browser_client: httpx.Client, models: dict) -> None:
-    expected = models["usual"].document()
-    as_json = browser_client.get(f"{EXPERIMENT}/download/json", params={"version": "m1"})
-    as_yaml = browser_client.get(f"{EXPERIMENT}/download/yaml", params={"version": "m1"})
-    as_csv = browser_client.get(f"{EXPERIMENT}/download/csv", params={"version": "m1"})
-    assert as_json.json() == expected.to_json()
-    assert yaml.safe_load(as_yaml.text) == expected.to_json()
-    rows = list(csv.DictReader(io.StringIO(as_csv.text)))
-    assert [row["name"] for row in rows] == [parameter.name for parameter in expected.parameters]
-    assert [float(row["value"]) for row in rows] == [parameter.value for parameter in expected.parameters]
-    assert "rx130l-joint3-model-1.csv" in as_csv.headers["content-disposition"]
-
-
-def test_an_unknown_download_is_answered_with_what_there_is(browser_client: httpx.Client) -> None:
-    response = browser_client.get(f"{EXPERIMENT}/download/xls")
-    assert response.status_code == 404
-    assert "json, csv and yaml" in response.text
 
 
 def test_the_report_stands_alone(browser_client: httpx.Client) -> None:

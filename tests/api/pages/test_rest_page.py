@@ -22,7 +22,3 @@ def test_every_call_of_the_document_stands_on_the_page_and_nothing_comes_from_el
     anchors = re.findall(r'id="([^"]+)"', answer.text)
     assert len(anchors) == len(set(anchors))
     assert {each[1:] for each in loaded if each.startswith("#")} <= set(anchors)
-
-
-def test_the_address_leads_to_the_rig_once_there_is_an_experiment(browser_client: httpx.Client) -> None:
-    assert browser_client.get("/", follow_redirects=False).headers["location"] == "/pages/rig"
