@@ -5,7 +5,7 @@ import pytest
 from api.service.accounts import Role, User
 from api.service.stop_requests import StopOrder
 from tests.api.conftest import PASSWORD
-from tests.api.test_sessions import RIG, STEPS, operator, prepare, take, watch
+from tests.api.rig_session import RIG, STEPS, operator, prepare, take, watch
 
 __all__ = ["operator"]
 
