@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 import api.compensation
-from api.commands import compensate as compensate_command
 from api.compensation import shared_motor_remarks, torque_ahead
 from api.compensation_run import PICTURE, CompensationRun
 from api.proof import (
@@ -337,20 +336,6 @@ def test_a_pair_whose_second_run_was_not_started_is_said_to_be_half_and_is_conti
     complete = compensate(*again)
     assert (complete.returncode, complete.stderr.count("\n")) == (2, 1)
     assert "both runs are complete" in complete.stderr
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        ({"payload": "nothing"}, "nothing"),
-        ({"payload": None}, "--payload: the name of a payload"),
-        ({"payload": None, "proof": "77"}, "no proof of this number"),
-        ({"payload": None, "proof": "²"}, "no proof of this number"),
-    ],
-)
-def test_the_command_refuses_before_anything_moves(experiment, arguments, words):
-    with pytest.raises(InputError, match=words):
-        compensate_command.compensate(RIG, str(experiment), yes=True, **arguments)
 
 
 def test_a_torque_that_is_not_a_number_is_not_sent(rig):

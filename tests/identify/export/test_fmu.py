@@ -16,11 +16,8 @@ from identify.export import loaded_back, write
 from identify.export.exported_model import exported_model
 from identify.export.fmi_source import ValueReferences
 from identify.export.fmu import fmu
-from identify.export.fmu_torque import fmu_torque
-from identify.export.record_error import Motion
 from identify.identification import identify
 from identify.recording import InputError
-from tests.identify.export.identified_torque import of_the_model, without_payload_ratio
 
 fmpy = pytest.importorskip("fmpy", reason="FMPy (extra fmu) is not installed")
 
@@ -38,15 +35,6 @@ def unit(result, tmp_path):
     path = tmp_path / "arm-1.fmu"
     path.write_bytes(fmu(exported_model(result), "arm-1", COMPILER))
     return path
-
-
-def held_out_motion(plant, rows=60):
-    """Random states in a course of positions, so that presliding has a history."""
-    random = np.random.default_rng(8)
-    q = np.cumsum(random.uniform(-0.02, 0.02, (rows, 1)), axis=0)
-    dq, ddq = random.uniform(-1, 1, (rows, 1)), random.uniform(-3, 3, (rows, 1))
-    payload = next(own for own in plant.payloads if own.mass > 0)
-    return Motion(np.linspace(0, 6, rows), q, dq, ddq, None, payload)
 
 
 def test_fmpy_finds_nothing_wrong_with_the_unit(unit):
@@ -70,12 +58,6 @@ def test_the_binary_shows_the_functions_of_the_standard_and_nothing_else(unit, t
     assert library.fmi3GetVersion is not None
     for own in ("arm_1_torque", "arm_1_rigid_torque", "arm_1_memory_after"):
         assert not hasattr(library, own)
-
-
-def test_the_unit_is_the_model_on_held_out_motion(result, unit):
-    motion = without_payload_ratio(result, held_out_motion(result.experiment))
-    found = fmu_torque(unit)(motion)
-    assert found == pytest.approx(of_the_model(result, motion), rel=1e-9, abs=1e-9)
 
 
 @pytest.mark.parametrize("headers", [True, False], ids=["with the standard's headers", "by themselves"])
