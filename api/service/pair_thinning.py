@@ -1,5 +1,6 @@
 """Two columns against each other, thinned to what a plot of a given size shows."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,8 +44,9 @@ def _cells(values: Array, cells: int) -> NDArray[np.intp]:
     low, high = float(values.min()), float(values.max())
     if high <= low:
         return np.zeros(len(values), np.intp)
-    # Halved, so that the range of the largest numbers is one too.
-    place = (0.5 * values - 0.5 * low) / (0.5 * high - 0.5 * low) * cells
+    # The range of the largest numbers is none unless they are halved, and half of the smallest number is 0.
+    scale = 1.0 if math.isfinite(high - low) else 0.5
+    place = (scale * values - scale * low) / (scale * high - scale * low) * cells
     return np.minimum(place.astype(np.intp), cells - 1)
 
 

@@ -1,7 +1,7 @@
 """What a plot of two columns is thinned to keeps every extreme."""
 
 import numpy as np
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -14,6 +14,8 @@ from api.service.pair_thinning import thinned_pairs
     ),
     cells=st.tuples(st.integers(1, 30), st.integers(1, 30)),
 )
+@example(values=np.array([[5e-324, 0.0], [0.0, 0.0]]), cells=(1, 1))
+@example(values=np.array([[1.7e308, -1.7e308], [0.0, 0.0]]), cells=(3, 1))
 def test_extremes_stay_and_every_occupied_cell_has_a_sample(values, cells) -> None:
     across, up = cells
     kept = thinned_pairs(values[0], values[1], across, up)
