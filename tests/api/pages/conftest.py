@@ -5,7 +5,7 @@ are fitted here by `numpy.linalg.lstsq`, and what they return are documents of `
 """
 
 import shutil
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import SimpleNamespace
@@ -35,7 +35,7 @@ from identify.results.identification import (
     PriorParameter,
     SessionError,
 )
-from tests.api.conftest import RunningService
+from tests.api.conftest import ADDRESS, Clock, RunningService, TestClient
 from tests.api.served import served
 
 JOINT = "j3"
@@ -454,10 +454,11 @@ def experiments(stored_laboratory: Path, tmp_path: Path) -> Experiments:
     )
 
 
-@pytest.fixture
-def laboratory(
-    stored_laboratory: Path, data_folder: Path, start_service: Callable[..., RunningService]
-) -> RunningService:
-    """A service of this test alone, with that experiment to change."""
-    shutil.copytree(stored_laboratory / "experiments", data_folder / "experiments")
-    return start_service()
+@pytest.fixture(scope="module")
+def laboratory(stored_laboratory: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningService]:
+    """A service of one module's tests alone, with that experiment; what they change they change back."""
+    folder, clock = tmp_path_factory.mktemp("of-one-module"), Clock()
+    shutil.copytree(stored_laboratory / "experiments", folder / "experiments")
+    application = create_application(ServiceSettings(data_folder=folder, clock=clock))
+    with TestClient(application, base_url=ADDRESS) as client:
+        yield RunningService(application, application.state.service, clock, client)
