@@ -10,6 +10,7 @@ from drivers.process_data import (
     MappedEntry,
     PdoParameters,
     ProcessData,
+    WantedPdo,
     lay_out,
     set_transmission_type,
 )
@@ -55,6 +56,27 @@ def test_a_stream_finds_which_pdo_carries_a_value():
     assert stream.setpoint(15, -7) == struct.pack("<Hi", 15, -7)
     with pytest.raises(KeyError, match="temperature"):
         stream.find("temperature")
+
+
+@pytest.mark.parametrize(
+    ("cob_id", "kind", "mapping", "to_write"),
+    [
+        (0x183, 1, (0x60640020,), ""),
+        (0x40000183, 1, (0x60640020,), ""),  # bit 30, no remote frames, is no id
+        (0x80000183, 1, (0x60640020,), "id"),  # bit 31: off
+        (0x184, 1, (0x60640020,), "id"),
+        (0x183, 255, (0x60640020,), "type"),
+        (0x183, 1, (0x60640020, 0x60410010), "mapping"),
+        (0x183, 1, (), "mapping"),
+    ],
+)
+def test_what_a_drive_has_otherwise_is_written_and_nothing_else(cob_id, kind, mapping, to_write):
+    wanted = WantedPdo("TPDO", 1, 0x183, 1, (POSITION,))
+    present = PdoParameters("TPDO", 1, cob_id, kind, mapping)
+    assert wanted.readdressed(present) is (to_write == "id")
+    assert wanted.retimed(present) is (to_write == "type")
+    assert wanted.remapped(present) is (to_write == "mapping")
+    assert wanted.differs(present) is bool(to_write)
 
 
 class _FixedTypes:

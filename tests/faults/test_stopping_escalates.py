@@ -49,6 +49,17 @@ def test_a_drive_that_obeys_nothing_at_all_has_a_person_told_to_press_the_emerge
     assert "press the emergency stop" in outcome.ended_alarm
 
 
+def test_a_plan_that_ran_to_its_end_has_not_ended_well_where_power_stays_on():
+    outcome = run(bench_rig(**fast(("disobey", 1), ("deaf-to-nmt", 1))))
+    assert outcome.powered
+    assert outcome.reason.cause is StopCause.POWER_NOT_OFF
+    assert sum("may still have power" in words for words in outcome.alarms) == 1, outcome.alarms
+    assert outcome.reason.words.startswith(
+        "the plan ran to its end; a drive still had power: power was cut by"
+    )
+    assert "was not read back as off" in outcome.reason.words
+
+
 def test_a_drive_that_somebody_stopped_by_nmt_is_reset_and_read_back():
     outcome = run(bench_rig(**fast(("nmt-state", 4))))
     assert outcome.reason.cause is StopCause.SILENT_DRIVE

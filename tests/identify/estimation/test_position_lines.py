@@ -71,6 +71,27 @@ def test_both_ripples_are_tried_as_near_to_the_wave_number_as_the_whole_range_ca
         assert np.diff(np.sort(lines)).min() >= 0.5 * cell - 1e-9
 
 
+@pytest.mark.parametrize(("cycles", "told"), [(2.0, False), (3.0, True)])
+def test_a_ripple_of_three_cycles_over_the_range_is_told_from_a_slow_dependence_and_one_of_two_is_not(
+    cycles, told
+):
+    random = np.random.default_rng(9)
+    q = np.linspace(-1.2, 1.7, 900)
+    wave_number = 2 * np.pi * cycles / float(np.ptp(q))
+    part = SimpleNamespace(
+        position=q,
+        velocity=np.full(len(q), 0.3),
+        residual=3.0 * np.sin(wave_number * q + 0.4) + 0.1 * random.standard_normal(len(q)),
+        predicted=200 * np.cos(q) + 20,
+        moving=np.ones(len(q), bool),
+    )
+    summary: Any = SimpleNamespace(
+        speed_quantiles=np.array([0.3, 0.3, 0.3]), speed_resolution=0.001, position_resolution=1e-6
+    )
+    lines = np.array([*position_lines([part], summary, CUTOFF).torque])
+    assert bool(len(lines) and abs(lines - wave_number).min() < 0.3 * 2 * np.pi / float(np.ptp(q))) is told
+
+
 def test_what_noise_shows_is_weak_beside_a_ripple():
     """A line is only a candidate; of what noise shows, the held-out motion and the number of lines tried decide."""
     part, _ = seen(0.0, 95.0, seed=3)

@@ -9,9 +9,11 @@ import sys
 import numpy as np
 import pytest
 
-from identify import load_experiment, simulate
+from identify import identify, load_experiment, simulate
 from identify.recording import InputError
 from identify.recording.controller_file import ControllerFile, JointController
+from identify.simulation.simulate import simulated
+from tests.plants.planar_arm import draw_planar_arm, record_arm
 from tests.plants.single_joint import record, write_experiment
 
 
@@ -54,6 +56,31 @@ def test_what_gives_is_told_and_what_else_the_record_is_asked_for(stribeck):
     (remark,) = document.remarks
     assert remark.startswith("elbow: a gap of ")
     assert document.inputs == ("recorded torque", "time")
+
+
+def test_figures_of_each_joint_are_those_of_its_own_course_sample_by_sample(tmp_path):
+    """An arm that nothing holds leaves its record, one joint after the other."""
+    arm = draw_planar_arm(np.random.default_rng(4), 2)
+    folder = record_arm(
+        tmp_path / "arm", arm, 0, {"load-friction": 8.0}, seed=5, duration=6.0, rate=100.0, payloads=(0.0,)
+    )
+    courses = []
+    document = simulated(
+        identify(load_experiment(folder)), None, [], "torque", free_run=True, keep=courses.append
+    )
+    (course,) = courses
+    (row,) = document.horizons
+    left = []
+    for joint, figures in enumerate(row.joints):
+        off = course.model_q[:, joint] - course.q[:, joint]
+        faster = course.model_dq[:, joint] - course.dq[:, joint]
+        assert figures.position_rms == pytest.approx(np.sqrt(np.nanmean(off**2)), rel=1e-9)
+        assert figures.velocity_rms == pytest.approx(np.sqrt(np.nanmean(faster**2)), rel=1e-9)
+        beyond = np.flatnonzero(np.abs(off) > 0.1 * np.ptp(course.q[:, joint]))
+        left.append(course.time[beyond[0]] if len(beyond) else None)
+    assert [figures.left_record_at for figures in row.joints] == pytest.approx(left)
+    assert None not in left
+    assert left[0] != left[1]
 
 
 def test_every_session_and_role_has_its_figures(stribeck):
