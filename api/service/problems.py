@@ -1,7 +1,7 @@
 """Every error of the service as a problem document (RFC 9457, `application/problem+json`)."""
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from http import HTTPStatus
 from typing import Any
 
@@ -96,11 +96,6 @@ async def _http_error(request: Request, error: HTTPException) -> Response:
     return await problem_answer(request, Problem(error.status_code, detail, error.headers))
 
 
-def _lies_in(inner: Sequence[object], outer: Sequence[object]) -> bool:
-    """Whether one place is a part of another: ("body", "joints", 0) of ("body", "joints")."""
-    return len(inner) > len(outer) and tuple(inner[: len(outer)]) == tuple(outer)
-
-
 def _what(fault: Mapping[str, Any]) -> str:
     """What is wrong with a field, in words: an expression says nothing to who typed the text."""
     match fault:
@@ -112,10 +107,11 @@ def _what(fault: Mapping[str, Any]) -> str:
 
 async def _validation_error(request: Request, error: RequestValidationError) -> Response:
     faults = [(fault["loc"], _what(fault), fault["type"]) for fault in error.errors()]
+    around = {place[:depth] for place, *_ in faults for depth in range(len(place))}
     fields = [
         FieldProblem(where=".".join(str(part) for part in place), what=what)
         for place, what, _ in faults
-        if not any(_lies_in(other, place) for other, *_ in faults)  # of a list whose item is wrong
+        if place not in around  # a list whose item is wrong says nothing more
     ]
     errors = [field.model_dump() for field in fields]
     if any(kind == "json_invalid" for *_, kind in faults):

@@ -126,8 +126,9 @@ def verified(
             evidence = {finding.candidate.key: finding for finding, _ in kept}
             return State.of(screening, added, evidence, refusals, least)
         staying = [(term, finding.candidate.judged) for finding, term in kept]
+        keys = {term.key for term, _ in staying}
         for term, judged in added:
-            if (term, judged) not in staying:
+            if term.key not in keys:  # what only another joint justifies stays in the model
                 refusals.refuse(term, judged, staying)
         added = [row for row in added if row in staying]
         present, added = fits.without_others(added, present)

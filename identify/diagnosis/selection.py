@@ -97,8 +97,8 @@ class Selection:
         least   : for every joint the gain that an effect must have
 
         Joints whose strongest is much weaker than the strongest of all wait: a fault of one joint shows in
-        others through the inertial parameters that they share. An effect of the whole robot, which several joints may
-        ask for at once, is added for the one that it helps most.
+        others through the inertial parameters that they share. Several may ask for one effect at once: of the whole robot,
+        or of a motor that two of them share.
         """
 
         def of_joint(joint: int) -> tuple[list[Finding], Choice | None]:
@@ -113,12 +113,8 @@ class Selection:
             reverse=True,
         )
         strongest = choices[0][0] if choices else 0.0
-        additions: dict[tuple[str, int], Addition] = {}
-        for drop, added in choices:
-            chosen = {candidate.term.key: (candidate, variant) for candidate, variant in added}
-            if drop >= WAITING * strongest and not additions.keys() & chosen.keys():
-                additions |= chosen
-        return [findings for findings, _ in by_joint], list(additions.values())
+        additions = [each for drop, added in choices if drop >= WAITING * strongest for each in added]
+        return [findings for findings, _ in by_joint], additions
 
     def findings(self, joint: int) -> list[Finding]:
         """All candidates of a joint beside the present model, the best first."""

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import pytest
 
 from identify.diagnosis import moves
-from identify.diagnosis.moves import Fits, without_harmful
+from identify.diagnosis.moves import Fits, State, verified, without_harmful
 from identify.diagnosis.refusals import Refusals
+from identify.diagnosis.screening import Screening
 from identify.effects.model import Term
 from identify.effects.position import JointSpring
 from identify.effects.viscous import ViscousAsymmetric
@@ -57,3 +60,24 @@ def test_only_what_the_fit_without_it_does_better_without_does_harm(fitted, monk
     assert [term.key for term, _ in left] == [LEAN[0].key] if better else [SPRING[0].key, LEAN[0].key]
     assert harmful == ({SPRING[0].key} if better else set())
     assert set(refusals.present(left)) == harmful
+
+
+def test_of_two_joints_that_asked_for_one_term_only_the_one_that_justifies_it_has_it(fitted, monkeypatch):
+    """A search that kept both, for the term was there, looked at them again for ever."""
+    term = SPRING[0]
+
+    def beside_the_others(added, _least):
+        return [
+            (SimpleNamespace(candidate=SimpleNamespace(judged=judged, key=(term.effect.name, judged))), each)
+            for each, judged in added
+            if judged == 1
+        ]
+
+    looked_at = SimpleNamespace(beside_the_others=beside_the_others)
+    monkeypatch.setattr(Screening, "of", lambda _present, only_justified: looked_at)
+    monkeypatch.setattr(State, "of", lambda _screening, added, *_: added)
+    fits = SimpleNamespace(without_others=lambda added, present: (present, added))
+    refusals = Refusals()
+    added = verified(fits, fitted, [(term, 0), (term, 1)], refusals, [0.0, 0.0])  # type: ignore[arg-type]
+    assert added == [(term, 1)]
+    assert refusals.present(added) == set()

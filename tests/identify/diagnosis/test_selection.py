@@ -33,7 +33,6 @@ class ChosenColumns:
     from_derivatives: bool = False
     declared_load: DeclaredLoad = DeclaredLoad.CORRECTED
     searched: int = 1
-    robot: bool = False
 
     @property
     def beside_ratio(self) -> bool:
@@ -41,7 +40,7 @@ class ChosenColumns:
 
     @property
     def term(self) -> Any:
-        return type("Term", (), {"key": (self.name, 0 if self.robot else self.judged)})
+        return type("Term", (), {"key": (self.name, self.judged)})
 
     def columns(self, _observation, variant):
         return np.array(self.variants[variant], np.intp)
@@ -153,21 +152,6 @@ def test_two_effects_that_only_help_together_are_added_together():
     assert searched.search(set(), [1.001 * together])[1] == []
     impossible = [ChosenColumns("one", ((1,),), possible=False), *candidates[1:]]
     assert selection([(matrix, measured)], impossible).search(set(), [0.0])[1] == []
-
-
-def test_an_effect_of_the_whole_robot_is_added_once_for_the_joint_that_it_helps_most():
-    one, its_noise = random_columns(3, seed=21)
-    other, other_noise = random_columns(3, seed=22)
-    joints = [
-        (one, one[:, 0] + 0.8 * one[:, 1] + its_noise),
-        (other, other[:, 0] + 1.2 * other[:, 1] + other_noise),
-    ]
-    candidates = [
-        ChosenColumns("payload", ((1, 4),), judged=0, robot=True),
-        ChosenColumns("payload", ((1, 4),), judged=1, robot=True),
-    ]
-    _, added = selection(joints, candidates, model=(0, 3)).search(set(), [0.0, 0.0])
-    assert [(candidate.name, candidate.judged) for candidate, _ in added] == [("payload", 1)]
 
 
 def test_a_joint_that_gains_little_beside_another_waits():
