@@ -54,9 +54,8 @@ def run() -> NoReturn:
     status = 1
 
     def end_at_once() -> None:
-        with contextlib.suppress(
-            OSError, ValueError
-        ):  # nobody reads any more: the interpreter says so in its own way
+        # Where nobody reads any more the interpreter says so in its own way.
+        with contextlib.suppress(OSError, ValueError):
             sys.stdout.flush()
             sys.stderr.flush()
             os._exit(status)

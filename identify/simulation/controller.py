@@ -190,9 +190,8 @@ class Loops:
         course[:, :n, n : 2 * n] = course[:, 2 * n :, :n] = step * np.eye(n)
         course[:, :n] += 0.5 * step**2 * acceleration
         course[:, n : 2 * n] += step * acceleration
-        used = np.r_[
-            : 2 * n, 2 * n + np.flatnonzero(np.any(self.integral, axis=(0, 1)))
-        ]  # others drift freely
+        # Integrals that no gain takes drift freely, and are left out.
+        used = np.r_[: 2 * n, 2 * n + np.flatnonzero(np.any(self.integral, axis=(0, 1)))]
         largest = np.abs(np.linalg.eigvals(course[:, used][:, :, used])).max()
         return bool(largest < 1.0 + ROUNDING)
 
