@@ -7,8 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import identify
 from identify.estimation.fitting import choose_constants, column_price, only_slots
 from tests.identify.estimation.synthetic_observation import observation_of, single
+from tests.plants.single_joint import record, write_experiment
 
 ROWS, BASE = 200, 2
 
@@ -117,3 +119,14 @@ def test_an_observation_with_some_of_its_slots_is_that_made_of_their_columns():
         wanted = rows[joint][:, places]
         merged = found.merged(joint).r
         np.testing.assert_allclose(merged.T @ merged, wanted.T @ wanted, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "add", [["drive-gain", "current-ripple"], ["current-ripple", "drive-gain"]], ids=["after", "before"]
+)
+def test_a_ripple_is_found_beside_a_drive_gain_that_hides_it(tmp_path, add):
+    """The test joint's ripple has 60 waves a radian; a gain that is 10 % off leaves a residual six times as large."""
+    hidden = record({"drive-gain": 2.0, "current-ripple": 0.03}, duration=12.0, rate=250.0, repeats=1)
+    found = identify.identify(identify.load_experiment(write_experiment(tmp_path, hidden)), "usual", add=add)
+    constants = {t.effect.name: dict(t.constants or ()) for t in found.fitted.model.terms}
+    assert constants["current-ripple"]["wave_number"] == pytest.approx(60, rel=0.01)
