@@ -102,10 +102,6 @@ class DriveGain(Effect):
         return out
 
 
-HALF, WITHIN = 0.5, 0.15
-"""Periods of sampling that a held command makes, and what a fit can be wrong by."""
-
-
 class Delay(Effect):
     name = "delay"
     title = "a delay between position and current"
@@ -135,12 +131,14 @@ class Delay(Effect):
     def command_lead(self, values: Array) -> float:
         return float(values[0])
 
-    def made_by_recording(self, values: Array, sampling_period: float) -> str | None:
+    def made_by_recording(self, values: Array, margins: Array, sampling_period: float) -> str | None:
         """A controller holds its command over a period, while the position is that of one instant.
 
-        Recorded at the period's start the command is early by half of one, at its end late by as much.
+        Recorded at the period's start the command is early by half of one, at its end late by as much: by just that, so
+        that how far the estimate may be from its value decides.
         """
-        if abs(abs(float(values[0])) / sampling_period - HALF) > WITHIN:
+        beyond = abs(abs(float(values[0])) - 0.5 * sampling_period)
+        if beyond > float(margins[0]):
             return None
         return (
             "It is half a period of sampling, as a command makes that is held over its period: recorded at the start it "

@@ -159,9 +159,11 @@ class Effect(ABC):
         """Whether a model that has it leaves no column for the payload ratio of eq. (35)."""
         return False
 
-    def made_by_recording(self, values: Array, sampling_period: float) -> str | None:
-        """Words where estimates (parameters,) are what sampling itself makes, no fault of the machine; else None.
+    def made_by_recording(self, values: Array, margins: Array, sampling_period: float) -> str | None:
+        """Words where estimates (parameters,) cannot be told from what sampling itself makes, which is no fault of the machine;
+        else None.
 
+        margins         : (parameters,) how far each may be from its value; NaN where that is not known
         sampling_period : s
         """
         return None

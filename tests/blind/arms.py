@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 import identify
-from tests.blind.cases import reaching
+from tests.blind.cases import hides_nothing, reaching
 from tests.plants.planar_arm import OF_ONE_JOINT, PlanarArm, draw_planar_arm, record_arm
 
 SHARES = {"arm strong": (0.5, 0.98), "arm weak": (0.2, 0.45)}
@@ -108,4 +108,6 @@ def _drawn(kind: str, random: np.random.Generator) -> ArmCase | None:
     floor = case.residual_power({})
     target = floor * share / (1 - share)
     strength = reaching(target, lambda s: case.residual_power({name: s}) - floor, 0.3)
-    return None if strength is None else replace(case, effects={name: strength})
+    if strength is None or hides_nothing({name: strength}, case.rate):
+        return None
+    return replace(case, effects={name: strength})

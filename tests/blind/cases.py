@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 import identify
+from tests.plants.hidden_effects import DELAY
 from tests.plants.single_joint import (
     HIDDEN,
     LEFT_OUT_OF_EVERY_CATALOGUE,
@@ -26,6 +27,9 @@ SHARES = {"strong": (0.5, 0.98), "weak": (0.2, 0.45), "pair": (0.5, 0.9), "uncat
 """Part of the residual's power that the effects cause, from … to, by class."""
 
 
+HELD = 0.1
+"""Periods of sampling to either side of half of one within which no delay is hidden: a command that is held over its period is
+early or late by just that, and says nothing of the machine."""
 FAINTEST, STRONGEST = 0.002, 8.0
 """strengths between which an effect of the plant is what its name says"""
 
@@ -80,6 +84,16 @@ class Case:
         )
 
 
+def made_by_sampling(seconds: float, period: float) -> bool:
+    """Whether a delay is no more than what sampling with this period makes."""
+    return abs(seconds / period - 0.5) < HELD
+
+
+def hides_nothing(effects: dict[str, float], rate: float) -> bool:
+    """Whether the delay among some effects of the plant is what sampling at this rate (Hz) makes."""
+    return "delay" in effects and made_by_sampling(DELAY * effects["delay"], 1 / rate)
+
+
 def residual_power(case: Case, effects: dict[str, float]) -> float:
     """Squared relative error of the usual model on the case with these effects."""
     with tempfile.TemporaryDirectory() as scratch:
@@ -90,7 +104,7 @@ def residual_power(case: Case, effects: dict[str, float]) -> float:
 def scaled(case: Case, random: np.random.Generator) -> Case | None:
     """The case with its strengths scaled so that the effects cause a drawn part of the residual's power.
 
-    None where no strength does: what is hidden leaves no trace in this motion.
+    None where no strength does, what is hidden leaving no trace in this motion, and where it is what sampling makes.
     """
     low, high = SHARES[case.kind]
     wanted = random.uniform(low, high)
@@ -102,7 +116,7 @@ def scaled(case: Case, random: np.random.Generator) -> Case | None:
         if strength is None:
             return None
         strengths[name] = strength
-    return replace(case, effects=strengths)
+    return None if hides_nothing(strengths, case.rate) else replace(case, effects=strengths)
 
 
 def reaching(target: float, power: Callable[[float], float], strength: float) -> float | None:

@@ -52,7 +52,7 @@ CATALOGUED: dict[str, Draw] = {
     },
     "friction-warmup": lambda r: {"excess": between(0.15, 0.6)(r), "time_constant": between(15, 40)(r)},
     "gain-saturation": lambda r: {"limit": between(22, 40)(r)},
-    "delay": lambda r: {"seconds": between(0.0008, 0.0025)(r)},
+    "delay": lambda r: {"seconds": between(0.0012, 0.0025)(r)},  # not half of the rig's 2 ms
     "payload-mass": lambda r: {"factor": float(1 + r.choice([-1, 1]) * r.uniform(0.04, 0.15))},
     "payload-com": lambda r: {"shift": [0.0, float(r.choice([-1, 1]) * r.uniform(0.03, 0.12)), 0.0]},
     "friction-position": lambda r: {"amplitude": between(0.2, 0.7)(r), "order": 1.0, "phase": _phase(r)},

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from daq.rig import Rig
 from identify.recording import load_experiment
 from identify.recording.errors import InputError
 from identify.results.diagnosis import DiagnosisDocument, JointDiagnosis
@@ -15,11 +16,13 @@ from identify.results.next_experiment import Proposal
 from tests.blind import plasmodes
 from tests.blind.__main__ import part_of, recorded, run
 from tests.blind.arms import ArmCase
+from tests.blind.cases import hides_nothing, made_by_sampling
 from tests.blind.loops import LoopCase, draw_loop, with_effects
 from tests.blind.noise import FloorScore, floor_score
 from tests.blind.plasmodes import present, with_effect
 from tests.blind.proposals import Told, motion_of, table
 from tests.blind.report import page, reliability, wilson
+from tests.blind.rigs import CATALOGUED, RIG
 from tests.blind.score import Score, scored
 from tests.plants.closed_loop import LoopArm, simulate
 from tests.plants.planar_arm import draw_planar_arm
@@ -108,6 +111,16 @@ def test_a_loop_case_is_drawn_alike_again_and_hides_what_it_says():
     assert case == draw_loop(3, 0) != draw_loop(4, 0)
     assert isinstance(case, LoopCase)
     assert (case.kind, case.names) == ("loop null", ())
+
+
+def test_no_hidden_delay_is_what_a_held_command_makes():
+    """Half of the rig's cycle; at the test joint of 250 Hz half of 4 ms."""
+    random = np.random.default_rng(4)
+    cycle = Rig.load(RIG).cycle
+    assert not any(made_by_sampling(CATALOGUED["delay"](random)["seconds"], cycle) for _ in range(30))
+    assert hides_nothing({"delay": 0.35, "stribeck": 1.0}, 250.0)
+    assert not hides_nothing({"delay": 0.35}, 500.0)
+    assert not hides_nothing({"stribeck": 0.35}, 250.0)
 
 
 def test_every_effect_of_the_loops_changes_the_motion_or_the_command():

@@ -214,9 +214,13 @@ def gain_saturation(run: Run, strength: float) -> None:
         )
 
 
+DELAY = 0.006
+"""s by which v is early at the strength 1."""
+
+
 def delay(run: Run, strength: float) -> None:
     """v is recorded s 6 ms before the position it belongs to: v(t) = tau(t + 0.006 s) / gain."""
-    run.command = np.interp(run.time + 0.006 * strength, run.time, run.command)
+    run.command = np.interp(run.time + DELAY * strength, run.time, run.command)
 
 
 def backlash(run: Run, strength: float) -> None:

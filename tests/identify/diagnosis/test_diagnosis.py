@@ -69,7 +69,7 @@ def late(
 
 
 def test_a_command_that_is_held_over_its_period_is_no_fault(hidden, tmp_path):
-    """Recorded as the period starts it is early by half of one; what is early by two is a delay."""
+    """Recorded as the period starts it is early by half of one; what is early by a third of one, or by two, is a delay."""
 
     def early(samples: int) -> Callable[[np.ndarray], np.ndarray]:
         return lambda command: np.append(command[samples:], np.repeat(command[-1], samples))
@@ -79,6 +79,8 @@ def test_a_command_that_is_held_over_its_period_is_no_fault(hidden, tmp_path):
     assert held.missing == ()
     assert "held over its period" in held.cautions["delay"]
     parts: list[float] = []
+    third = late(hidden(), tmp_path / "third", lambda v: (2 * v + early(1)(v)) / 3).joints[0]
+    assert [term.effect.name for term in third.missing] == ["delay"], "certainly not half a period"
     delayed = late(hidden(), tmp_path / "late", early(2), lambda part, _: parts.append(part)).joints[0]
     assert [term.effect.name for term in delayed.missing][:1] == ["delay"]
     # nobody knows how many rounds a search takes: each comes nearer to the end, and none goes beyond

@@ -66,9 +66,16 @@ def test_a_delay_is_the_rate_of_the_torque_with_a_minus():
 
 
 @pytest.mark.parametrize(
-    ("periods", "held"),
-    [(0.5, True), (-0.5, True), (0.36, True), (0.64, True), (0.3, False), (0.7, False), (0.0, False)],
+    ("periods", "margin", "held"),
+    [
+        (0.5, 0.0, True),
+        (-0.5, 0.01, True),
+        (0.36, 0.01, False),  # near, but certainly another time
+        (0.36, 0.15, True),  # as near, and nothing tells it from half a period
+        (-0.66, 0.15, False),
+        (0.0, 0.1, False),
+    ],
 )
-def test_half_a_period_is_what_a_held_command_makes(periods, held):
-    said = Delay().made_by_recording(np.array([periods * PERIOD]), PERIOD)
+def test_half_a_period_is_what_a_held_command_makes(periods, margin, held):
+    said = Delay().made_by_recording(np.array([periods * PERIOD]), np.array([margin * PERIOD]), PERIOD)
     assert (said is not None) == held
