@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from identify.diagnosis.refusals import Key, Refusals
 from identify.diagnosis.screening import Screening
 from identify.diagnosis.selection import Addition
 from identify.diagnosis.unseen_sessions import lowers_on_unseen, worse_on_unseen
+from identify.effects.effect import DeclaredLoad
 from identify.effects.model import Term
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.fitting import fit_model
@@ -36,6 +36,7 @@ class State:
     evidence: dict[Key, Finding]
     listed: list[list[Finding]]
     chosen: list[Addition]
+    _costs: dict[bool, float] = field(default_factory=dict, repr=False)
 
     @classmethod
     def of(
@@ -63,20 +64,33 @@ class State:
 
     def better_than(self, other: "State") -> bool:
         """Whether it makes motion that the fits did not see more probable, and by what each added effect must bring to have a
-        name."""
-        return self._cost < other._cost
+        name.
 
-    @cached_property
-    def _cost(self) -> float:
+        Loads are taken as declared where an effect of either questions them: the payload ratio that is estimated beside
+        all others does the work of such an effect, for nothing.
+        """
+        declared = any(
+            term.effect.declared_load is DeclaredLoad.QUESTIONED for term, _ in (*self.added, *other.added)
+        )
+        return self._cost(declared) < other._cost(declared)
+
+    def _cost(self, declared: bool) -> float:
         """Sum over the joints of the logarithm of the held-out squared error, and of what the least gain of each added effect
-        takes from that: but for a factor and a constant the negative logarithm of the predictive density."""
-        selection = self.screening.selection
-        errors = [
-            selection.motion.alone(joint, selection.base()).total
-            for joint in range(self.present.record.joints)
-        ]
-        least = [1 - each.least_gain / max(each.before.total, 1e-300) for each in self.evidence.values()]
-        return float(np.sum(np.log(np.maximum(errors, 1e-300))) - np.sum(np.log(np.maximum(least, 1e-300))))
+        takes from that: but for a factor and a constant the negative logarithm of the predictive density.
+
+        declared : with the payloads as declared
+        """
+        if declared not in self._costs:
+            selection = self.screening.selection
+            errors = [
+                selection.motion.alone(joint, selection.base(declared)).total
+                for joint in range(self.present.record.joints)
+            ]
+            least = [1 - each.least_gain / max(each.before.total, 1e-300) for each in self.evidence.values()]
+            self._costs[declared] = float(
+                np.sum(np.log(np.maximum(errors, 1e-300))) - np.sum(np.log(np.maximum(least, 1e-300)))
+            )
+        return self._costs[declared]
 
 
 @dataclass

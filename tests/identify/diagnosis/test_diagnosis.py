@@ -133,6 +133,8 @@ def test_a_payload_of_wrong_mass_cannot_be_told_from_a_wrong_gain_and_that_is_sa
     said = diagnosed(("payload-mass", 1.0)).document().joints[0]
     first = said.candidates[0]
     assert {first.effect, *first.indistinguishable_from} >= {"payload-mass", "drive-gain"}
+    # the payload ratio beside which all others are judged explains as much, and is no answer
+    assert (said.verdict, said.missing) == ("missing", (first.effect,))
 
 
 def test_the_json_has_what_the_contract_says(diagnosed):
