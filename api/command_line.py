@@ -12,7 +12,7 @@ import os
 import pkgutil
 import sys
 from collections.abc import Sequence
-from typing import Any, NoReturn
+from typing import Annotated, Any, NoReturn
 
 import typer
 
@@ -26,8 +26,24 @@ application = typer.Typer(
 )
 
 
+def _print_version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import PackageNotFoundError, version
+
+        try:
+            print(f"coulomb {version('coulomb')}")
+        except PackageNotFoundError:
+            print("coulomb, from its source tree")
+        raise typer.Exit
+
+
 @application.callback()
-def coulomb() -> None:
+def coulomb(
+    _version: Annotated[
+        bool,
+        typer.Option("--version", callback=_print_version, is_eager=True, help="print the version, and end"),
+    ] = False,
+) -> None:
     """Measure a robot joint, identify its model, and learn which physical effect the model misses."""
 
 

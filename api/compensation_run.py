@@ -94,4 +94,5 @@ class CompensationRun:
             role="validation",
             seed=self._seed,
             ahead=ahead,
+            admissible=False,
         )

@@ -320,7 +320,7 @@ class _BlfReader(can.BLFReader):
 
 
 def _reader(path: Path) -> Any:
-    return _BlfReader(path) if path.suffix == ".blf" else can.LogReader(path)
+    return _BlfReader(path) if path.suffix.lower() == ".blf" else can.LogReader(path)
 
 
 def _rewritten(path: Path, folder: Path) -> Path:

@@ -98,7 +98,7 @@ def export_session(recording: Path, target: Path) -> int:
 
     Raises InputError for another ending, a file that is there already, a folder that is not, or no recording.
     """
-    writer = next((write for end, write in _WRITERS.items() if target.name.endswith(f".{end}")), None)
+    writer = next((write for end, write in _WRITERS.items() if target.name.lower().endswith(f".{end}")), None)
     if writer is None:
         raise InputError(f"{target}: the name must end in .{', .'.join(FORMATS)}")
     if target.exists():

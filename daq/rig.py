@@ -23,10 +23,25 @@ from drivers.profile_against_dictionary import mismatches
 from drivers.safety_output import SafetyOutputSettings
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import Payload, check_settings
+from identify.recording.plain_text import printable
 from identify.recording.strict_yaml import read_strict_yaml
 
-Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=64)]
 _LAB_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
+_SHOWN = 80
+"""letters of a wrong name that a message shows"""
+
+
+def _lab_name(name: str) -> str:
+    """A name that can be typed in a command and stand in an address. Raises ValueError where it cannot."""
+    if not _LAB_NAME.fullmatch(name):
+        shown = printable(name if len(name) <= _SHOWN else f"{name[:_SHOWN]}…")
+        raise ValueError(
+            f"'{shown}': use letters without accents, digits, '_', '.' and '-', a letter or digit first, 64 at most"
+        )
+    return name
+
+
+Name = Annotated[str, AfterValidator(_lab_name)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Vector3 = tuple[Finite, Finite, Finite]
@@ -215,11 +230,10 @@ def with_lab_name(payload: Payload) -> Payload:
 
     Raises ValueError where it cannot.
     """
-    if not _LAB_NAME.fullmatch(payload.name):
-        raise ValueError(
-            f"name: '{payload.name}' is no name of a payload: use letters, digits, '_', '.' and '-', a letter or digit "
-            "first, 64 at most"
-        )
+    try:
+        _lab_name(payload.name)
+    except ValueError as error:
+        raise ValueError(f"name: {error}") from None
     return payload
 
 

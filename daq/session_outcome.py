@@ -30,6 +30,10 @@ class Recorded:
     payload: str
 
 
+DRIVE_AGAIN = "only a run that was driven to its end is compared: drive it again"
+"""of a run that is one of a pair"""
+
+
 @dataclass(frozen=True)
 class Outcome:
     """How a session ended.
@@ -51,12 +55,15 @@ def outcome_of(
     payload: Payload,
     role: Role,
     ring: RingReader | None,
+    admissible: bool = True,
 ) -> Outcome:
     """What became of a session whose processes have ended.
 
     reason : why the motion ended
     file   : claimed for the recording when the session was armed
     ring   : holds what a recorder that died has not written
+    admissible : whether a recording that ended early may be listed in the experiment later; one of a pair that is compared is
+        driven again instead
     """
     state = SessionState.ABORTED if reason.status == "aborted" else SessionState.FAULTED
     sentence = reason.words
@@ -82,7 +89,11 @@ def outcome_of(
         # The recorder is the last to judge: it knows what came to disk, and what is to be said against it.
         kept = (
             f"{recording.reason}; {recording.rows} samples are kept in {file.parent.name}/{file.name}; "
-            f"`coulomb recover {experiment}` lists them in the experiment if they may serve identification"
+            + (
+                f"`coulomb recover {experiment}` lists them in the experiment if they may serve identification"
+                if admissible
+                else DRIVE_AGAIN
+            )
         )
         return Outcome(state if recording.status == "aborted" else SessionState.FAULTED, kept, file)
     try:
@@ -90,7 +101,12 @@ def outcome_of(
     except (InputError, OSError) as error:
         kept = (
             f"{sentence}; {recording.rows} samples, all of the plan, are in {file.parent.name}/{file.name}, but they could "
-            f"not be listed: {error_in_words(error)}; put that right, then `coulomb recover {experiment}` lists them"
+            f"not be listed: {error_in_words(error)}; "
+            + (
+                f"put that right, then `coulomb recover {experiment}` lists them"
+                if admissible
+                else DRIVE_AGAIN
+            )
         )
         return Outcome(SessionState.FAULTED, kept, file)
     return Outcome(SessionState.DONE, f"{sentence}; {recording.rows} samples in {listed.name}", listed)

@@ -60,6 +60,7 @@ class PayloadSession:
     sign_of_life : asked before every sign of life to the acquisition: whether a stop would be heard now; while it is not, the
         motion ends as if this process had died
     provisional : whether the experiment is still being put together: once its folder is removed, nobody wants the recording
+    admissible : whether a recording that ended early may be listed in the experiment later (`outcome_of`)
 
     Raises InputError when plan, payload or folder do not fit the rig.
     """
@@ -79,6 +80,7 @@ class PayloadSession:
         sign_of_life: Callable[[], bool] = lambda: True,
         ahead: SentAhead | None = None,
         provisional: bool = False,
+        admissible: bool = True,
     ) -> None:
         require_within_limits(plan, rig)
         self.rig = rig
@@ -96,6 +98,7 @@ class PayloadSession:
         self._after_session = after_session
         self._seed = seed
         self._provisional = provisional
+        self._admissible = admissible
         self._could_stop_now = sign_of_life
         self._counts = plan_counts(rig, plan)
         if ahead is not None and ahead.counts.shape != self._counts.shape:
@@ -417,7 +420,9 @@ class PayloadSession:
         """The motion has ended: see the files closed; what comes after a complete session runs before it is done."""
         if self.processes is not None:
             self.processes.wait_for_recording()
-        outcome = outcome_of(reason, self.experiment, self.file, self.payload, self.role, self._rows)
+        outcome = outcome_of(
+            reason, self.experiment, self.file, self.payload, self.role, self._rows, self._admissible
+        )
         self.file = outcome.file
         if outcome.state is SessionState.DONE and outcome.file is not None:
             self._progress = Progress(

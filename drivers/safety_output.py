@@ -6,13 +6,16 @@ It is one means more, not a safety function: what a person relies on is the emer
 import os
 from collections.abc import Callable
 from pathlib import Path
+from string import hexdigits
 from typing import Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from drivers.errors import BusError
 
 Send = Callable[[int, bytes], None]
+FRAME_BYTES = 8
+"""that a frame of classic CAN holds at most"""
 
 
 class SafetyOutputSettings(BaseModel):
@@ -26,13 +29,19 @@ class SafetyOutputSettings(BaseModel):
     )
     write: str = Field(
         default="",
-        pattern="^([0-9A-Fa-f]{2})*$",
         description="bytes in hexadecimal digits that take the power away",
     )
     can_id: int | None = Field(default=None, ge=1, le=0x7FF, description="of a frame for a CAN I/O module")
-    data: str = Field(
-        default="", pattern="^([0-9A-Fa-f]{2}){0,8}$", description="of that frame, hexadecimal digits"
-    )
+    data: str = Field(default="", max_length=2 * FRAME_BYTES, description="of that frame, hexadecimal digits")
+
+    @field_validator("write", "data")
+    @classmethod
+    def _bytes(cls, digits: str) -> str:
+        if len(digits) % 2 or not set(digits) <= set(hexdigits):
+            raise ValueError(
+                "give bytes as pairs of hexadecimal digits (0 to 9, A to F) without spaces, such as A00101A2"
+            )
+        return digits
 
     @model_validator(mode="after")
     def _one_of_two(self) -> Self:

@@ -36,7 +36,7 @@ def export(
     """
     import sys
 
-    if source.endswith((".h5", ".hdf5")):
+    if source.lower().endswith((".h5", ".hdf5")):
         import json
 
         from daq.export import export_session

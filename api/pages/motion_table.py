@@ -139,6 +139,7 @@ def driven_words(document: SimulationDocument) -> list[str]:
 def export_rows(use: ModelUse, experiment: str, version: str) -> list[ExportRow]:
     """Every format: its name, where to ask for it, and the file with its certificate in words where it is there."""
     certificates = use.certificates(experiment, version)
+    faults = use.export_faults(experiment, version)
     shared = _shared(certificates.values())
     query = urlencode({"version": version})
     return [
@@ -147,7 +148,7 @@ def export_rows(use: ModelUse, experiment: str, version: str) -> list[ExportRow]
             ending=ending,
             link=f"{experiment_link(experiment, 'use/exports')}/{ending}?{query}",
             words=(certificate_words(certificates[ending], shared) if ending in certificates else None),
-            fault=use.export_fault(experiment, version, ending),
+            fault=faults.get(ending),
         )
         for ending in ENDINGS
     ]

@@ -107,10 +107,9 @@ def prepare(
 def standard_plan(request: Request, _user: access.Operator, experiment: str, rig: Word) -> Response:
     """Make a plan to prove it with; then the form again, with it."""
     service = access.service_of(request)
-    service.experiments.declared(experiment)
     with input_errors_as_problems():
         service.disk.require_room()
-        service.proofs.standard_plan(rig)
+        service.proofs.standard_plan(experiment, rig)
     link = f"{experiment_link(experiment, 'proofs')}?{urlencode({'rig': rig})}"
     return Response(status_code=204, headers={"HX-Redirect": link})
 

@@ -16,7 +16,7 @@ from api.pages.rival_effects import rival_effects_context
 from api.pages.stored_models import StoredExperiment
 from api.service import access
 from api.service.accounts import User
-from api.service.model_workflow import FIT_AGAIN
+from api.service.searches_aside import FIT_AGAIN
 
 router = APIRouter(prefix=f"{PREFIX}/experiments/{{experiment}}/missing", include_in_schema=False)
 

@@ -88,12 +88,13 @@ def prepare(
         settings = service.rigs.rig(rig)
         given = _payload(payload_name, mass, (com_x, com_y, com_z)) if payload == NEW else None
         known = given or _known_payload(service, settings, experiment, payload)
-        service.plans.plan(plan)
+        service.disk.require_room()
         if experiment == NEW:
             name = experiment_name.strip() or rig  # which the empty field shows
+            declared = service.rigs.experiment_file(rig, name)
+            service.sessions.require_preparable(declared, rig=rig, plan=plan, payload=known)
             service.operators.take(rig, user)
-            experiment = service.experiments.create(service.rigs.experiment_file(rig, name)).id
-        service.disk.require_room()
+            experiment = service.experiments.create(declared).id
         row = service.sessions.create(experiment, user, rig=rig, plan=plan, payload=known, role=role)
     service.live.tell(rig)
     return Response(status_code=204, headers={"HX-Redirect": session_link(experiment, row.id)})

@@ -183,17 +183,19 @@ def change(
     catalogue = access.service_of(request).catalogue
     with input_errors_as_problems():
         entry = catalogue.entry(experiment, session)
+        changed_note = note if note.strip() != entry.note else None
         if use == "excluded":
-            if reason.strip() != entry.excluded:
-                catalogue.exclude(experiment, session, reason, user.name)
-        elif entry.measured:
-            catalogue.set_role(
-                experiment, session, "identification" if use == "fit" else "validation", user.name
+            catalogue.change(experiment, session, user.name, excluded=reason, note=changed_note)
+        else:
+            role = "identification" if use == "fit" else "validation"
+            catalogue.change(
+                experiment,
+                session,
+                user.name,
+                role=role if entry.measured else None,
+                excluded=False,
+                note=changed_note,
             )
-            if entry.excluded is not None:
-                catalogue.include(experiment, session, user.name)
-        if note.strip() != entry.note:
-            catalogue.write_note(experiment, session, note)
     return page(request, "sessions_body.html", **_context(request, user, experiment))
 
 
@@ -360,7 +362,7 @@ def _session(
 
 def _formats(file: Path, measured: bool) -> list[tuple[str, str]]:
     """Forms in which a recording can be had: REST's word and a person's. SI units want a session that is listed."""
-    recorded = file.suffix == ".h5"
+    recorded = file.suffix.lower() == ".h5"
     formats = [("original", "HDF5 in counts" if recorded else file.name.split(".", 1)[1].upper())]
     if measured:
         formats += [("csv", "CSV")] if recorded else []

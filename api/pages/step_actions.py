@@ -1,6 +1,5 @@
 """The steps of the model from the page: diagnose, add, remove, undo, redo; each answers with the exchanged part."""
 
-import threading
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Request
@@ -15,13 +14,11 @@ from api.pages.rendering import PREFIX, page
 from api.pages.stored_models import StoredExperiment
 from api.service import access
 from api.service.accounts import User
-from api.service.jobs import Job, JobRunner
-from api.service.model_workflow import FIT_AGAIN, SEARCHES
+from api.service.jobs import Job
+from api.service.model_workflow import ModelWorkflow
+from api.service.searches_aside import FIT_AGAIN
 
 router = APIRouter(prefix=f"{PREFIX}/experiments/{{experiment}}", include_in_schema=False)
-
-CANCEL_TIMEOUT = 10.0
-"""s to wait for a cancelled search; it is ended after two."""
 
 
 @router.post("/steps/fit")
@@ -40,6 +37,7 @@ def diagnose(
     """Ask what the current model misses, and with `motion` what its missing effects do to predicted motion. The page asks by
     itself: what is computed already is followed."""
     service = access.service_of(request)
+    _models_to_change(request, experiment, joint)
     if all(job.kind == FIT_AGAIN for job in service.jobs.unfinished(experiment)):
         service.models.diagnose(experiment, user.name, motion=motion)
     return body(request, user, experiment, joint)
@@ -50,7 +48,7 @@ def fit_earlier(
     request: Request, user: access.Operator, experiment: str, joint: JointChoice = None
 ) -> HTMLResponse:
     """Fit the versions again whose error is of other data than the current one's."""
-    access.service_of(request).models.fit_earlier_again(experiment, user.name)
+    _models_to_change(request, experiment, joint).fit_earlier_again(experiment, user.name)
     return body(request, user, experiment, joint)
 
 
@@ -59,8 +57,8 @@ def add(
     request: Request, user: access.Operator, experiment: str, joint: JointChoice, effect: EffectChoice
 ) -> HTMLResponse:
     """Add an effect to the joint's model."""
-    _set_searches_aside(access.service_of(request).jobs, experiment)
-    access.service_of(request).models.add_effect(experiment, user.name, effect or "", joint)
+    models = _models_to_change(request, experiment, joint)
+    models.add_effect(experiment, user.name, effect or "", joint, set_aside=True)
     return body(request, user, experiment, joint)
 
 
@@ -69,9 +67,9 @@ def add_learned(
     request: Request, user: access.Operator, experiment: str, joint: JointChoice = None
 ) -> HTMLResponse:
     """Add the description that the diagnosis offers for the joint."""
-    _set_searches_aside(access.service_of(request).jobs, experiment)
+    models = _models_to_change(request, experiment, joint)
     stored = StoredExperiment(access.service_of(request).experiments, experiment)
-    access.service_of(request).models.add_learned(experiment, user.name, stored.joint_or_first(joint))
+    models.add_learned(experiment, user.name, stored.joint_or_first(joint), set_aside=True)
     return body(request, user, experiment, joint)
 
 
@@ -80,25 +78,23 @@ def remove(
     request: Request, user: access.Operator, experiment: str, joint: JointChoice, effect: EffectChoice
 ) -> HTMLResponse:
     """Remove an effect from the joint's model."""
+    models = _models_to_change(request, experiment, joint)
     name, _, of_joint = (effect or "").partition("@")
-    _set_searches_aside(access.service_of(request).jobs, experiment)
-    access.service_of(request).models.remove_effect(experiment, user.name, name, of_joint or None)
+    models.remove_effect(experiment, user.name, name, of_joint or None, set_aside=True)
     return body(request, user, experiment, joint)
 
 
 @router.post("/steps/undo")
 def undo(request: Request, user: access.Operator, experiment: str, joint: JointChoice = None) -> HTMLResponse:
     """Back to the model before."""
-    _set_searches_aside(access.service_of(request).jobs, experiment)
-    access.service_of(request).models.undo(experiment, user.name)
+    _models_to_change(request, experiment, joint).undo(experiment, user.name, set_aside=True)
     return body(request, user, experiment, joint)
 
 
 @router.post("/steps/redo")
 def redo(request: Request, user: access.Operator, experiment: str, joint: JointChoice = None) -> HTMLResponse:
     """Forward again."""
-    _set_searches_aside(access.service_of(request).jobs, experiment)
-    access.service_of(request).models.redo(experiment, user.name)
+    _models_to_change(request, experiment, joint).redo(experiment, user.name, set_aside=True)
     return body(request, user, experiment, joint)
 
 
@@ -107,6 +103,7 @@ def cancel(
     request: Request, user: access.Operator, experiment: str, joint: JointChoice = None
 ) -> HTMLResponse:
     """Cancel what is being computed."""
+    _models_to_change(request, experiment, joint)
     jobs = access.service_of(request).jobs
     if (job := jobs.active(experiment)) is not None:
         jobs.cancel(job.id)
@@ -168,22 +165,14 @@ def body(
     return page(request, "missing_body.html", **context)
 
 
-def _set_searches_aside(jobs: JobRunner, experiment: str) -> None:
-    """A step of the model does not wait for the search for what is missing, nor for that of the next experiment, nor for
-    earlier versions that are fitted again: they are cancelled, and begun again for what is then the current model."""
-    over = threading.Event()
+def _models_to_change(request: Request, experiment: str, joint: str | None) -> ModelWorkflow:
+    """The models, once the address is known to be one that can be answered afterwards: a step that was taken and then
+    answered with an error would look as if nothing had happened.
 
-    def searching() -> bool:
-        return any(job.kind in SEARCHES for job in jobs.unfinished(experiment))
-
-    def watch(job: Job) -> None:
-        if job.experiment == experiment and job.state.final and not searching():
-            over.set()
-
-    jobs.listen(watch)
-    try:
-        jobs.cancel_kinds(experiment, SEARCHES)
-        if searching():
-            over.wait(CANCEL_TIMEOUT)
-    finally:
-        jobs.unlisten(watch)
+    Raises the problem 404 (experiment, joint), and 409 before the first fit.
+    """
+    service = access.service_of(request)
+    stored = StoredExperiment(service.experiments, experiment)
+    stored.joint_or_first(joint)
+    stored.story.required()
+    return service.models

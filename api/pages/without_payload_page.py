@@ -39,6 +39,7 @@ def ask(
     ]
     if not wanted:
         raise Problem(409, "That was identified already; load the page again.")
+    service.jobs.refuse_more(user.name, len(wanted))
     submitted = []
     for model in wanted:
         arguments = {

@@ -83,7 +83,7 @@ def write_backup(data_folder: Path, target: Path, *, with_database: bool = True)
     try:
         descriptor = os.open(part, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o600)  # it holds password hashes
         with os.fdopen(descriptor, "w+b") as stream:
-            report = _write(data_folder, stream, target.name.endswith(".gz"), with_database)
+            report = _write(data_folder, stream, target.name.lower().endswith(".gz"), with_database)
             stream.flush()
             os.fsync(stream.fileno())
         part.replace(target)

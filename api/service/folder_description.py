@@ -73,7 +73,7 @@ def _recording(file: Path) -> RecordingDescription:
     """Only our own recordings say more than that they exist."""
     if not file.is_file():
         return RecordingDescription("missing", f"the file {file.name} is not there")
-    if file.suffix not in HDF5_ENDINGS:
+    if file.suffix.lower() not in HDF5_ENDINGS:
         return RecordingDescription(MEASURED, None)
     try:
         attributes = _attributes(file)

@@ -51,6 +51,11 @@ class JobResult(BaseModel):
         description="the rig whose drives' tables were chosen",
         examples=["rx130l-joint3-simulated"],
     )
+    format: str | None = Field(
+        default=None,
+        description="the format that a model is exported to, also while it is not there yet or could not be made",
+        examples=["urdf"],
+    )
     file: str | None = Field(default=None, description="the file written", examples=["rx130l-joint3-m2.urdf"])
 
     @field_validator("improvement", mode="before")

@@ -128,6 +128,7 @@ class JobRunner:
         repeated: bool = False,
         clean_up: Callable[[], None] | None = None,
         asked: object = None,
+        about: JobResult | None = None,
     ) -> Job:
         """Queue a computation.
 
@@ -139,6 +140,7 @@ class JobRunner:
         clean_up  : called once the process has ended whose arguments were asked for, whatever became of it
         asked     : what the user asked for, to be compared: asked twice, as by a double click, it is computed once, and the
                     job that has not ended yet is returned; None where each request counts
+        about     : what the job's result names until there is one, so that a job that failed says what it was about
 
         Raises the problem 429 where the user, or all together, have as many jobs as they may.
         """
@@ -151,6 +153,7 @@ class JobRunner:
             fraction=0.0,
             words="waiting for its turn",
             created=self._clock(),
+            result=about or JobResult(),
         )
         task = _Task(job, function, arguments, store, repeated, clean_up, asked)
         with self._lock:
@@ -168,16 +171,16 @@ class JobRunner:
         self._queue.put(task)
         return job
 
-    def refuse_more(self, user: str) -> None:
-        """Raises the problem 429 where the user, or all together, have as many jobs as they may."""
+    def refuse_more(self, user: str, more: int = 1) -> None:
+        """Raises the problem 429 where the user, or all together, would have more jobs than they may with `more` of them."""
         with self._lock:
-            self._refuse_more(user)
+            self._refuse_more(user, more)
 
-    def _refuse_more(self, user: str) -> None:
+    def _refuse_more(self, user: str, more: int = 1) -> None:
         users = [task.job.user for task in self._tasks.values() if not task.job.state.final]
-        if users.count(user) >= MOST_OF_A_USER:
+        if users.count(user) + more > MOST_OF_A_USER:
             detail = f"{user} has {MOST_OF_A_USER} jobs waiting or running, which is the most; wait, or cancel one."
-        elif len(users) >= MOST:
+        elif len(users) + more > MOST:
             detail = f"{MOST} jobs are waiting or running, which is the most; try again when some are done."
         else:
             return
@@ -201,6 +204,21 @@ class JobRunner:
             rows = list(session.scalars(query))
         tasks = [self._tasks.get(row.id) for row in rows]
         return [task.job if task else _job_of(row) for task, row in zip(tasks, rows, strict=True)]
+
+    def newest_about(self, experiment: str, kind: str, model: str) -> dict[str | None, Job]:
+        """The newest jobs of a kind that are about a model version, one for each format, also from before a restart."""
+        query = (
+            select(JobRow)
+            .where(JobRow.experiment == experiment, JobRow.kind == kind)
+            .order_by(JobRow.created.desc())
+        )
+        newest: dict[str | None, Job] = {}
+        with self._database.transaction() as session:
+            for row in session.scalars(query):
+                job = _job_of(row)
+                if job.result.model == model:
+                    newest.setdefault(job.result.format, job)
+        return newest
 
     def unfinished(self, experiment: str) -> list[Job]:
         """Jobs of an experiment that are not final, the one under way first."""

@@ -77,11 +77,25 @@ class Story(BaseModel):
             raise Problem(409, "There is no model yet: measure or import a session, or fit a model first.")
         return version
 
+    def to_undo_to(self) -> str:
+        """The version that undo goes back to. Raises the problem 409 if there is none."""
+        if len(self.line) < 2:
+            raise Problem(409, "There is nothing to undo: this is the first model.")
+        return self.line[-2]
+
+    def to_redo(self) -> str:
+        """The version that redo brings back. Raises the problem 409 if there is none."""
+        if not self.undone:
+            raise Problem(409, "There is nothing to redo.")
+        return self.undone[-1]
+
 
 def data_fingerprint(folder: Path) -> str:
     """A text that changes when the experiment file or a session's file does."""
     digest = hashlib.sha256((folder / "experiment.yaml").read_bytes())
-    for file in sorted(path for path in folder.iterdir() if path.suffix in (".csv", ".gz", ".h5", ".hdf5")):
+    for file in sorted(
+        path for path in folder.iterdir() if path.suffix.lower() in (".csv", ".gz", ".h5", ".hdf5")
+    ):
         status = file.stat()
         digest.update(f"{file.name} {status.st_size} {status.st_mtime_ns}\n".encode())
     return digest.hexdigest()[:16]
@@ -223,29 +237,26 @@ class ModelStory:
     def undo(self) -> ModelVersion:
         """Go back to the version before. Raises the problem 409 if there is none."""
         story = self.read()
-        if len(story.line) < 2:
-            raise Problem(409, "There is nothing to undo: this is the first model.")
+        before = story.to_undo_to()
         self._write(story, line=story.line[:-1], undone=[*story.undone, story.line[-1]])
-        return story.version(story.line[-2])
+        return story.version(before)
 
     @_alone
     def redo(self) -> ModelVersion:
         """Take back the last undo. Raises the problem 409 if there is none."""
         story = self.read()
-        if not story.undone:
-            raise Problem(409, "There is nothing to redo.")
-        self._write(story, line=[*story.line, story.undone[-1]], undone=story.undone[:-1])
-        return story.version(story.undone[-1])
+        undone = story.to_redo()
+        self._write(story, line=[*story.line, undone], undone=story.undone[:-1])
+        return story.version(undone)
 
     def identification(self, identifier: str) -> IdentificationDocument:
-        """What the version's newest fit found. Raises InputError if its file was damaged or removed."""
+        """What the version's newest fit found. Raises the problem 404 if its file was removed, InputError if it was damaged."""
         file = self.fit_folder(identifier) / IDENTIFICATION_FILE
         try:
             return read_document(IdentificationDocument, file)
         except FileNotFoundError as error:
-            raise InputError(
-                f"{file}: the file of model {identifier} is gone; put it back from a backup"
-            ) from error
+            gone = f"{file.relative_to(self.folder.parent)} of model {identifier} is gone; put it back from a backup."
+            raise Problem(404, f"The file {gone}") from error
 
     def fit_folder(self, identifier: str) -> Path:
         """The folder of the version's newest fit."""

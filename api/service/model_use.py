@@ -44,8 +44,6 @@ class ModelUse:
     def __init__(self, experiments: ExperimentStore, jobs: JobRunner) -> None:
         self._experiments = experiments
         self._jobs = jobs
-        self._last_export: dict[tuple[str, str, Ending], str] = {}
-        """job that was the last to write a version; a service that is started anew has forgotten it"""
 
     def simulate(
         self, experiment: str, user: str, model: str, driven_by: Driven | ControllerFile = "torque"
@@ -97,7 +95,7 @@ class ModelUse:
         story = self._story(experiment)
         version = story.read().version(model)
         target = self._target(experiment, model, ending)
-        job = self._jobs.submit(
+        return self._jobs.submit(
             "export",
             f"{COMPUTATIONS}:export",
             lambda: {
@@ -106,18 +104,18 @@ class ModelUse:
                 "add": version.add,
                 "target": str(target),
             },
-            lambda certificate: JobResult(model=model, file=certificate.target),
+            lambda certificate: JobResult(model=model, format=ending, file=certificate.target),
             user=user,
             experiment=experiment,
+            about=JobResult(model=model, format=ending),
         )
-        self._last_export[experiment, model, ending] = job.id
-        return job
 
-    def export_fault(self, experiment: str, model: str, ending: Ending) -> str | None:
-        """Why the last job that was to write a version in a format failed; None where it did not."""
-        identifier = self._last_export.get((experiment, model, ending))
-        job = self._jobs.get(identifier) if identifier else None
-        return job.words if job is not None and job.state == JobState.FAILED else None
+    def export_faults(self, experiment: str, model: str) -> dict[str | None, str]:
+        """By format why the last job that was to write a version in it made nothing; only of those that did not."""
+        newest = self._jobs.newest_about(experiment, "export", model)
+        return {
+            form: job.words for form, job in newest.items() if job.state in (JobState.FAILED, JobState.LOST)
+        }
 
     def certificate(self, experiment: str, model: str, ending: Ending) -> Certificate:
         """What the exported file keeps and costs. Raises the problem 404."""

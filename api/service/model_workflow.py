@@ -16,6 +16,7 @@ from api.service.model_documents import Cause, ModelVersion
 from api.service.model_story import ModelStory, data_fingerprint
 from api.service.problems import Problem
 from api.service.refit import fit_entry, fresh_folder, next_refit, store_refit
+from api.service.searches_aside import FIT_AGAIN, SEARCHES, set_searches_aside
 from identify.effects.model import IN_EVERY_MODEL, NAMED_MODELS, model_name
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import append_effect
@@ -28,10 +29,6 @@ if TYPE_CHECKING:  # the service does not load what its processes compute with
     from api.service.computations import FitFound, ImprovementFound
 
 COMPUTATIONS = "api.service.computations"
-FIT_AGAIN = "refit"
-"""Kind of the jobs that fit earlier versions again, so that errors of versions are of the same data."""
-SEARCHES = ("diagnose", "separate", FIT_AGAIN)
-"""Kinds of jobs that give way to a change of the data or the model, and are begun again after it."""
 NO_RIVALS = "Only weak candidates explain the data alike here; no experiment is worth running for them."
 
 
@@ -83,16 +80,20 @@ class ModelWorkflow:
 
     # --- changes of the model
 
+    # Each is checked to its end before anything is cancelled or written. Where `set_aside` is true, searches that began by
+    # themselves give way; else they are a reason to refuse.
+
     def fit(self, experiment: str, user: str, model: str, add: list[str]) -> Job:
         """Fit another model; it becomes the current one."""
-        self._refuse_overlap(experiment)
         model = model_name(model)
         self._check_model(experiment, model, add)
+        self._refuse_overlap(experiment)
         return self._submit_version(experiment, user, model, add, "fit", None)
 
-    def add_effect(self, experiment: str, user: str, effect: str, joint: str | None) -> Job:
+    def add_effect(
+        self, experiment: str, user: str, effect: str, joint: str | None, set_aside: bool = False
+    ) -> Job:
         """Add an effect to the current model; on every joint if none is named."""
-        self._refuse_overlap(experiment)
         version = self._current_version(experiment)
         change = f"{effect}@{joint}" if joint else effect
         self._check_model(experiment, version.model, [change])
@@ -100,23 +101,29 @@ class ModelWorkflow:
         joints = [joint] if joint else self._experiments.row(experiment).joints
         if all((effect, each) in present for each in joints):
             raise Problem(409, f"The model has {change} already.")
+        self._refuse_overlap(experiment, set_aside)
         return self._submit_version(
             experiment, user, version.model, [*version.add, change], "effect added", change
         )
 
-    def add_learned(self, experiment: str, user: str, joint: str) -> Job:
+    def add_learned(self, experiment: str, user: str, joint: str, set_aside: bool = False) -> Job:
         """Add what the diagnosis of the current model offers where the catalogue ends: it is kept as an own effect of the
         experiment, and is from then on one like any other.
 
         Raises the problem 409: nothing is offered for the joint, or another effect of that name is kept.
         """
-        self._refuse_overlap(experiment)
         story = self.story(experiment)
-        diagnosis = story.diagnosis(self._current_version(experiment).id)
+        version = self._current_version(experiment)
+        diagnosis = story.diagnosis(version.id)
         said = None if diagnosis is None else diagnosis.joint(joint)
         if said is None or said.learned is None:
             raise Problem(409, f"The diagnosis of this model offers no description for joint {joint}.")
         folder, learned = story.folder.parent, said.learned
+        change = f"{learned.effect}@{joint}"
+        if change in version.add:
+            raise Problem(409, f"The model has {change} already.")
+        self._refuse_overlap(experiment, set_aside)
+        self._jobs.refuse_more(user)
         kept = folder / f"{learned.effect}.yaml"
         declared = self._experiments.declared(experiment).effects
         if kept.name not in declared or kept.read_text(encoding="utf-8") != learned.file:
@@ -127,15 +134,17 @@ class ModelWorkflow:
                 except InputError as error:
                     raise Problem(409, str(error)) from error
                 story.same_data(before, data_fingerprint(folder))
-        return self.add_effect(experiment, user, learned.effect, joint)
+        return self.add_effect(experiment, user, learned.effect, joint, set_aside)
 
-    def remove_effect(self, experiment: str, user: str, effect: str, joint: str | None) -> Job:
+    def remove_effect(
+        self, experiment: str, user: str, effect: str, joint: str | None, set_aside: bool = False
+    ) -> Job:
         """Remove an effect from the current model; from every joint if none is named."""
-        self._refuse_overlap(experiment)
         version = self._current_version(experiment)
         change = f"{effect}@{joint}" if joint else effect
         if change in version.add:
             add = [each for each in version.add if each != change]
+            self._refuse_overlap(experiment, set_aside)
             return self._submit_version(experiment, user, version.model, add, "effect removed", change)
         # The effect is part of the named model, or was added to all joints and goes from one: spell them
         # all out.
@@ -148,18 +157,23 @@ class ModelWorkflow:
         if len(left) == len(present):
             raise Problem(409, f"The model has no {change}.")
         add = [f"{name}@{on}" for name, on in left]
+        self._refuse_overlap(experiment, set_aside)
         return self._submit_version(experiment, user, "rigid", add, "effect removed", change)
 
-    def undo(self, experiment: str, user: str) -> tuple[ModelVersion, Job | None]:
+    def undo(self, experiment: str, user: str, set_aside: bool = False) -> tuple[ModelVersion, Job | None]:
         """Go back to the version before; it is fitted anew if sessions were added since."""
-        self._refuse_overlap(experiment)
-        version = self.story(experiment).undo()
+        story = self.story(experiment)
+        story.identification(story.read().to_undo_to())
+        self._refuse_overlap(experiment, set_aside)
+        version = story.undo()
         return version, self._refit_if_stale(experiment, user, version)
 
-    def redo(self, experiment: str, user: str) -> tuple[ModelVersion, Job | None]:
+    def redo(self, experiment: str, user: str, set_aside: bool = False) -> tuple[ModelVersion, Job | None]:
         """Take back the last undo."""
-        self._refuse_overlap(experiment)
-        version = self.story(experiment).redo()
+        story = self.story(experiment)
+        story.identification(story.read().to_redo())
+        self._refuse_overlap(experiment, set_aside)
+        version = story.redo()
         return version, self._refit_if_stale(experiment, user, version)
 
     def refit(self, experiment: str, user: str) -> Job:
@@ -204,9 +218,9 @@ class ModelWorkflow:
 
         motion : whether motion is predicted too, where the fit did not see
         """
-        self._refuse_overlap(experiment)
         story = self.story(experiment)
         version = story.read().required(identifier)
+        self._refuse_overlap(experiment)
 
         def store(document: DiagnosisDocument) -> JobResult:
             story.store_diagnosis(version.id, document)
@@ -231,7 +245,6 @@ class ModelWorkflow:
 
         Raises the problem 404 (no such joint), 409 (not diagnosed yet, or nothing is left open).
         """
-        self._refuse_overlap(experiment)
         joints = self._experiments.row(experiment).joints
         if joint not in joints:
             raise Problem(404, f"The robot has no joint {joint}; it has {', '.join(joints)}.")
@@ -243,6 +256,7 @@ class ModelWorkflow:
         said = diagnosis.joint(joint)
         if said is None or not any(each.indistinguishable_from for each in said.candidates):
             raise Problem(409, f"On joint {joint} nothing is left that these sessions cannot tell apart.")
+        self._refuse_overlap(experiment)
 
         def arguments() -> Arguments:
             return {
@@ -276,8 +290,8 @@ class ModelWorkflow:
 
         motion : whether motion is predicted too, where the fit did not see
         """
-        self._refuse_overlap(experiment)
         start = self._current_version(experiment)
+        self._refuse_overlap(experiment)
         story = self.story(experiment)
 
         def arguments() -> Arguments:
@@ -321,15 +335,21 @@ class ModelWorkflow:
         """Effects of a fitted version, those of its named model included."""
         return self.story(experiment).identification(version.id).effects
 
-    def _refuse_overlap(self, experiment: str) -> None:
+    def _refuse_overlap(self, experiment: str, set_aside: bool = False) -> None:
+        """Raises the problem 409 while another computation of the experiment is under way; earlier versions that are fitted
+        again give way, and with `set_aside` all searches do."""
         self._experiments.folder(experiment)
-        self._jobs.cancel_kinds(experiment, (FIT_AGAIN,))  # begun again once what is asked for is done
-        others = [each for each in self._jobs.unfinished(experiment) if each.kind != FIT_AGAIN]
+        gives_way = SEARCHES if set_aside else (FIT_AGAIN,)
+        others = [each for each in self._jobs.unfinished(experiment) if each.kind not in gives_way]
         if others:
             job = others[0]
             raise Problem(
                 409, f"The job {job.kind} of this experiment is not done yet; wait or cancel it.", job=job.id
             )
+        if set_aside:
+            set_searches_aside(self._jobs, experiment)
+        else:
+            self._jobs.cancel_kinds(experiment, gives_way)  # begun again once what is asked for is done
 
     def _check_model(self, experiment: str, model: str, add: list[str]) -> None:
         declared = self._experiments.declared(experiment)

@@ -30,7 +30,7 @@ from api.service.session_payload import described
 from daq.excitation.plan_limits import require_within_limits
 from daq.session_events import SessionEvent, SessionState, StepOutOfTurn
 from identify.recording.errors import InputError
-from identify.recording.experiment_file import Payload
+from identify.recording.experiment_file import ExperimentFile, Payload
 
 if TYPE_CHECKING:
     from daq.excitation.excitation_plan import ExcitationPlan
@@ -113,20 +113,10 @@ class PayloadSessions:
         Raises the problem 404 (experiment, rig, plan), 409 (somebody else has the rig), and InputError if
         the plan or the payload does not fit.
         """
-        declared = self._experiments.declared(experiment)
-        settings = self._rigs.rig(rig)
-        joints = [joint.name for joint in declared.robot.joints]
-        if [axis.joint for axis in settings.axes] != joints:
-            raise InputError(f"rig: {rig} does not have the experiment's joints ({', '.join(joints)})")
-        require_within_limits(self._plans.plan(plan), settings)
-        for known in declared.payloads:
-            if known.name == payload.name and known.model_dump() != payload.model_dump():
-                raise InputError(
-                    f"payload: the experiment has another payload {payload.name} ({known.mass} kg); "
-                    "use another name, or that payload"
-                )
-        self._operators.take(rig, user)
+        self.require_preparable(self._experiments.declared(experiment), rig=rig, plan=plan, payload=payload)
         self._refuse_second(experiment)
+        self._operators.take(rig, user)
+        self._forget_unrecorded(experiment)
         row = SessionRow(
             experiment=experiment,
             id=self._experiments.next_session_id(experiment),
@@ -143,13 +133,31 @@ class PayloadSessions:
         self._experiments.change_session(row)
         return row
 
+    def require_preparable(self, declared: ExperimentFile, *, rig: str, plan: str, payload: Payload) -> None:
+        """Whether a session can be prepared in an experiment, which need not be stored yet.
+
+        Raises the problem 404 (rig, plan), and InputError if the plan or the payload does not fit.
+        """
+        settings = self._rigs.rig(rig)
+        joints = [joint.name for joint in declared.robot.joints]
+        if [axis.joint for axis in settings.axes] != joints:
+            raise InputError(f"rig: {rig} does not have the experiment's joints ({', '.join(joints)})")
+        require_within_limits(self._plans.plan(plan), settings)
+        for known in declared.payloads:
+            if known.name == payload.name and known.model_dump() != payload.model_dump():
+                raise InputError(
+                    f"payload: the experiment has another payload {payload.name} ({known.mass} kg); "
+                    "use another name, or that payload"
+                )
+
     def discard(self, experiment: str, identifier: str, user: User) -> None:
         """Forget a session that was not measured. Raises the problem 409 for any other."""
-        row = self._prepared(experiment, identifier, user)
-        if self._is_active(row):
-            active = self._active[row.rig or ""]
-            if active.state in MOVING or row.file is not None:
-                raise Problem(409, "The session is armed, running or recorded; it is kept.")
+        row = self._prepared(experiment, identifier)
+        active = self._active[row.rig or ""] if self._is_active(row) else None
+        if active is not None and (active.state in MOVING or row.file is not None):
+            raise Problem(409, "The session is armed, running or recorded; it is kept.")
+        self._operators.take(row.rig or "", user)
+        if active is not None:
             active.close()
             del self._active[active.rig]
         self._experiments.forget_session(row)
@@ -159,12 +167,13 @@ class PayloadSessions:
 
         Raises the problem 409 if another session has the bus.
         """
-        row = self._prepared(experiment, identifier, user)
+        row = self._prepared(experiment, identifier)
         rig = row.rig or ""
+        settings = self._rigs.rig(rig)
+        folder, plan, ahead = self._driven(row)
+        self._operators.take(rig, user)
         with self._lock:
             self._end_session_at_rest(rig)
-            settings = self._rigs.rig(rig)
-            folder, plan, ahead = self._driven(row)
             payload_session = open_payload_session(
                 settings,
                 folder,
@@ -176,6 +185,7 @@ class PayloadSessions:
                 after_session=lambda _recorded: self._recorded(active),
                 sign_of_life=self._could_stop_now,
                 ahead=ahead,
+                admissible=drive_of_proof(row) is None,
             )
             active = ActiveSession(
                 rig,
@@ -200,12 +210,13 @@ class PayloadSessions:
 
         Raises the problem 409 once the payload is confirmed.
         """
-        row = self._prepared(experiment, identifier, user)
+        row = self._prepared(experiment, identifier)
         if row.state in (SessionState.CONFIRMED, SessionState.ARMED, SessionState.RUNNING) or row.file:
             raise Problem(
                 409,
                 f"The session is {row.state}, its payload weighed; for another, prepare a new session.",
             )
+        self._operators.take(row.rig or "", user)
         row.weighed = mass()
         self._experiments.change_session(row)
         return row
@@ -215,11 +226,11 @@ class PayloadSessions:
 
         A confirmation belongs to who starts: who has taken the rig over since confirms anew, when it is armed too.
         """
-        active = self._step(experiment, identifier, user)
-        row = self._experiments.session(experiment, identifier)
-        weighed = row.weighed
+        active = self._step(experiment, identifier)
+        weighed = self._experiments.session(experiment, identifier).weighed
         if weighed is None:
             raise Problem(409, "Weigh the payload first.")
+        self._operators.take(active.rig, user)
         if active.state not in (SessionState.CONFIRMED, SessionState.ARMED) or self.is_confirmed(active):
             self._take(active, lambda: active.payload_session.confirm_payload(weighed))
         active.confirmed_in = self._operators.tenure(active.rig)
@@ -230,7 +241,8 @@ class PayloadSessions:
         return active.confirmed_in == self._operators.tenure(active.rig)
 
     def _confirmed_step(self, experiment: str, identifier: str, user: User) -> ActiveSession:
-        active = self._step(experiment, identifier, user)
+        active = self._step(experiment, identifier)
+        self._operators.take(active.rig, user)  # a confirmation is of a turn of operating
         if active.state in (SessionState.CONFIRMED, SessionState.ARMED) and not self.is_confirmed(active):
             raise Problem(
                 409,
@@ -306,11 +318,10 @@ class PayloadSessions:
 
     # --- inside
 
-    def _prepared(self, experiment: str, identifier: str, user: User) -> SessionRow:
+    def _prepared(self, experiment: str, identifier: str) -> SessionRow:
         row = self._experiments.session(experiment, identifier)
         if row.rig is None or (row.file is not None and not self._is_active(row)):
             raise Problem(409, f"The session {identifier} is {row.state}; prepare a new one.")
-        self._operators.take(row.rig, user)
         return row
 
     def _is_active(self, row: SessionRow) -> bool:
@@ -324,10 +335,15 @@ class PayloadSessions:
                 continue
             if not SessionState(row.state).ended:
                 raise Problem(409, f"The session {row.id} is being prepared; finish or discard it first.")
-            self._experiments.forget_session(row)  # ended before anything was recorded
 
-    def _step(self, experiment: str, identifier: str, user: User) -> ActiveSession:
-        row = self._prepared(experiment, identifier, user)
+    def _forget_unrecorded(self, experiment: str) -> None:
+        """Sessions that ended before anything was recorded give their number to the next."""
+        for row in self._experiments.sessions(experiment):
+            if row.file is None and SessionState(row.state).ended:
+                self._experiments.forget_session(row)
+
+    def _step(self, experiment: str, identifier: str) -> ActiveSession:
+        row = self._prepared(experiment, identifier)
         if not self._is_active(row):
             raise Problem(409, "Check the rig first.")
         return self._active[row.rig or ""]

@@ -165,14 +165,14 @@ class Proofs:
             asked=(settings, asked.model_copy(update={"created": ""})),
         )
 
-    def standard_plan(self, rig: str) -> str:
+    def standard_plan(self, experiment: str, rig: str) -> str:
         """Store a plan that is made for no model in particular, as the command line takes one; returns its id.
 
-        Raises the problem 404.
+        Raises the problem 404 (experiment, rig), InputError where the rig has not the experiment's joints.
         """
-        return self._plans.add(
-            standard_plan(self._rigs.rig(rig), STANDARD_PLAN_SECONDS, name=f"standard, {rig}")
-        )
+        settings = self._rigs.rig(rig)
+        self._require_same_joints(experiment, settings)
+        return self._plans.add(standard_plan(settings, STANDARD_PLAN_SECONDS, name=f"standard, {rig}"))
 
     def all(self, experiment: str) -> list[ProofState]:
         """All proofs that can be read, the newest first. Raises the problem 404."""

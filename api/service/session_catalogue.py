@@ -5,7 +5,7 @@ it runs. Notes stand beside it (session_notes.py).
 """
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from api.service.database import SessionRow
 from api.service.experiment_store import ExperimentStore
@@ -21,6 +21,18 @@ from identify.recording import InputError, change_session
 from identify.recording.experiment_file import DeclaredSession
 
 Role = Literal["identification", "validation"]
+
+
+class Use(NamedTuple):
+    """Whether and as what models use a session; `excluded` is the reason, None where it takes part."""
+
+    role: str
+    excluded: str | None
+
+    @property
+    def fitted(self) -> bool:
+        """Whether models are fitted to it."""
+        return self.role == "identification" and self.excluded is None
 
 
 @dataclass(frozen=True)
@@ -83,46 +95,61 @@ class SessionCatalogue:
             "One model of two machines describes neither: choose a new experiment, unless it is the same machine."
         )
 
-    def exclude(self, experiment: str, session: str, reason: str, user: str) -> Job:
-        """Let no model use a session; all models are fitted again. The reason is kept in the experiment's file.
+    def change(
+        self,
+        experiment: str,
+        session: str,
+        user: str,
+        *,
+        role: Role | None = None,
+        excluded: str | Literal[False] | None = None,
+        note: str | None = None,
+    ) -> Job | None:
+        """Change a session's role, exclude it from all models or include it again, and write a note; all of it or nothing.
+        Models are fitted again where the data have changed: returns that job.
+
+        role     : fit models to it, or only check them on it; None to leave it
+        excluded : the reason, which is kept in the experiment's file; False to include it again, None to leave it
+        note     : kept beside it; an empty one removes it, None leaves it
 
         Raises the problem 404, 409 (it was not measured, or no session would be left to fit), 422 (no reason).
         """
-        reason = " ".join(reason.split())
-        if not reason:
-            raise Problem(422, "Give the reason why the session is excluded: it is kept with the data.")
-        entry = self._listed(experiment, session)
-        self._require_another(experiment, entry, "exclude")
-        return self._change(experiment, entry, user, excluded=reason)
-
-    def include(self, experiment: str, session: str, user: str) -> Job:
-        """Let models use an excluded session again. Raises the problem 404, 409 (it is not excluded)."""
-        entry = self._listed(experiment, session)
-        if entry.excluded is None:
-            raise Problem(409, f"The session {session} is not excluded; there is nothing to change.")
-        return self._change(experiment, entry, user, excluded=None)
-
-    def set_role(self, experiment: str, session: str, role: Role, user: str) -> Job | None:
-        """Fit models to a session, or only check them on it; None where it has that role. Raises the problem 404, 409."""
-        entry = self._listed(experiment, session)
-        if entry.row.role == role:
-            return None
-        if role == "validation":
-            self._require_another(experiment, entry, "check only on")
-        return self._change(experiment, entry, user, role=role)
-
-    def write_note(self, experiment: str, session: str, note: str) -> None:
-        """Keep a note beside a session, or remove it with an empty one. Raises the problem 404, 409 (not measured)."""
-        row = self._experiments.session(experiment, session)
-        if row.file is None:
-            raise Problem(409, f"The session {session} is {row.state}: write the note once it is measured.")
-        folder = self._experiments.folder(experiment)
-        with changing(folder):
-            notes = read_notes(folder) | {row.file.rpartition("/")[2]: note.strip()}
-            kept = {file: note_text for file, note_text in notes.items() if note_text}
-            write_notes(folder, kept)
+        entry = self.entry(experiment, session)
+        before = Use(entry.row.role, entry.excluded)
+        after = before
+        if role is not None:
+            self._require_listed(entry)
+            after = after._replace(role=role)
+        if excluded is False:
+            after = after._replace(excluded=None)
+        elif excluded is not None:
+            reason = " ".join(excluded.split())
+            if not reason:
+                raise Problem(422, "Give the reason why the session is excluded: it is kept with the data.")
+            self._require_listed(entry)
+            after = after._replace(excluded=reason)
+        if before.fitted and not after.fitted:
+            self._require_another(
+                experiment, entry, "exclude" if after.excluded is not None else "check only on"
+            )
+        if note is not None and entry.row.file is None:
+            raise Problem(
+                409, f"The session {session} is {entry.row.state}: write the note once it is measured."
+            )
+        changes = {name: value for name, value in after._asdict().items() if value != getattr(before, name)}
+        job = self._change(experiment, entry, user, **changes) if changes else None
+        if note is not None and note.strip() != entry.note:
+            self._write_note(experiment, entry.row, note)
+        return job
 
     # --- inside
+
+    def _write_note(self, experiment: str, row: SessionRow, note: str) -> None:
+        folder, file = self._experiments.folder(experiment), row.file or ""
+        with changing(folder):
+            notes = read_notes(folder) | {file.rpartition("/")[2]: note.strip()}
+            kept = {of: note_text for of, note_text in notes.items() if note_text}
+            write_notes(folder, kept)
 
     def _described(self, experiment: str, rows: list[SessionRow]) -> list[CatalogueEntry]:
         folder = self._experiments.folder(experiment)
@@ -145,14 +172,13 @@ class SessionCatalogue:
         except InputError:
             return {}
 
-    def _listed(self, experiment: str, session: str) -> CatalogueEntry:
-        entry = self.entry(experiment, session)
+    @staticmethod
+    def _require_listed(entry: CatalogueEntry) -> None:
         if not entry.measured:
             raise Problem(
                 409,
-                f"The session {session} is {entry.row.state}: no model uses it. Measure it, recover it or admit it first.",
+                f"The session {entry.row.id} is {entry.row.state}: no model uses it. Measure it, recover it or admit it first.",
             )
-        return entry
 
     def _require_another(self, experiment: str, entry: CatalogueEntry, verb: str) -> None:
         """Refuse to take the last session from the fit."""
@@ -164,7 +190,7 @@ class SessionCatalogue:
             and other.excluded is None
             and other.row.role == "identification"
         ]
-        if not left and entry.excluded is None and entry.row.role == "identification":
+        if not left:
             raise Problem(
                 409,
                 f"{entry.row.id} is the only session that models are fitted to. Measure or include another, then {verb} it.",

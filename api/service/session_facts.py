@@ -84,7 +84,7 @@ def read_facts(_progress: Progress, files: list[str]) -> list[SessionFacts]:
 
 def _facts(file: Path) -> SessionFacts:
     try:
-        return _of_recording(file) if file.suffix in HDF5_ENDINGS else _of_table(file)
+        return _of_recording(file) if file.suffix.lower() in HDF5_ENDINGS else _of_table(file)
     except (OSError, RuntimeError, KeyError, TypeError, ValueError, RecursionError):
         return NOTHING
 
@@ -112,7 +112,7 @@ def _of_recording(file: Path) -> SessionFacts:
 
 def _of_table(file: Path) -> SessionFacts:
     """The time between the first row and the last; a packed table is not unpacked for that."""
-    if file.suffix != ".csv":
+    if file.suffix.lower() != ".csv":
         return SessionFacts()
     with file.open("rb") as stream:
         place = [name.strip() for name in stream.readline().decode().split(",")].index("t")

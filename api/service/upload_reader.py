@@ -97,9 +97,9 @@ def read_session(
     place, allowance = Path(folder), Allowance(limit)
     file = place / addition.file
     try:
-        if file.name.endswith(".csv.gz"):
+        if file.name.lower().endswith(".csv.gz"):
             _count_decompressed(file, allowance)
-        if file.name.endswith((".csv", ".csv.gz")):
+        if file.name.lower().endswith((".csv", ".csv.gz")):
             rewrite_by_contract(file, declared.robot)
         write_experiment(place, declared.model_copy(update={"sessions": (), "effects": ()}))
         append_session(place, addition, payload)
@@ -203,9 +203,9 @@ def _check_sessions(experiment: Experiment, folder: Path, allowance: Allowance) 
     for path in (folder / entry.file for entry in listed):
         if ids.count(session_id(path.name)) > 1:
             raise InputError(f"{EXPERIMENT_FILE}: sessions: two files are called {session_id(path.name)}")
-        if path.name.endswith(".gz"):
+        if path.name.lower().endswith(".gz"):
             _count_decompressed(path, allowance)
-        elif path.name.endswith(HDF5_ENDINGS):
+        elif path.name.lower().endswith(HDF5_ENDINGS):
             _check_hdf5(path, allowance)
     for entry in listed:
         experiment.read(entry)

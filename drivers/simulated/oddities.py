@@ -1,11 +1,21 @@
 """In what a simulated drive differs from what masters expect, as real ones do."""
 
+import re
 from collections.abc import Iterator
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
-Address = Annotated[str, Field(pattern=r"^0x[0-9A-Fa-f]{4}(:[0-9A-Fa-f]{2})?$")]
+
+def _address(text: str) -> str:
+    if not re.fullmatch(r"0x[0-9A-Fa-f]{4}(:[0-9A-Fa-f]{2})?", text):
+        raise ValueError(
+            "give 0x and the four hexadecimal digits of an index, such as 0x60C2, or 0x60C2:02 with a subindex"
+        )
+    return text
+
+
+Address = Annotated[str, AfterValidator(_address)]
 """0x60C2 for an object with all its subindices, 0x60C2:02 for one of them"""
 
 PDOS = 4

@@ -18,7 +18,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from identify.effects.conditions import TEMPERATURE
 from identify.effects.effect import Constants, Effect, number
@@ -95,10 +95,18 @@ class ConstantRange(_Settings):
         return np.linspace(self.low, self.high, self.count)
 
 
+def _effect_name(name: str) -> str:
+    if not re.fullmatch(r"[a-z][a-z0-9-]*", name):
+        raise ValueError(
+            "use small letters without accents, digits and '-', a letter first, such as gear-drag"
+        )
+    return name
+
+
 class OwnEffectFile(_Settings):
     """The file of a user's own effect."""
 
-    name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9-]*$")]
+    name: Annotated[str, AfterValidator(_effect_name)]
     columns: Annotated[list[str], Field(min_length=1, max_length=12)]
     constants: dict[str, ConstantRange] = {}
     explanation: str = "A user's own effect."

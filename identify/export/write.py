@@ -97,12 +97,13 @@ def export(
 
 
 def checked_target(target: Path) -> str:
-    """The ending of a target.
+    """The ending of a target, in small letters however it is written.
 
     Raises InputError: there is no such format, no folder to write to, something else than a file stands where one is to be
         written, or C could not include the header.
     """
-    if target.suffix not in KINDS:
+    ending = target.suffix.lower()
+    if ending not in KINDS:
         listed = ", ".join(f"{ending} ({kind})" for ending, kind in KINDS.items())
         raise InputError(f"{target}: a model is written as {listed}")
     folder = target.parent.resolve()
@@ -110,14 +111,16 @@ def checked_target(target: Path) -> str:
         raise InputError(f"{target}: there is no folder {folder}")
     if not os.access(folder, os.W_OK):
         raise InputError(f"{target}: the folder {folder} cannot be written to")
-    if target.suffix == ".c" and (not target.stem.isprintable() or set(target.stem) & set('"\\')):
+    if target.suffix == ".C":
+        raise InputError(f"{target}: compilers take .C for C++; write {target.with_suffix('.c').name}")
+    if ending == ".c" and (not target.stem.isprintable() or set(target.stem) & set('"\\')):
         raise InputError(f"{target}: C cannot include a header of this name; use letters, digits and '_'")
     beside = [_certificate_of(target)]
-    if target.suffix == ".c":
+    if ending == ".c":
         beside.append(target.with_suffix(".h"))
     for written in (target, *beside):
         _require_room_for_a_file(written)
-    return target.suffix
+    return ending
 
 
 def _require_room_for_a_file(file: Path) -> None:
@@ -157,22 +160,24 @@ def write_export(result: Identification, target: Path) -> Certificate:
     """
     ending = checked_target(target)
     model = exported_model(result)
+    # Programs that load a file back know its kind by an ending in small letters.
+    plain = target.with_suffix(ending)
     if ending.removeprefix(".") in WRITERS:
-        made = _link_file(result, model, target, ending.removeprefix("."))
+        made = _link_file(result, model, plain, ending.removeprefix("."))
     else:
-        made = _code(model, target, ending)
+        made = _code(model, plain, ending)
     beside = target.parent.resolve()  # programs that load a file back may work in a folder of their own
     try:
         with tempfile.TemporaryDirectory(dir=beside, prefix=".coulomb-export-") as workspace:
             folder = Path(workspace)
             for name, content in made.files.items():
                 (folder / name).write_bytes(content.encode() if isinstance(content, str) else content)
-            measured = _measured(result, model, folder / target.name)
+            measured = _measured(result, model, folder / plain.name)
             certificate = _certificate(result, model, target, made, measured)
             name = _certificate_of(target).name
             (folder / name).write_text(certificate.json_text(indent=1) + "\n", encoding="utf-8")
             for written in (*made.files, name):
-                (folder / written).replace(beside / written)
+                (folder / written).replace(beside / (target.name if written == plain.name else written))
     except OSError as problem:
         raise InputError(f"{target}: cannot be written: {problem.strerror or problem}") from problem
     return certificate
@@ -211,7 +216,7 @@ def _certificate(
     worse = predicts_worse(result.fitted, result.relative_error, result.relative_error_validation)
     return Certificate(
         target=target.name,
-        kind=KINDS[target.suffix],
+        kind=KINDS[target.suffix.lower()],
         experiment=model.experiment,
         model=model.name,
         joints=joints,

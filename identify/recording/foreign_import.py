@@ -62,7 +62,7 @@ def import_sessions(
     for session in sessions:
         body = {"file": session.file, "payload": session.payload.name, "role": session.role}
         declared.append(check_settings(DeclaredSession, body, {}, "options: session"))
-        if not session.file.endswith((".csv", ".csv.gz")) or Path(session.file).name != session.file:
+        if not session.file.lower().endswith((".csv", ".csv.gz")) or Path(session.file).name != session.file:
             raise InputError(f"--session: '{session.file}' must be a plain name that ends in .csv or .csv.gz")
         if (folder / session.file).exists():
             raise InputError(f"{folder / session.file}: already exists; choose another name for the session")

@@ -183,7 +183,7 @@ def write_csv_session(
             table = np.asarray(values, dtype=float).reshape(len(time), -1)
             columns |= {f"{kind}{joint + 1}": table[:, joint] for joint in range(table.shape[1])}
     columns |= {name: np.asarray(values) for name, values in (extra or {}).items()}
-    opener = gzip.open if path.name.endswith(".gz") else open
+    opener = gzip.open if path.name.lower().endswith(".gz") else open
     plain = csv.WriteOptions(include_header=False)
     with opener(path, "wb") as stream:
         stream.write((",".join(header_cell(name) for name in columns) + "\n").encode())

@@ -28,13 +28,13 @@ def prepare(client, payload="none"):
 
 def take(client, session, *steps, mass=None):
     """Take steps of a session; returns the last answer, after the first that was refused."""
-    answer = None
+    answers = []
     for step in steps:
         body = {"json": {"mass": mass}} if step == "weigh" else {}
-        answer = client.post(f"/experiments/arm/sessions/{session}/{step}", **body)
-        if answer.status_code != 200:
+        answers.append(client.post(f"/experiments/arm/sessions/{session}/{step}", **body))
+        if answers[-1].status_code != 200:
             break
-    return answer
+    return answers[-1]
 
 
 def watch(client, until=()):

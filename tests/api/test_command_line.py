@@ -3,6 +3,8 @@
 import io
 import os
 import sys
+import tomllib
+from pathlib import Path
 
 import pytest
 import typer
@@ -46,3 +48,12 @@ def test_a_terminal_without_a_character_of_the_answer_gets_the_rest_of_it(monkey
     sys.stdout.flush()
     assert not end.value.code
     assert b"viscous" in written.getvalue()
+
+
+def test_the_version_is_told_as_by_other_tools(monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["coulomb", "--version"])
+    with pytest.raises(SystemExit) as end:
+        api.command_line._run()
+    assert end.value.code == 0
+    declared = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())
+    assert capsys.readouterr().out == f"coulomb {declared['project']['version']}\n"

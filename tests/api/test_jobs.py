@@ -7,7 +7,7 @@ import pytest
 
 from api.service.database import open_database
 from api.service.job_documents import JobResult
-from api.service.jobs import MOST, MOST_OF_A_USER, JobRunner, JobState
+from api.service.jobs import MOST, MOST_OF_A_USER, Job, JobRunner, JobState
 from api.service.problems import Problem
 from api.service.process_limits import GIBIBYTE, MEBIBYTE, ProcessLimits
 
@@ -57,6 +57,11 @@ def database(tmp_path):
     opened = open_database(tmp_path, None)
     yield opened
     opened.close()
+
+
+def ended(runner: JobRunner, job: Job) -> bool:
+    known = runner.get(job.id)
+    return known is not None and known.state.final
 
 
 class Follower:
@@ -171,6 +176,7 @@ def test_a_job_that_a_restart_interrupted_is_lost_and_its_id_stays_good(database
     never_started = JobRunner(database, clock)
     job = submit(never_started, f"{work}:double", value=1)
     after = JobRunner(database, clock).get(job.id)
+    assert after is not None
     assert after.state is JobState.LOST
     assert "restarted" in after.words
 
@@ -181,7 +187,7 @@ def test_jobs_of_one_experiment_come_one_after_the_other(database, clock, work):
     follower = Follower(runner)
     jobs = [submit(runner, f"{work}:double", value=number) for number in range(4)]
     for job in jobs:
-        while not runner.get(job.id).state.final:
+        while not ended(runner, job):
             follower._ended.wait(0.05)
     runner.close()
     running = []
@@ -201,9 +207,11 @@ def test_one_person_and_all_together_have_a_bounded_number_of_jobs(database, clo
         submit(runner, f"{work}:double", value=1)
     assert refused.value.status == 429
     for number in range(MOST - MOST_OF_A_USER):
-        runner.submit("test", f"{work}:double", dict, JobResult, user=f"user-{number}", experiment="other")
+        runner.submit(
+            "test", f"{work}:double", dict, lambda _: JobResult(), user=f"user-{number}", experiment="other"
+        )
     with pytest.raises(Problem, match="100 jobs"):
-        runner.submit("test", f"{work}:double", dict, JobResult, user="grace", experiment="other")
+        runner.submit("test", f"{work}:double", dict, lambda _: JobResult(), user="grace", experiment="other")
 
 
 def test_people_who_ask_at_the_same_time_get_no_more_jobs_than_may_be(database, clock, work):
@@ -231,7 +239,9 @@ def test_what_follows_by_itself_waits_once_for_all_changes_and_is_never_refused(
     for number in range(MOST_OF_A_USER):
         submit(runner, f"{work}:double", experiment=f"arm-{number}", value=1)
     repeats = [
-        runner.submit("identify", "f", dict, JobResult, user="ada", experiment="arm-1", repeated=True)
+        runner.submit(
+            "identify", "f", dict, lambda _: JobResult(), user="ada", experiment="arm-1", repeated=True
+        )
         for _ in range(3)
     ]
     assert len({each.id for each in repeats}) == 1
@@ -242,7 +252,9 @@ def test_what_a_person_asks_for_twice_is_one_job_until_it_has_ended(database, cl
     runner = JobRunner(database, clock)
 
     def ask(asked, user="ada", experiment="arm"):
-        return runner.submit("test", "f", dict, JobResult, user=user, experiment=experiment, asked=asked).id
+        return runner.submit(
+            "test", "f", dict, lambda _: JobResult(), user=user, experiment=experiment, asked=asked
+        ).id
 
     first = ask("share 0.6")
     assert ask("share 0.6") == first
@@ -273,3 +285,30 @@ def test_a_job_ends_at_its_limits_in_words(database, clock, work, tmp_path, func
     assert follower.last().state is JobState.FAILED
     assert words in follower.last().words
     runner.close()
+
+
+def test_what_a_job_was_about_and_why_it_failed_outlive_a_restart(database, clock, work):
+    with_formats = [("wrong", "c"), ("wrong", "fmu"), ("double", "fmu")]
+    jobs = JobRunner(database, clock)
+    jobs.start()
+    for function, form in with_formats:
+        about = JobResult(model="m1", format=form)
+        follower = Follower(jobs)
+        jobs.submit(
+            "export",
+            f"{work}:{function}",
+            lambda function=function: {"value": 1} if function == "double" else {},
+            lambda _, about=about: about,
+            user="ada",
+            experiment="arm",
+            about=about,
+        )
+        follower.last()
+        clock.advance(1.0)
+    jobs.close()
+    newest = JobRunner(database, clock).newest_about("arm", "export", "m1")
+    assert {form: (job.state, job.words) for form, job in newest.items()} == {
+        "c": (JobState.FAILED, "session-00.csv line 7: not a number"),
+        "fmu": (JobState.DONE, "done"),
+    }
+    assert JobRunner(database, clock).newest_about("arm", "export", "m2") == {}

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from api.service.model_story import ModelStory
-from identify.recording.errors import InputError
+from api.service.problems import Problem
 from identify.results.document import FORMAT
 
 STORED = Path(__file__).parents[1] / "identify" / "results" / "stored-format-1"
@@ -45,5 +45,8 @@ def test_a_story_that_goes_on_is_stored_in_the_present_format(tmp_path):
 def test_a_model_whose_folder_was_removed_is_named_with_its_file(tmp_path):
     shutil.copytree(STORED, tmp_path / "models")
     shutil.rmtree(tmp_path / "models" / "m3")
-    with pytest.raises(InputError, match=r"identification\.json: the file of model m3 is gone"):
+    with pytest.raises(
+        Problem, match=r"identification\.json of model m3 is gone; put it back from a backup"
+    ) as gone:
         ModelStory(tmp_path).identification("m3")
+    assert gone.value.status == 404

@@ -2,6 +2,8 @@
 
 from types import SimpleNamespace
 
+import pytest
+
 import identify
 from api.service.accounts import Role
 from api.service.session_catalogue import CatalogueEntry, SessionCatalogue
@@ -64,6 +66,16 @@ def test_the_last_session_of_the_fit_cannot_be_taken_from_it(imported, finished)
     assert "reason" in answer.json()["detail"]
     viewer = client.patch(address, json={"excluded": "x"}, headers={"Authorization": "Bearer nobody"})
     assert viewer.status_code == 401
+
+
+@pytest.mark.parametrize("wrong", [{"excluded": "  "}, {"role": "validation"}])
+def test_a_change_of_which_a_part_is_refused_is_not_made_at_all(imported, finished, wrong):
+    client, experiment = imported
+    changed(client, experiment, "session-01", finished, role="validation")
+    address = f"/experiments/{experiment}/sessions/session-00"
+    before = client.get(address).json()
+    assert client.patch(address, json={"note": "cold", **wrong}).status_code in (409, 422)
+    assert client.get(address).json() == before
 
 
 def test_after_a_change_of_the_data_every_shown_version_is_fitted_again(imported, finished, service):

@@ -80,6 +80,20 @@ def test_joint_power_equals_motor_power_for_a_coupled_wrist(tmp_path):
         (lambda rig: rig.update(simulated=None), "pacing"),
         (lambda rig: rig.update(gear_matrix=[[0.0]]), "gear_matrix"),
         (lambda rig: rig["payloads"].append({"name": "none", "mass": 1.0}), "payloads"),
+        (
+            lambda rig: rig.update(name="my rig"),
+            "name: 'my rig': use letters without accents, digits, '_', '.' and '-'",
+        ),
+        (lambda rig: rig["axes"][0].update(joint="é3"), "axes[0].joint: 'é3': use letters without accents"),
+        (lambda rig: rig["robot"]["joints"][0].update(name="a\n" * 9999), "robot.joints[0].name: 'a a a a"),
+        (
+            lambda rig: rig["payloads"].append({"name": "½", "mass": 1.0}),
+            "name: '½': use letters without accents",
+        ),
+        (
+            lambda rig: rig.update(safety_output={"path": "/dev/null", "write": "A"}),
+            "safety_output.write: give bytes as pairs",
+        ),
     ],
 )
 def test_a_wrong_rig_is_refused_in_one_line_that_names_file_and_field(tmp_path, change, words):
@@ -92,6 +106,8 @@ def test_a_wrong_rig_is_refused_in_one_line_that_names_file_and_field(tmp_path, 
     assert message.startswith(str(path))
     assert words in message
     assert "\n" not in message
+    assert len(message) < 1000
+    assert "pattern" not in message
 
 
 def test_an_unknown_rig_names_those_that_are_known():

@@ -27,9 +27,9 @@ def write_recording(path, rig, status, reason, rows=3):
     """As the recorder leaves a file."""
     with h5py.File(path, "w", libver="latest") as file:
         for name in ("cycle", "sync_time"):
-            file[name] = np.arange(rows) * 2_000_000
+            file.create_dataset(name, data=np.arange(rows) * 2_000_000)
         for name in ("position", "command", "setpoint", "valid"):
-            file[name] = np.zeros((rows, len(rig.axes)), np.int32)
+            file.create_dataset(name, data=np.zeros((rows, len(rig.axes)), np.int32))
         payload = rig.payload("none").model_dump_json()
         file.attrs.update({"format": 1, "status": status, "status_reason": reason, "payload": payload})
 
@@ -84,6 +84,16 @@ def test_what_is_kept_of_a_session_that_was_stopped_and_how_it_may_serve(
         f"`coulomb recover {experiment}` lists them in the experiment if they may serve identification"
     )
     assert ended.file == experiment / "incomplete" / "session-00.h5"
+
+
+@pytest.mark.parametrize("status", ["aborted", "complete"])
+def test_a_run_of_a_pair_that_is_not_whole_is_driven_again_and_not_recovered(experiment, rig, status):
+    file = claim_recording(experiment)
+    write_recording(file, rig, status, "the recorder's reason")
+    (experiment / "experiment.yaml").write_text("nothing")  # what is complete cannot be listed either
+    ended = outcome_of(OPERATOR, experiment, file, rig.payload("none"), "validation", None, admissible=False)
+    assert "recover" not in ended.sentence
+    assert ended.sentence.endswith("; only a run that was driven to its end is compared: drive it again")
 
 
 def test_a_recording_that_its_recorder_left_open_is_closed_as_faulted(experiment, rig, outcome):

@@ -67,3 +67,10 @@ def test_a_device_that_is_not_there_or_refuses_is_named(tmp_path):
 def test_settings_that_cut_nothing_are_refused(settings, said):
     with pytest.raises(ValidationError, match=said):
         SafetyOutputSettings(**settings)
+
+
+@pytest.mark.parametrize("digits", ["A", "0x30", "30 31", "GG", "é"])
+def test_bytes_that_are_none_are_refused_in_words(digits):
+    for given in ({"path": "/dev/null", "write": digits}, {"can_id": 0x201, "data": digits}):
+        with pytest.raises(ValidationError, match="pairs of hexadecimal digits"):
+            SafetyOutputSettings.model_validate(given)

@@ -64,9 +64,9 @@ def _formats(path: Path, measured: bool) -> list[RecordingFormat]:
             RecordingFormat.PARQUET,
             RecordingFormat.HDF5_SI,
         ]
-    elif path.name.endswith((".csv", ".csv.gz")):
+    elif path.name.lower().endswith((".csv", ".csv.gz")):
         formats.append(RecordingFormat.CSV)
-    if path.suffix == ".h5":
+    if path.suffix.lower() == ".h5":
         formats.append(RecordingFormat.HDF5)
     if raw_log_of(path).is_file():
         formats.append(RecordingFormat.RAW)
@@ -133,7 +133,7 @@ def download(
     listed = str(path.relative_to(service_of(request).experiments.folder(experiment)))
     if format not in _formats(path, listed in {each.file for each in declared.sessions}):
         raise Problem(409, f"The recording {session} has no {format.value}: it is {path.name}.")
-    if format is RecordingFormat.CSV and not path.name.endswith((".csv", ".csv.gz")):
+    if format is RecordingFormat.CSV and not path.name.lower().endswith((".csv", ".csv.gz")):
         samples = _samples(request, experiment, session)
         headers = {"Content-Disposition": f'attachment; filename="{path.stem}.csv"'}
         return StreamingResponse(_csv(samples), media_type="text/csv", headers=headers)
@@ -151,7 +151,7 @@ def download(
         headers = {"Content-Disposition": f'attachment; filename="{path.stem}.log"'}
         return StreamingResponse(text_of(raw_log_of(path)), media_type="text/plain", headers=headers)
     kinds = {".h5": "application/x-hdf5", ".csv": "text/csv", ".gz": "application/gzip"}
-    return FileResponse(path, media_type=kinds.get(path.suffix, MEDIA_TYPE), filename=path.name)
+    return FileResponse(path, media_type=kinds.get(path.suffix.lower(), MEDIA_TYPE), filename=path.name)
 
 
 def _csv(samples: Session) -> Iterator[str]:

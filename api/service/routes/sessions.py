@@ -100,16 +100,15 @@ def change_session(
     again where the data have changed; the reason of an exclusion is kept with the data."""
     catalogue = service_of(request).catalogue
     given = change.model_fields_set
-    job = None
-    if "note" in given:
-        catalogue.write_note(experiment, session, change.note or "")
-    if "role" in given and change.role is not None:
-        job = catalogue.set_role(experiment, session, change.role, user.name)
-    if "excluded" in given:
-        if change.excluded is not None:
-            job = catalogue.exclude(experiment, session, change.excluded, user.name)
-        elif catalogue.entry(experiment, session).excluded is not None:
-            job = catalogue.include(experiment, session, user.name)
+    included = False if "excluded" in given else None
+    job = catalogue.change(
+        experiment,
+        session,
+        user.name,
+        role=change.role,
+        excluded=included if change.excluded is None else change.excluded,
+        note=(change.note or "") if "note" in given else None,
+    )
     entry = catalogue.entry(experiment, session)
     return ChangedSession(session=session_summary(entry), job=JobView.model_validate(job) if job else None)
 

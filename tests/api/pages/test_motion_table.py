@@ -1,6 +1,7 @@
 """Errors of predicted motion and certificates, as the pages say them."""
 
 from types import SimpleNamespace
+from typing import cast
 
 import pytest
 
@@ -15,7 +16,7 @@ from api.pages.motion_table import (
     motion_panel,
     motion_table,
 )
-from api.service.model_use import ENDINGS
+from api.service.model_use import ENDINGS, ModelUse
 from identify.recording.errors import InputError
 from identify.results.certificate import Certificate, JointCertificate
 
@@ -44,6 +45,11 @@ def joint(name, position, speed, usual, usual_speed):
         position_rms_usual=usual,
         velocity_rms_usual=usual_speed,
     )
+
+
+def model_use(**answers) -> ModelUse:
+    """As far as a test asks it."""
+    return cast(ModelUse, SimpleNamespace(**answers))
 
 
 @pytest.fixture
@@ -102,21 +108,19 @@ def test_figures_that_cannot_be_read_hide_no_page(document):
     def unreadable(experiment, version):
         raise InputError("simulation.json: is damaged")
 
-    panel = motion_panel(SimpleNamespace(simulation=unreadable), "arm", "m2", "j2")
+    panel = motion_panel(model_use(simulation=unreadable), "arm", "m2", "j2")
     assert panel["motion_rows"] is None
     assert panel["motion_problem"].startswith("The figures of the last simulation cannot be read")
     assert panel["motion_link"].endswith("arm/use/simulation?version=m2")
-    assert (
-        motion_panel(SimpleNamespace(simulation=lambda *of: None), "arm", "m2", "j2")["motion_problem"] == ""
-    )
-    shown = motion_panel(SimpleNamespace(simulation=lambda *of: document), "arm", "m2", "j2")
+    assert motion_panel(model_use(simulation=lambda *of: None), "arm", "m2", "j2")["motion_problem"] == ""
+    shown = motion_panel(model_use(simulation=lambda *of: document), "arm", "m2", "j2")
     assert len(shown["motion_rows"]) == 4
     assert shown["motion_beside_usual"]
     document.unseen = None
     for errors in document.horizons:
         for joint in errors.joints:
             joint.position_rms_usual = joint.velocity_rms_usual = None
-    alone = motion_panel(SimpleNamespace(simulation=lambda *of: document), "arm", "m2", "j2")
+    alone = motion_panel(model_use(simulation=lambda *of: document), "arm", "m2", "j2")
     assert not alone["motion_beside_usual"]
 
 
@@ -166,18 +170,20 @@ def test_what_all_formats_say_alike_is_said_once():
         target="arm.c", kind="C source", remarks=("payload-mass was estimated", "needs C99")
     )
     faults = {"sdf": "the disk is full"}
-    use = SimpleNamespace(
+    use = model_use(
         certificates=lambda experiment, version: {"urdf": CERTIFICATE, "c": other},
-        export_fault=lambda experiment, version, ending: faults.get(ending),
+        export_faults=lambda experiment, version: faults,
     )
     assert export_remarks(use, "arm", "m1") == ["Payload-mass was estimated."]
     rows = {row.ending: row for row in export_rows(use, "arm", "m1")}
     assert list(rows) == list(ENDINGS)
     assert {ending: row.name for ending, row in rows.items()} == NAMES
+    assert rows["c"].words is not None
+    assert rows["urdf"].words is not None
     assert rows["c"].words[2:] == ["Needs C99."]
     assert rows["urdf"].words[2:] == ["A URDF does not say which way gravity points."]
     assert rows["py"].words is None
     assert {ending: row.fault for ending, row in rows.items() if row.fault} == faults
     assert rows["py"].link.endswith("arm/use/exports/py?version=m1")
-    alone = SimpleNamespace(certificates=lambda experiment, version: {"urdf": CERTIFICATE})
+    alone = model_use(certificates=lambda experiment, version: {"urdf": CERTIFICATE})
     assert export_remarks(alone, "arm", "m1") == []

@@ -8,6 +8,9 @@ import pytest
 from api.service.accounts import Role
 from api.service.job_documents import JobResult
 from api.service.jobs import JobState
+from daq.excitation.standard_plan import standard_plan
+from daq.rig import Rig
+from tests.api.rig_session import RIG
 
 KEPT = {"rig": "bench", "experiment": "arm", "payload": "disk-7"}
 
@@ -49,3 +52,15 @@ def test_a_planning_that_failed_says_that_no_plan_was_made_and_why(followed, sta
     answer = followed(state)
     assert "No plan was made: the ways are drawn." in answer.text
     assert "HX-Redirect" not in answer.headers
+
+
+def test_an_experiment_is_not_made_for_a_session_that_cannot_be_prepared(service):
+    client = service.client(Role.OPERATOR)
+    held = service.service
+    other = Rig.load("tx40-simulated")
+    plan = held.plans.add(standard_plan(other, 20.0, name="of another robot"))
+    form = {"rig": RIG, "experiment": "new", "experiment_name": "arm", "payload": "none", "plan": plan}
+    answer = client.post("/pages/new-session", data=form, headers={"Accept": "text/html"})
+    assert answer.status_code == 422
+    assert held.experiments.rows() == []
+    assert held.operators.operator(RIG) is None

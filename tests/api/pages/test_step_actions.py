@@ -2,11 +2,9 @@
 
 import pytest
 
-from api.pages.step_actions import _set_searches_aside
 from api.service.accounts import Role
-from api.service.database import open_database
-from api.service.job_documents import JobResult, JobState
-from api.service.jobs import Job, JobRunner
+from api.service.job_documents import JobState
+from api.service.jobs import Job
 
 ARM = "rx130l-joint3"
 EXPERIMENT = f"/pages/experiments/{ARM}"
@@ -73,10 +71,10 @@ def test_effects_are_added_to_a_joint_and_removed_where_they_are(page, asked):
     page.post(f"{EXPERIMENT}/steps/remove?joint=j3&effect=stribeck")
     page.post(f"{EXPERIMENT}/steps/fit-earlier")
     assert asked == [
-        ("add_effect", "stribeck", "j3"),
-        ("add_learned", "j3"),
-        ("remove_effect", "stribeck", "j3"),
-        ("remove_effect", "stribeck", None),
+        ("add_effect", "stribeck", "j3", ("set_aside", True)),
+        ("add_learned", "j3", ("set_aside", True)),
+        ("remove_effect", "stribeck", "j3", ("set_aside", True)),
+        ("remove_effect", "stribeck", None, ("set_aside", True)),
         ("fit_earlier_again",),
     ]
 
@@ -131,29 +129,56 @@ def test_news_are_a_fresh_page_for_another_fit_and_the_progress_of_what_the_page
     assert "message" not in news().text
 
 
-def test_a_step_sets_searches_aside_and_nothing_else(tmp_path, monkeypatch):
-    """The worker begins once they are cancelled: none of them is ever begun with."""
-    database = open_database(tmp_path, None)
-    jobs = JobRunner(database, clock=iter(range(100)).__next__)
+STEPS = (
+    "diagnose",
+    "fit-earlier",
+    "add?effect=stribeck",
+    "add-learned",
+    "remove?effect=stribeck",
+    "undo",
+    "redo",
+    "cancel",
+)
 
-    def submit(kind: str, experiment: str = ARM) -> str:
-        return jobs.submit(
-            kind, "module:name", dict, lambda _: JobResult(), user="ada", experiment=experiment
-        ).id
 
-    searches = [submit(kind) for kind in ("diagnose", "separate", "refit")]
-    cancel = jobs.cancel_kinds
+@pytest.mark.parametrize("step", STEPS)
+def test_a_step_for_a_joint_that_does_not_exist_is_not_done(
+    laboratory, page, computed, asked, monkeypatch, step
+):
+    story = laboratory.service.models.story(ARM)
+    before, cancelled = story.read(), []
+    for name in ("cancel", "cancel_kinds"):
+        monkeypatch.setattr(laboratory.service.jobs, name, lambda *given: cancelled.append(given))
+    computed(job("diagnose"))
+    answer = page.post(f"{EXPERIMENT}/steps/{step}{'&' if '?' in step else '?'}joint=j9")
+    assert answer.status_code == 404
+    assert "The robot has no joint j9; it has j3." in answer.text
+    assert (asked, cancelled, story.read()) == ([], [], before)
+
+
+@pytest.mark.parametrize(
+    ("step", "status"), [("add?joint=j3&effect=nothing", 422), ("remove?joint=j3&effect=backlash", 409)]
+)
+def test_a_step_that_is_refused_cancels_no_search(laboratory, page, computed, monkeypatch, step, status):
     cancelled = []
+    monkeypatch.setattr(laboratory.service.jobs, "cancel_kinds", lambda *given: cancelled.append(given))
+    computed(job("diagnose"))
+    assert page.post(f"{EXPERIMENT}/steps/{step}").status_code == status
+    computed(job("improve"))
+    assert page.post(f"{EXPERIMENT}/steps/undo").status_code == 409
+    assert cancelled == []
 
-    def cancel_and_begin(experiment, kinds):
-        cancelled.append((experiment, set(kinds)))
-        cancel(experiment, kinds)
-        jobs.start()
 
-    monkeypatch.setattr(jobs, "cancel_kinds", cancel_and_begin)
-    _set_searches_aside(jobs, ARM)
-    assert [jobs.get(each).state for each in searches] == [JobState.CANCELLED] * 3
-    assert cancelled == [(ARM, {"diagnose", "separate", "refit"})]
-    assert not jobs._listeners
-    jobs.close()
-    database.close()
+def test_undo_leaves_what_stands_where_the_files_of_the_model_before_are_gone(laboratory, page):
+    story = laboratory.service.models.story(ARM)
+    folder = story.fit_folder("m1").parent
+    folder.rename(folder.with_name("put aside"))
+    try:
+        answer = page.post(f"{EXPERIMENT}/steps/undo")
+        assert answer.status_code == 404
+        assert (
+            "models/m1/f1/identification.json of model m1 is gone; put it back from a backup." in answer.text
+        )
+        assert story.read().line == ["m1", "m2"]
+    finally:
+        folder.with_name("put aside").rename(folder)

@@ -41,5 +41,5 @@ def test_what_can_only_be_read():
 
 
 def test_an_address_that_is_none_is_refused():
-    with pytest.raises(ValidationError, match="String should match pattern"):
+    with pytest.raises(ValidationError, match="four hexadecimal digits of an index, such as 0x60C2"):
         OdditySettings(missing=("6076",))

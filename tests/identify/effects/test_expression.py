@@ -108,3 +108,13 @@ def test_the_position_of_a_joint_that_the_robot_does_not_have_is_refused(hidden_
     path.write_text("name: pull\ncolumns: [q2]\n")
     with pytest.raises(InputError, match=r"pull\.yaml: columns: 'q2': the robot has 1 joint"):
         known_effects(replace(loaded, effects=(path,)))
+
+
+@pytest.mark.parametrize("name", ["Gear-drag", "2nd", "gear drag", "reibung-ä", ""])
+def test_a_name_that_is_none_is_refused_in_words(tmp_path, name):
+    file = tmp_path / "own.yaml"
+    file.write_text(f"name: '{name}'\ncolumns: [dq]\n", encoding="utf-8")
+    with pytest.raises(
+        InputError, match=r"name: use small letters without accents, digits and '-', a letter first"
+    ):
+        load_own_effect(file)

@@ -48,6 +48,25 @@ def test_a_model_that_no_machine_can_be_is_exported_with_a_remark_in_file_and_ce
         assert f"Remark: {said[0]}." in (tmp_path / shown).read_text()
 
 
+@pytest.mark.parametrize("name", ["arm.PY", "arm.FMU", "arm.Json", "arm.ST", "arm.URDF", "arm.XML"])
+def test_an_ending_in_capitals_is_the_same_format(plant, tmp_path, name):
+    result = identify(plant, "usual")
+    plain = tmp_path / "plain" / f"arm.{name.partition('.')[2].lower()}"
+    plain.parent.mkdir()
+    expected, certificate = write_export(result, plain), write_export(result, tmp_path / name)
+    assert certificate == expected.model_copy(update={"target": name})
+    assert certificate.checked_with != "nothing"
+    assert {path.name for path in tmp_path.iterdir()} == {"plain", name, f"{name}.certificate.json"}
+    if not name.endswith("FMU"):
+        assert (tmp_path / name).read_bytes() == plain.read_bytes()
+
+
+def test_c_in_capitals_would_be_another_language(plant, tmp_path):
+    with pytest.raises(InputError, match=r"compilers take \.C for C\+\+; write arm\.c"):
+        write_export(identify(plant, "usual"), tmp_path / "arm.C")
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.parametrize(
     ("target", "folder"),
     [
