@@ -43,7 +43,7 @@ def sessions(monkeypatch):
     """The sessions that are opened, with what each is to send."""
     opened = []
 
-    def session(rig, folder, plan, payload, operator, role, seed, ahead):
+    def session(rig, folder, plan, payload, operator, role, seed, ahead, **named):
         made = SimpleNamespace(
             file=None, state=SessionState.NEW, reason="", ahead=ahead, seed=seed, role=role
         )
