@@ -1,5 +1,8 @@
 """What makes a fit doubtful before anybody reads its parameters, in words."""
 
+from collections.abc import Iterable
+from dataclasses import dataclass
+
 import numpy as np
 
 from identify.dynamics.standard_parameters import PARAMETERS_PER_JOINT
@@ -20,13 +23,51 @@ SMALL = 1e-9
 """of a coefficient of a regrouped parameter: rounding"""
 
 
+@dataclass(frozen=True)
+class Doubt:
+    """What is wrong with a parameter's value.
+
+    subject    : the parameter's name; of two that cancel each other both
+    predicate  : what is said of it
+    of_several : the same, said of several parameters
+    figure     : value that the predicate ends with, of this parameter
+    """
+
+    subject: str
+    predicate: str
+    of_several: str
+    figure: str = ""
+
+    @property
+    def words(self) -> str:
+        """The sentence on this parameter alone."""
+        return f"{self.subject} {self.predicate} {self.figure}".rstrip()
+
+
+def in_words(doubts_on_parameters: Iterable[Doubt]) -> list[str]:
+    """One sentence for all parameters of which the same is said, in the order in which it is said first."""
+    alike: dict[str, list[Doubt]] = {}
+    for doubt in dict.fromkeys(doubts_on_parameters):
+        alike.setdefault(doubt.of_several, []).append(doubt)
+    sentences = []
+    for of_several, listed in alike.items():
+        if len(listed) == 1:
+            sentences.append(listed[0].words)
+            continue
+        names, figures = (
+            ", ".join(parts) for parts in zip(*((d.subject, d.figure) for d in listed), strict=True)
+        )
+        sentences.append(f"{names} {of_several}{f' {figures}' if listed[0].figure else ''}")
+    return sentences
+
+
 def doubts(fitted: FittedModel, error: float, unseen: float | None) -> list[str]:
     """Remarks on a fit, the gravest first.
 
     error, unseen : relative error on the sessions of the fit and on the validation sessions
     """
     worse = predicts_worse(fitted, error, unseen)
-    return [*([worse] if worse else []), *dict.fromkeys(parameter_doubts(fitted).values())]
+    return [*([worse] if worse else []), *in_words(parameter_doubts(fitted).values())]
 
 
 def predicts_worse(fitted: FittedModel, error: float, unseen: float | None) -> str | None:
@@ -39,24 +80,28 @@ def predicts_worse(fitted: FittedModel, error: float, unseen: float | None) -> s
     )
 
 
-def parameter_doubts(fitted: FittedModel) -> dict[int, str]:
-    """By column what makes the value of its parameter meaningless or impossible, in words; nothing for the others."""
+def parameter_doubts(fitted: FittedModel) -> dict[int, Doubt]:
+    """By column what makes the value of its parameter meaningless or impossible; nothing for the others."""
     names = [name for name, *_ in column_names(fitted)]
     fit, base = fitted.fit, fitted.record.body.base
-    sentences: dict[int, str] = {}
+    found: dict[int, Doubt] = {}
     for first, second in cancels(fitted):
-        sentence = (
-            f"{names[first]} and {names[second]} are many times the measured torque and cancel each other: "
-            "only their sum is known"
+        said = "are many times the measured torque and cancel each other: only "
+        doubt = Doubt(
+            f"{names[first]} and {names[second]}",
+            f"{said}their sum is known",
+            f"{said}the sum of the two is known, of each pair",
         )
-        sentences.setdefault(first, sentence)
-        sentences.setdefault(second, sentence)
+        found.setdefault(first, doubt)
+        found.setdefault(second, doubt)
     if fit.free is not None:
         for column in np.flatnonzero(~np.isclose(fit.chi, fit.free, rtol=1e-3, atol=1e-12)):
             if fit.chi[column] == 0:
-                sentences[int(column)] = (
-                    f"{names[column]} is held at 0, the least that it can be: least squares alone would find"
-                    f" {fit.free[column]:.3g}"
+                found[int(column)] = Doubt(
+                    names[column],
+                    "is held at 0, the least that it can be: least squares alone would find",
+                    "are held at 0, the least that they can be: least squares alone would find",
+                    f"{fit.free[column]:.3g}",
                 )
     # a sum of masses and of inertias about axes, with positive parts only, is positive on any robot
     if fitted.record.joints and np.isin(fit.fitted, np.arange(fitted.observation.base)).any():
@@ -66,9 +111,8 @@ def parameter_doubts(fitted: FittedModel) -> dict[int, str]:
             row = base.matrix[column]
             sums_up = not np.any(np.abs(row[~positive]) > SMALL) and not np.any(row < -SMALL)
             if fit.chi[column] < 0 and sums_up:
-                sentences.setdefault(
-                    int(column), f"{names[column]} is negative, which no mass and no inertia can be"
-                )
+                said = "negative, which no mass and no inertia can be"
+                found.setdefault(int(column), Doubt(names[column], f"is {said}", f"are {said}"))
     for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True):
         summary = fitted.record.summaries[slot.term.joint]
         listed = named_parameters(slot.term, slot.values, len(columns), summary)
@@ -77,8 +121,11 @@ def parameter_doubts(fitted: FittedModel) -> dict[int, str]:
                 limit = f"at least {parameter.lower:.3g}"
                 if fit.chi[column] > parameter.upper:
                     limit = f"at most {parameter.upper:.3g}"
-                sentences.setdefault(column, f"{names[column]} is impossible: it can be {limit}")
-    return sentences
+                of_several = f"are impossible: each can be {limit}"
+                found.setdefault(
+                    column, Doubt(names[column], f"is impossible: it can be {limit}", of_several)
+                )
+    return found
 
 
 def cancels(fitted: FittedModel) -> list[tuple[int, int]]:

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.dynamics.base_parameters import BaseParameters
+from identify.dynamics.natural_units import NaturalUnits
 from identify.dynamics.standard_parameters import PARAMETERS_PER_JOINT, standard_names, standard_units
 from identify.estimation.identified import Identified
 from identify.estimation.least_squares import joint_rows
@@ -32,7 +33,7 @@ from identify.results.identification import (
 Array = NDArray[np.float64]
 
 LEAST_EIGENVALUE = 1e-6
-"""kg, kg m²: smallest eigenvalue of a pseudo-inertia; a body has some extent, and the solver some tolerance"""
+"""smallest eigenvalue of a pseudo-inertia in the machine's own units; a body has some extent, and the solver some tolerance"""
 PREFERENCE = 1e-6
 """weight of the least total trace among standard parameters with the same base parameters, in parts of the metric"""
 
@@ -72,35 +73,45 @@ def nearest_feasible(
         import cvxpy
     except ImportError:
         raise InputError("--feasible: needs the extra 'feasible': pip install 'coulomb[feasible]'") from None
-    values, vectors = np.linalg.eigh(information)
+    natural = NaturalUnits.of_estimate(base, estimate, information)
+    unit, standard_unit = natural.of_base(base), natural.of_standard(base)
+    values, vectors = np.linalg.eigh(information * np.outer(unit, unit))
     root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
-    size = float(np.linalg.norm(root @ estimate)) or 1.0
+    aim, mapping = estimate / unit, base.matrix * standard_unit / unit[:, None]
+    size = float(np.linalg.norm(root @ aim)) or 1.0
     standard = cvxpy.Variable(base.matrix.shape[1])
-    units = [_pseudo_inertia_units(index) for index in range(10)]
+    directions = [_pseudo_inertia_of_one(index) for index in range(10)]
     constraints, traces = [], []
     for link in range(base.matrix.shape[1] // PARAMETERS_PER_JOINT):
         start = link * PARAMETERS_PER_JOINT
         rotor = start + PARAMETERS_PER_JOINT - 1
-        pseudo = sum(standard[start + index] * unit for index, unit in enumerate(units))
+        pseudo = sum(standard[start + index] * direction for index, direction in enumerate(directions))
         constraints += [
             cvxpy.PSD(pseudo - LEAST_EIGENVALUE * np.eye(4)),
             standard[rotor] >= 0 if rotors else standard[rotor] == 0,
         ]
         traces.append(cvxpy.trace(pseudo))
-    misfit = cvxpy.norm((root / size) @ (base.matrix @ standard - estimate))
+    misfit = cvxpy.norm((root / size) @ (mapping @ standard - aim))
     problem = cvxpy.Problem(cvxpy.Minimize(misfit + PREFERENCE * sum(traces)), constraints)
-    problem.solve(solver=cvxpy.CLARABEL)
+    try:
+        problem.solve(solver=cvxpy.CLARABEL)
+    except cvxpy.SolverError:
+        raise InputError(
+            "no physically consistent parameters were found: the solver made no headway; a model with fewer effects, or more"
+            " motion, may determine the bodies better"
+        ) from None
     if standard.value is None:
-        raise InputError(f"--feasible: no physically consistent parameters were found ({problem.status})")
-    parameters = np.asarray(standard.value, float)
+        raise InputError(f"no physically consistent parameters were found ({problem.status})")
+    parameters = np.asarray(standard.value, float) * standard_unit
     projected = base.from_standard(parameters)
-    return Feasible(parameters, projected, float(np.linalg.norm(root @ (projected - estimate))))
+    return Feasible(parameters, projected, float(np.linalg.norm(root @ ((projected - estimate) / unit))))
 
 
-def _pseudo_inertia_units(index: int) -> Array:
-    unit = np.zeros(10)
-    unit[index] = 1.0
-    return pseudo_inertia(unit)
+def _pseudo_inertia_of_one(index: int) -> Array:
+    """(4, 4) where one parameter of a link is 1 and the others are 0."""
+    link = np.zeros(10)
+    link[index] = 1.0
+    return pseudo_inertia(link)
 
 
 def feasible_parameters(result: Identified) -> FeasibleParameters:

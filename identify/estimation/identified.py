@@ -6,7 +6,7 @@ from typing import Literal
 
 from identify.effects.model import Term
 from identify.estimation.block_errors import block_errors, ratio
-from identify.estimation.doubts import doubts, parameter_doubts
+from identify.estimation.doubts import Doubt, doubts, in_words, parameter_doubts
 from identify.estimation.essential import RULE
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.observation import Observation
@@ -42,19 +42,43 @@ class Identified:
         """Parameters of `fitted`."""
         if self.form == "structured":
             return self.structured_parameters
-        doubted = parameter_doubts(self.fitted)
+        doubted = {column: doubt.words for column, doubt in parameter_doubts(self.fitted).items()}
         columns = self.fitted.fit.fitted.tolist()
         return tuple(
             replace(parameter, doubt=doubted.get(column))
             for column, parameter in zip(columns, parameters_of(self.fitted), strict=True)
         )
 
+    @property
+    def doubts_in_words(self) -> list[str]:
+        """A sentence for all parameters of which the same is doubtful: of the structured estimate where there is one."""
+        doubted = parameter_doubts(self.fitted) if self.structured is None else self._held
+        return in_words(doubted.values())
+
+    @cached_property
+    def _held(self) -> dict[str, Doubt]:
+        """By name the parameters of the structured estimate that the motion does not tell."""
+        form = self.structured
+        if form is None:
+            return {}
+        listed = zip(form.names, form.values, strict=True)
+        return {
+            name: Doubt(
+                name,
+                "is not told by the motion: it is held at",
+                "are not told by the motion: they are held at",
+                f"{value:g}",
+            )
+            for (name, *_), value in listed
+            if name in form.held
+        }
+
     @cached_property
     def structured_parameters(self) -> tuple[Parameter, ...]:
         """One value for each physical parameter of `load-velocity`; empty for other models."""
         if self.structured is None:
             return ()
-        form = self.structured
+        form, held = self.structured, self._held
         listed = zip(form.names, form.values, form.std, form.std_robust, strict=True)
         return tuple(
             Parameter(
@@ -65,7 +89,7 @@ class Identified:
                 number(float(robust)),
                 unit,
                 grouping,
-                f"the motion does not tell {name}: it is held at {value:g}" if name in form.held else None,
+                held[name].words if name in held else None,
             )
             for (name, joint, unit, grouping), value, std, robust in listed
         )

@@ -12,7 +12,7 @@ from identify.effects.model import coupled_motors
 from identify.effects.motion import JointSummary
 from identify.estimation.executor import chosen_executor
 from identify.estimation.rigid_body import AlongParameters, RigidBody
-from identify.estimation.session_facts import SessionFacts, ever_commanded
+from identify.estimation.session_facts import SessionFacts, steady_command
 from identify.estimation.stops import STOP_TIME, recorded_stopping_speed, stopping_speed
 from identify.recording import Experiment, InputError, Session, SessionEntry
 from identify.recording.quantiles import quantile, quantiles
@@ -186,7 +186,7 @@ class Record:
                 period=session.sampling_period,
                 position_step=position_step(session.position[:SAMPLES]),
                 position_rounding=position_rounding(session.position[session.segments[0]][:SAMPLES]),
-                commanded=ever_commanded(session.command),
+                steady_command=steady_command(session.command),
                 has_external=session.external is not None,
                 remarks=session.remarks,
             )

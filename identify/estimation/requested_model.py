@@ -33,13 +33,20 @@ def open_record(experiment: Experiment, model: str = "usual") -> Record:
 
 
 def _require_torque(record: Record, entries: Sequence[SessionEntry]) -> None:
-    """Raises InputError: in none of these sessions a torque of some joint was recorded."""
-    commanded = np.any([record.facts(entry).commanded for entry in entries], axis=0)
-    for joint in np.flatnonzero(~commanded):
-        raise InputError(
-            f"{entries[0].path}: column 'v{joint + 1}' is zero throughout: no torque of joint"
-            f" '{record.joint_names[joint]}' was recorded"
-        )
+    """Raises InputError: in all of these sessions the command of some joint is zero, or the same though the joint moves, which an
+    offset of the torque alone would explain."""
+    steady = np.array([record.facts(entry).steady_command for entry in entries])
+    for joint in np.flatnonzero(np.all(steady == steady[0], axis=0)):
+        column = f"{entries[0].path}: column 'v{joint + 1}' is"
+        name = record.joint_names[joint]
+        if steady[0, joint] == 0.0:
+            raise InputError(f"{column} zero throughout: no torque of joint '{name}' was recorded")
+        moves = record.top_speed[joint] > record.rest_speed[joint]
+        if moves and not any(record.facts(entry).has_external for entry in entries):
+            raise InputError(
+                f"{column} {steady[0, joint]:.6g} throughout while joint '{name}' moves: a torque that never changes tells an"
+                " offset and nothing else; record the command that moves the joint"
+            )
 
 
 def chosen_entries(record: Record, payloads: Sequence[str]) -> list[SessionEntry]:

@@ -24,17 +24,17 @@ class SessionFacts:
     """(n,) smallest step between recorded positions, rad or m; infinite where none was seen"""
     position_rounding: Array
     """(n,) step that would give the scatter of the recorded positions from sample to sample, rad or m"""
-    commanded: NDArray[np.bool_]
-    """(n,) whether the recorded command is ever other than zero"""
+    steady_command: Array
+    """(n,) the recorded command where every sample of it is the same; nan where it changes"""
     has_external: bool
     remarks: tuple[str, ...]
 
 
-def ever_commanded(command: Array) -> NDArray[np.bool_]:
-    """(n,) whether a column is ever other than zero; looks no further than needed."""
-    commanded = np.zeros(command.shape[1], bool)
+def steady_command(command: Array) -> Array:
+    """(n,) the value of columns of which every sample is the same, nan of others; looks no further than needed."""
+    changes = np.zeros(command.shape[1], bool)
     for first in range(0, len(command), SAMPLES):
-        commanded |= np.any(command[first : first + SAMPLES], axis=0)
-        if commanded.all():
+        changes |= np.any(command[first : first + SAMPLES] != command[0], axis=0)
+        if changes.all():
             break
-    return commanded
+    return np.where(changes, np.nan, command[0])

@@ -179,8 +179,7 @@ def exported_model(result: Identification) -> ExportedModel:
     remarks = [] if structured is None else [STRUCTURED]
     if not base.rotors:
         remarks.append(LINKS_ALONE)
-    estimated = result.parameters if structured is None else result.structured_parameters
-    remarks += [parameter.doubt for parameter in estimated if parameter.doubt]
+    remarks += result.doubts_in_words
     listed = [
         (slot, fitted.fit.chi[columns])
         for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True)

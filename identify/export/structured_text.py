@@ -57,13 +57,20 @@ TAKEN = frozenset(
     MIN MOD MOVE MUL MUX NE NOT NULL OF ON OR PROGRAM REAL REF REPEAT REPLACE RESOURCE RETURN RIGHT ROL ROR SEL SHL SHR SIN SINT
     SQRT STEP STRING STRUCT SUB TAN TASK THEN TIME TO TOD TRANSITION TRUE TRUNC TYPE UDINT UINT ULINT UNTIL USINT VAR WHILE WITH
     WORD WSTRING XOR X E
+    ABSTRACT ACTION ADR AND_THEN ANY BIT CHAR CLASS CTD CTU CTUD DATE_AND_TIME EXTENDS FINAL FUNCTIONBLOCK FUNCTION_BLOCK F_EDGE
+    F_TRIG IMPLEMENTS INITIAL_STEP INTERFACE INTERNAL JMP LDATE LDT LTIME LTOD METHOD NAMESPACE OR_ELSE OVERLAP OVERRIDE
+    PERSISTENT POINTER PRIVATE PROPERTY PROTECTED PUBLIC READ_ONLY READ_WRITE REFERENCE REF_TO RETAIN NON_RETAIN RS R_EDGE R_TRIG
+    SEMA SIZEOF SR SUPER THIS TIME_OF_DAY TOF TON TP UNION USING WCHAR XINT XWORD
     Q DQ DDQ T TEMP PAYLOAD TORQUE LAST GRAVITY DH_ALPHA DH_D DH_THETA DH_R PRISMATIC BODY LINK LOAD DIRECTION WHOLE MOTOR_DQ
     MOTOR_DDQ TURN PLACE FORCE MOMENT RATE CHANGE ACCELERATION WA WB ANGLE ALONG COS_A SIN_A COS_T SIN_T AX AY AZ UX UY UZ J K
     STATE BEFORE BEGUN TRAVEL RESET PERIOD NOW CLOCK RATES SUMS EARLY LATE LATE_CLOCK SETTLED SLOPE MOVED PASS
     """,
     )
 )
-"""words of IEC 61131-3, and names of variables inside the exported text"""
+"""words of IEC 61131-3 and of CODESYS and TwinCAT, and names of variables inside the exported text"""
+
+FAMILIES = re.compile(r"^(END|VAR|ANY|TO)_|_TO_[A-Z]*(INT|REAL|BOOL|BYTE|WORD|STRING|CHAR|TIME|DATE|TOD|DT)$")
+"""ends of blocks, kinds of variables and types, conversions (REAL_TO_INT): more words of these languages than a list has"""
 
 RECURSION = """(* tau_out of eq. (6): inertia, Coriolis, centrifugal and gravity torque, by the recursion of Newton and Euler *)
 FOR K := 0 TO 2 DO
@@ -305,10 +312,10 @@ def _line(model: ExportedModel, torque: Torque, dialect: Dialect) -> str:
 def block_name(stem: str) -> str:
     """A name that the standard allows for the block, made of a file's name: letters, digits and single underscores.
 
-    A name of one word could be a word of the language or a variable of the block (IF, REAL, LOAD); those get a prefix.
+    A name could be a word of the language or a variable of the block (IF, END_IF, REAL, LOAD); those get a prefix.
     """
     name = re.sub("_+", "_", c_name(stem).upper())
-    return f"MODEL_{name}" if name in TAKEN else name
+    return f"MODEL_{name}" if name in TAKEN or FAMILIES.search(name) else name
 
 
 def _comment(text: str) -> str:

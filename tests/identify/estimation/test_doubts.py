@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from identify.estimation.doubts import cancels, predicts_worse
+from identify.estimation.doubts import Doubt, cancels, in_words, predicts_worse
 
 
 @pytest.mark.parametrize(("unseen", "worse"), [(None, False), (0.2, False), (0.2001, True)])
@@ -50,3 +50,21 @@ def test_a_fit_of_nothing_or_of_other_parameters_has_no_pairs():
     assert cancels(nothing) == []
     nothing.fit.r, nothing.fit.fitted = np.zeros((2, 0)), np.array([], int)
     assert cancels(nothing) == []
+
+
+def held(name, figure):
+    return Doubt(
+        name, "is held at 0: least squares would find", "are held at 0: least squares would find", figure
+    )
+
+
+def test_parameters_of_which_the_same_is_said_share_a_sentence_and_each_keeps_its_figure():
+    negative = Doubt("Ia5", "is negative", "are negative")
+    pair = Doubt("M1 and M2", "cancel each other", "cancel each other, each pair")
+    assert in_words([held("FV1", "-1"), negative, held("FC3", "-2.5"), pair, pair]) == [
+        "FV1, FC3 are held at 0: least squares would find -1, -2.5",
+        "Ia5 is negative",
+        "M1 and M2 cancel each other",
+    ]
+    assert in_words([held("FV1", "-1")]) == ["FV1 is held at 0: least squares would find -1"]
+    assert in_words([negative, Doubt("Ia6", "is negative", "are negative")]) == ["Ia5, Ia6 are negative"]

@@ -95,3 +95,30 @@ def test_the_pseudo_inertia_of_a_cloud_of_points_is_its_second_moment():
     homogeneous = np.column_stack([points, np.ones(7)])
     expected = (masses[:, None] * homogeneous).T @ homogeneous
     np.testing.assert_allclose(pseudo_inertia(link), expected, atol=1e-12)
+
+
+@pytest.mark.parametrize(("mass", "length"), [(1e-9, 0.02), (1e8, 50.0)])
+def test_a_watch_and_a_crane_of_the_same_shape_have_bodies_of_the_same_shape(mass, length):
+    """Mass and length scaled, the problem is the same, and so is what is found, feasible at the start or not."""
+    random = np.random.default_rng(5)
+    other = base_parameters(
+        geometry_of(
+            (0.0, 0.0, -9.81),
+            [
+                ("revolute", 0.0, 0.0, 0.0, 0.3 * length),
+                ("revolute", -1.5707963, 0.1 * length, 0.0, 0.0),
+                ("prismatic", 1.5707963, 0.4 * length, 0.2, 0.0),
+            ],
+        )
+    )
+    assert other.names == BASE.names
+    estimate, metric = BASE.from_standard(robot(random)), information(random)
+    estimate[0] = -0.5
+    powers = np.array([{"kg": 0, "kg m": 1, "kg m^2": 2}[unit] for unit in BASE.units])
+    unit = mass * length**powers
+    found = nearest_feasible(BASE, estimate, metric)
+    scaled = nearest_feasible(other, estimate * unit, metric / np.outer(unit, unit))
+    for link in scaled.standard.reshape(-1, PARAMETERS_PER_JOINT):
+        assert np.linalg.eigvalsh(pseudo_inertia(link)).min() > 0
+    np.testing.assert_allclose(scaled.base / unit, found.base, atol=1e-3)
+    assert scaled.distance == pytest.approx(found.distance, rel=1e-3)

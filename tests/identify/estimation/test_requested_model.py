@@ -149,3 +149,17 @@ def test_at_the_ends_of_what_was_tried_and_where_nothing_tells_the_least_error_i
     assert lowest <= found <= highest
     if place in (0, 3):
         assert found == values[place]
+
+
+def test_a_command_that_never_changes_while_the_joint_moves_is_refused_and_one_that_does_between_sessions_is_not():
+    """An offset alone explains it: 0.00 % of error, and nothing learnt."""
+    stuck = replace(samples(), command=np.full((5000, 1), 2.5))
+    said = refusal(open_record, experiment({"a": (stuck, "none"), "b": (stuck, "none")}))
+    assert said == (
+        "memory/a: column 'v1' is 2.5 throughout while joint 'j3' moves: a torque that never changes tells an offset and nothing"
+        " else; record the command that moves the joint"
+    )
+    other = replace(samples(), command=np.full((5000, 1), 2.6))
+    open_record(experiment({"a": (stuck, "none"), "b": (other, "none")}))
+    pushed = replace(stuck, external=np.sin(stuck.time)[:, None])
+    open_record(experiment({"a": (pushed, "none")}))

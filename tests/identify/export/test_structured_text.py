@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import pytest
 
@@ -50,10 +51,24 @@ def test_the_structured_text_is_opened_by_a_parser_of_the_standard_that_is_not_o
         ("Load", "MODEL_LOAD"),
         ("a__b_ c", "A_B_C"),
         ("2nd", "MODEL_2ND"),
+        ("END_IF", "MODEL_END_IF"),
+        ("real_to_int", "MODEL_REAL_TO_INT"),
+        ("hand_to_arm", "HAND_TO_ARM"),
     ],
 )
 def test_the_block_s_name_is_one_that_the_standard_allows(stem, name):
     assert block_name(stem) == name
+
+
+def test_no_word_that_a_reader_of_codesys_and_twincat_keeps_for_itself_names_a_block():
+    """blark's grammar lists them in its pattern of an identifier; none of its files is a list of ours."""
+    blark = pytest.importorskip("blark", reason="blark is not installed")
+    grammar = (Path(blark.__file__).parent / "iec.lark").read_text(encoding="utf-8")
+    kept = re.search(r"^IDENTIFIER: .*?\(\?!\((.*?)\)", grammar, flags=re.MULTILINE)
+    assert kept
+    words = kept[1].split("|")
+    assert "END_IF" in words
+    assert [word for word in words if block_name(word) == word] == []
 
 
 def test_two_models_stand_in_one_project(result, motion, tmp_path):

@@ -34,8 +34,8 @@ def test_a_negative_inertia_and_an_impossible_friction_are_marked_where_they_sta
     friction = names.index("FV1")
     chi[inertia], chi[friction] = -2.0, -0.5
     doubted = parameter_doubts(replace(result.fitted, fit=replace(result.fitted.fit, chi=chi)))
-    assert doubted[inertia] == f"{names[inertia]} is negative, which no mass and no inertia can be"
-    assert doubted[friction] == "FV1 is impossible: it can be at least 0"
+    assert doubted[inertia].words == f"{names[inertia]} is negative, which no mass and no inertia can be"
+    assert doubted[friction].words == "FV1 is impossible: it can be at least 0"
     assert set(doubted) == {inertia, friction}
 
 
@@ -46,7 +46,7 @@ def test_friction_that_least_squares_would_make_negative_is_marked_as_held(resul
     place = names.index("FC1")
     chi[place], free[place] = 0.0, -0.3
     doubted = parameter_doubts(replace(result.fitted, fit=replace(result.fitted.fit, chi=chi, free=free)))
-    assert doubted[place].startswith("FC1 is held at 0")
+    assert doubted[place].words.startswith("FC1 is held at 0")
 
 
 def test_a_fit_that_fails_on_unseen_motion_says_so_first(tx40):
