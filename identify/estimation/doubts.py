@@ -84,7 +84,7 @@ def parameter_doubts(fitted: FittedModel) -> dict[int, Doubt]:
     """By column what makes the value of its parameter meaningless or impossible; nothing for the others."""
     names = [name for name, *_ in column_names(fitted)]
     fit, base = fitted.fit, fitted.record.body.base
-    found: dict[int, Doubt] = {}
+    by_column: dict[int, Doubt] = {}
     for first, second in cancels(fitted):
         said = "are many times the measured torque and cancel each other: only "
         doubt = Doubt(
@@ -92,12 +92,12 @@ def parameter_doubts(fitted: FittedModel) -> dict[int, Doubt]:
             f"{said}their sum is known",
             f"{said}the sum of the two is known, of each pair",
         )
-        found.setdefault(first, doubt)
-        found.setdefault(second, doubt)
+        by_column.setdefault(first, doubt)
+        by_column.setdefault(second, doubt)
     if fit.free is not None:
         for column in np.flatnonzero(~np.isclose(fit.chi, fit.free, rtol=1e-3, atol=1e-12)):
             if fit.chi[column] == 0:
-                found[int(column)] = Doubt(
+                by_column[int(column)] = Doubt(
                     names[column],
                     "is held at 0, the least that it can be: least squares alone would find",
                     "are held at 0, the least that they can be: least squares alone would find",
@@ -112,7 +112,7 @@ def parameter_doubts(fitted: FittedModel) -> dict[int, Doubt]:
             sums_up = not np.any(np.abs(row[~positive]) > SMALL) and not np.any(row < -SMALL)
             if fit.chi[column] < 0 and sums_up:
                 said = "negative, which no mass and no inertia can be"
-                found.setdefault(int(column), Doubt(names[column], f"is {said}", f"are {said}"))
+                by_column.setdefault(int(column), Doubt(names[column], f"is {said}", f"are {said}"))
     for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True):
         summary = fitted.record.summaries[slot.term.joint]
         listed = named_parameters(slot.term, slot.values, len(columns), summary)
@@ -122,10 +122,10 @@ def parameter_doubts(fitted: FittedModel) -> dict[int, Doubt]:
                 if fit.chi[column] > parameter.upper:
                     limit = f"at most {parameter.upper:.3g}"
                 of_several = f"are impossible: each can be {limit}"
-                found.setdefault(
+                by_column.setdefault(
                     column, Doubt(names[column], f"is impossible: it can be {limit}", of_several)
                 )
-    return found
+    return by_column
 
 
 def cancels(fitted: FittedModel) -> list[tuple[int, int]]:
