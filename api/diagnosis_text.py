@@ -46,8 +46,12 @@ def _diagnosis_lines(document: DiagnosisDocument) -> Iterator[str]:
         if joint.learned is not None:
             yield from learned_lines(joint.joint, joint.learned)
         for row in joint.where[:2]:
-            where = row.label or f"{row.from_:.3g} to {row.to:.3g}"
-            yield f"  {row.share_of_error:.0%} of the squared error lies at {row.variable} {where}"
+            where = f"{row.variable} {row.from_:.3g} to {row.to:.3g}"
+            if row.variable == "session":
+                where = f"session {row.label}"
+            elif row.label is not None:
+                where = f"time {row.from_:.2f} to {row.to:.2f} s of {row.label}"
+            yield f"  {row.share_of_error:.0%} of the squared error lies at {where}"
         if joint.superfluous:
             yield f"  terms that do not help: {', '.join(joint.superfluous)}"
     for joint_motion in document.motion or ():

@@ -122,6 +122,8 @@ def where_words(place: Where, units: JointUnits) -> str:
     if place.variable == "session":
         return f"{text} {number(low, 0)}"
     unit = f"{THIN}{units.of_dimension(dimension)}" if dimension else ""
+    if place.label is not None:  # a stretch of one session, which lasts as short as a blow
+        return f"{text} {number(low, 1)} to {number(high, 1)}{unit} of {place.label}"
     return f"{text} {significant(low, 2)} to {significant(high, 2)}{unit}"
 
 

@@ -17,7 +17,10 @@ VARIABLES = ("dq", "q", "ddq", "load", "time", "travel since reversal", "tempera
 
 def where_it_fails(predictions: Sequence[Prediction]) -> tuple[Where, ...]:
     """For every variable the range that holds more of the squared error than its share of the samples, the most
-    striking variable first; contract section 3, key `where`."""
+    striking variable first; contract section 3, key `where`.
+
+    Of the time it is the range of all sessions or the stretch of one, whichever holds more.
+    """
     residual = np.concatenate([part.residual[part.moving] for part in predictions])
     power = residual**2
     total = float(power.sum())
@@ -29,6 +32,11 @@ def where_it_fails(predictions: Sequence[Prediction]) -> tuple[Where, ...]:
             continue
         values = np.concatenate([variable(part, name)[part.moving] for part in predictions])
         row = _worst_range(name, values, residual, total)
+        if name == "time":
+            row = max(
+                [row, *(_worst_stretch(part, total, len(residual)) for part in predictions)],
+                key=lambda each: each.excess if each is not None else 0.0,
+            )
         if row is not None:
             ranges.append(row)
     worst = _worst_session(predictions, total)
@@ -46,24 +54,50 @@ def _worst_range(name: str, values: Array, residual: Array, total: float) -> Whe
     error = np.bincount(place, residual**2, len(edges) - 1) / total
     samples = np.bincount(place, minlength=len(edges) - 1) / len(values)
     excess = error - samples
-    best, best_range, run, start = 0.0, (0, 0), 0.0, 0
-    for index, value in enumerate(excess):
-        if run <= 0:
-            run, start = 0.0, index
-        run += float(value)
-        if run > best:
-            best, best_range = run, (start, index + 1)
-    if best_range[1] == 0:
+    low, high = _largest_run(excess)
+    if high == 0:
         return None
-    low, high = best_range
     return Where(
         variable=name,
         from_=float(edges[low]),
         to=float(edges[high]),
         share_of_error=float(error[low:high].sum()),
         share_of_samples=float(samples[low:high].sum()),
-        excess=best,
+        excess=float(excess[low:high].sum()),
     )
+
+
+def _worst_stretch(part: Prediction, total: float, count: int) -> Where | None:
+    """The stretch of one session in which the error exceeds its share the most: what happened once, such as a blow, comes back
+    neither at the same time of another session nor at the same position.
+
+    total : squared error of all sessions
+    count : of their samples
+
+    Its limits are times as they are recorded, where an operator looks for them.
+    """
+    time = part.time[part.moving]
+    error = part.residual[part.moving] ** 2 / total
+    low, high = _largest_run(error - 1 / count)
+    if high == 0:
+        return None
+    return Where(
+        variable="time",
+        from_=float(time[low]),
+        to=float(time[high - 1]),
+        label=part.file,
+        share_of_error=float(error[low:high].sum()),
+        share_of_samples=(high - low) / count,
+        excess=float(error[low:high].sum()) - (high - low) / count,
+    )
+
+
+def _largest_run(excess: Array) -> tuple[int, int]:
+    """The run of elements with the largest sum, and (0, 0) where none has one above zero."""
+    sums = np.concatenate([[0.0], np.cumsum(excess)])
+    lowest = np.minimum.accumulate(sums)
+    high = int(np.argmax(sums - lowest))
+    return (int(np.argmin(sums[: high + 1])), high) if sums[high] > lowest[high] else (0, 0)
 
 
 def _worst_session(predictions: Sequence[Prediction], total: float) -> Where | None:

@@ -70,11 +70,16 @@ class Where(Part):
     from_: int | float = Field(
         validation_alias="from",
         serialization_alias="from",
-        description="in the variable's SI unit; of a session its number from 0",
+        description="in the variable's SI unit; of a session its number from 0; time counts from the session's"
+        " start, with a label as it is recorded",
         examples=[-0.1],
     )
     to: int | float = Field(description="as `from`", examples=[0.1])
-    label: str | None = Field(default=None, description="of a session its file", examples=[None])
+    label: str | None = Field(
+        default=None,
+        description="of a session its file; of a time that of the one session in which it is, if not of all",
+        examples=[None],
+    )
     share_of_error: float = Field(description="of the squared error, 0 to 1", examples=[0.6])
     share_of_samples: float = Field(description="of the samples in motion, 0 to 1", examples=[0.2])
     excess: float = Field(description="share of error less share of samples", examples=[0.4])

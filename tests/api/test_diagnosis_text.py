@@ -39,7 +39,7 @@ def where(**changes):
         "excess": 0.4,
         **changes,
     }
-    return Where(variable="dq", **fields)
+    return Where(**{"variable": "dq", **fields})
 
 
 LEARNED = Learned(
@@ -121,10 +121,17 @@ def test_only_the_best_candidates_are_listed_with_what_cannot_be_told_from_them(
 
 
 def test_the_two_most_striking_places_of_the_error_are_named():
-    places = (where(), where(label="session-02.csv"), where(share_of_error=0.01))
+    places = (
+        where(),
+        where(variable="session", label="session-02.csv"),
+        where(share_of_error=0.01),
+    )
     shown = lines(diagnosis_text(document(joint(where=places, superfluous=("offset", "viscous")))))
     assert "61% of the squared error lies at dq -0.1 to 0.25" in shown
-    assert "61% of the squared error lies at dq session-02.csv" in shown
+    assert "61% of the squared error lies at session session-02.csv" in shown
+    blow = where(variable="time", from_=17.02, to=17.43, label="session-01.csv")
+    struck = lines(diagnosis_text(document(joint(where=(blow,)))))
+    assert "61% of the squared error lies at time 17.02 to 17.43 s of session-01.csv" in struck
     assert not any(line.startswith("1%") for line in shown)
     assert "terms that do not help: offset, viscous" in shown
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from api.pages.verdict_words import structure_words, verdict_of
-from identify.results.diagnosis import JointDiagnosis, LeftoverStructure
+from api.pages.error_figures import JointUnits
+from api.pages.number_format import THIN
+from api.pages.verdict_words import structure_words, verdict_of, where_words
+from identify.results.diagnosis import JointDiagnosis, LeftoverStructure, Where
 
 
 def unexplained(
@@ -43,3 +45,19 @@ def test_a_blow_is_told_as_something_that_happened_and_not_as_foretold():
 def test_noise_is_not_put_into_words():
     noise = LeftoverStructure(variables=("moments",), share=0.01, deviation=0.01, found=False)
     assert structure_words(unexplained(structure=(noise,))) is None
+
+
+def test_what_happened_once_is_placed_by_the_time_of_its_session():
+    blow = Where(
+        variable="time",
+        from_=117.02,
+        to=117.43,
+        label="session-01.csv",
+        share_of_error=0.9,
+        share_of_samples=0.01,
+        excess=0.89,
+    )
+    said = where_words(blow, JointUnits.of("revolute")).replace(THIN, " ")
+    assert said == "time 117.0 to 117.4 s of session-01.csv"
+    pooled = where_words(blow.model_copy(update={"label": None}), JointUnits.of("revolute"))
+    assert "session-01.csv" not in pooled

@@ -105,6 +105,23 @@ def test_the_session_whose_share_of_the_error_is_largest_for_its_samples_is_name
     assert session.excess == pytest.approx(4 / 5 - 2 / 3)
 
 
+def test_what_happened_once_is_placed_in_its_session():
+    """All error sits in a fiftieth of the second session, at a time and a position that the first passed without any."""
+    struck = np.zeros(COUNT)
+    struck[600:624] = [3.0, -3.0] * 12
+    row = where_it_fails([prediction(np.zeros(COUNT), "calm.csv"), prediction(struck, "struck.csv")])[0]
+    assert (row.variable, row.label) == ("time", "struck.csv")
+    assert (row.from_, row.to) == pytest.approx((6.0, 6.23))
+    assert row.share_of_error == pytest.approx(1.0)
+    assert row.share_of_samples == pytest.approx(0.01)
+    assert row.excess == pytest.approx(0.99)
+    # what comes back at the same time of every session is of no one's
+    both = at(where_it_fails([prediction(struck, "a.csv"), prediction(struck, "b.csv")]), "time")
+    assert both.label is None
+    # and where the error is the same everywhere there is no such stretch
+    assert "time" not in {row.variable for row in where_it_fails([prediction(np.ones(COUNT))])}
+
+
 def test_temperature_is_asked_only_where_every_session_has_it():
     residual = np.zeros(COUNT)
     residual[:100] = 1.0
