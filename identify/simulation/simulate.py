@@ -32,6 +32,7 @@ from identify.simulation.controller import Controllers, estimated_controllers
 from identify.simulation.free_motion import Keep, Run, free_motions
 from identify.simulation.free_run import free_run
 from identify.simulation.give_fit import give_fit, giving_slots
+from identify.simulation.loop_stability import unstable_loop
 from identify.simulation.measured_motion import MeasuredMotion, measured_motions
 from identify.simulation.rollout import energy_drift, roll_out
 from identify.simulation.torque_model import TorqueModel
@@ -137,6 +138,11 @@ def simulated(
             [motion for listed in motions.values() for motion in listed], names, experiment.drive_gain
         )
         remarks += closing.remarks
+        longest = [
+            (entry, max(motions[entry.file], key=len)) for entry in experiment.sessions if motions[entry.file]
+        ]
+        unstable = unstable_loop(result.fitted, longest, controllers)
+        remarks += [unstable] if unstable else []
     formed = _formed(result, controllers is not None)
     remarks += _on_gives(result)
     asked: list[float | None] = [*sorted(set(horizons)), *([None] if free_run else [])]
