@@ -52,6 +52,11 @@ def _diagnosis_lines(document: DiagnosisDocument) -> Iterator[str]:
             elif row.label is not None:
                 where = f"time {row.from_:.2f} to {row.to:.2f} s of {row.label}"
             yield f"  {row.share_of_error:.0%} of the squared error lies at {where}"
+        strongest = next((each for each in joint.structure if each.found), None)
+        if strongest is not None and strongest.variables != ("moments",):  # of these `where` tells when
+            yield (
+                f"  {strongest.share:.0%} of the power that is left can be predicted from {' and '.join(strongest.variables)}"
+            )
         if joint.superfluous:
             yield f"  terms that do not help: {', '.join(joint.superfluous)}"
     for joint_motion in document.motion or ():

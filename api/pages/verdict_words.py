@@ -30,6 +30,9 @@ STRUCTURE_WORDS = {
 }
 """What structure is found in -> words, where they are not those of the variable."""
 
+OF_JOINT = " of "
+"""Between a variable and the neighbouring joint whose it is."""
+
 
 @dataclass(frozen=True)
 class Verdict:
@@ -100,19 +103,25 @@ def structure_words(joint: JointDiagnosis | None) -> str | None:
     strongest = None if joint is None else next((each for each in joint.structure if each.found), None)
     if joint is None or strongest is None:
         return None
-    names = [
-        STRUCTURE_WORDS.get(name, VARIABLE_WORDS.get(name, (name, ""))[0]) for name in strongest.variables
-    ]
+    names = [_structure_name(name) for name in strongest.variables]
     beyond = " with the missing effects added" if joint.missing else ""
     if strongest.variables == ("moments",):
         return (
             f"{percent(strongest.share, 2)} of the power that is left{beyond} lies in a few moments that stand out from "
             "the rest, away from reversals: look at what happened then."
         )
+    shared = any(OF_JOINT in name for name in strongest.variables)
     return (
         f"{percent(strongest.share, 2)} of the power that is left{beyond} can be predicted from {listing(names)}, "
         "without any model: it is not noise."
+        + (" It looks like friction of a motor or a belt that both joints share." if shared else "")
     )
+
+
+def _structure_name(name: str) -> str:
+    """`dq of j2` becomes `speed of j2`."""
+    variable, of, joint = name.partition(OF_JOINT)
+    return STRUCTURE_WORDS.get(variable, VARIABLE_WORDS.get(variable, (variable, ""))[0]) + of + joint
 
 
 def where_words(place: Where, units: JointUnits) -> str:

@@ -87,12 +87,22 @@ def leftover_structure(predictions: Sequence[Prediction]) -> list[Structure]:
 
 
 def leftover_structures(joints: Sequence[Sequence[Prediction]]) -> list[list[Structure]]:
-    """The same for several joints; the questions are divided among processes."""
+    """The same for several joints, base to tip, each of which is also asked beside its neighbours; the questions are divided
+    among processes."""
     cut = [bounded(predictions) for predictions in joints]
-    asked = [(joint, question) for joint in range(len(joints)) for question in range(len(QUESTIONS))]
+    beside = len(QUESTIONS)
+    asked = [
+        (joint, question)
+        for joint in range(len(joints))
+        for question in range(beside if len(joints) == 1 else beside + 1)
+    ]
 
     def answer(place: tuple[int, int]) -> Structure:
         joint, question = place
+        if question == beside:
+            return _from_neighbouring_joints(
+                cut[joint], cut[max(joint - 1, 0) : joint], cut[joint + 1 : joint + 2]
+            )
         return QUESTIONS[question](cut[joint], joints[joint])
 
     answers = forked.each(answer, asked)
@@ -150,18 +160,35 @@ def travel_since_reversal(position: Array, velocity: Array) -> Array:
     return position - position[start]
 
 
-def _predictable(predictions: Sequence[Prediction], view: tuple[str, ...]) -> Structure:
+def _from_neighbouring_joints(
+    predictions: Sequence[Prediction], *others: Sequence[Sequence[Prediction]]
+) -> Structure:
+    """Predict the residual from the speeds of a joint and of the one before or behind it, whichever tells more: friction in the
+    sum or the difference of both, as of a motor or a belt that they share."""
+    known = [joint for side in others for joint in side]
+    return max((_predictable(predictions, ("dq",), joint) for joint in known), key=lambda each: each.share)
+
+
+def _predictable(
+    predictions: Sequence[Prediction], view: tuple[str, ...], other: Sequence[Prediction] | None = None
+) -> Structure:
+    """Predict the residual from samples that lie near in some variables, and in the speed of another joint if one is given."""
     from scipy.spatial import KDTree
 
     features, residual, fold = [], [], []
-    for part in predictions:
+    for place, part in enumerate(predictions):
         moving = part.moving
-        features.append(np.column_stack([variable(part, name)[moving] for name in view]))
+        signals = [variable(part, name)[moving] for name in view]
+        if other is not None:
+            signals.append(other[place].velocity[moving])
+        features.append(np.column_stack(signals))
         residual.append(part.residual[moving])
         count = int(moving.sum())
         stretches = 4 * FOLDS if "time" in view else FOLDS
         fold.append(np.arange(count) * stretches // max(count, 1) % FOLDS)
     table, left, folds = np.concatenate(features), np.concatenate(residual), np.concatenate(fold)
+    if other:
+        view = (*view, f"dq of {other[0].joint}")
     if len(left) > MOST_SAMPLES:
         kept = slice(None, None, len(left) // MOST_SAMPLES + 1)
         table, left, folds = table[kept], left[kept], folds[kept]

@@ -5,7 +5,14 @@ from __future__ import annotations
 import pytest
 
 from api.diagnosis_text import SHOWN, diagnosis_text, improvement_text
-from identify.results.diagnosis import Candidate, DiagnosisDocument, JointDiagnosis, Learned, Where
+from identify.results.diagnosis import (
+    Candidate,
+    DiagnosisDocument,
+    JointDiagnosis,
+    Learned,
+    LeftoverStructure,
+    Where,
+)
 from identify.results.effect import EffectOnJoint
 from identify.results.improvement import ImprovementDocument, Step
 from identify.results.unseen_motion import EffectOnMotion, JointUnseenMotion, UnseenMotionErrors
@@ -134,6 +141,16 @@ def test_the_two_most_striking_places_of_the_error_are_named():
     assert "61% of the squared error lies at time 17.02 to 17.43 s of session-01.csv" in struck
     assert not any(line.startswith("1%") for line in shown)
     assert "terms that do not help: offset, viscous" in shown
+
+
+def test_what_the_rest_can_be_predicted_from_is_told_of_the_strongest_that_was_found():
+    def left(*variables, found=True):
+        return LeftoverStructure(variables=variables, share=0.86, deviation=0.01, found=found)
+
+    told = "86% of the power that is left can be predicted from dq and dq of y"
+    shown = (joint(structure=(left("q", found=False), left("dq", "dq of y"), left("load"))), joint())
+    assert lines(diagnosis_text(document(*shown))).count(told) == 1
+    assert "can be predicted" not in diagnosis_text(document(joint(structure=(left("moments"),))))
 
 
 def test_a_description_is_offered_with_its_table_in_both_directions_and_how_to_try_it():

@@ -42,6 +42,16 @@ def test_a_blow_is_told_as_something_that_happened_and_not_as_foretold():
     assert "foretold" not in said
 
 
+def test_what_two_joints_do_together_looks_like_a_motor_that_they_share():
+    both = LeftoverStructure(variables=("dq", "dq of j2"), share=0.86, deviation=0.01, found=True)
+    said = structure_words(unexplained(structure=(both,)))
+    assert said is not None
+    assert "predicted from speed and speed of j2" in said
+    assert said.endswith("It looks like friction of a motor or a belt that both joints share.")
+    alone = LeftoverStructure(variables=("dq", "load"), share=0.86, deviation=0.01, found=True)
+    assert "share." not in (structure_words(unexplained(structure=(alone,))) or "")
+
+
 def test_noise_is_not_put_into_words():
     noise = LeftoverStructure(variables=("moments",), share=0.01, deviation=0.01, found=False)
     assert structure_words(unexplained(structure=(noise,))) is None

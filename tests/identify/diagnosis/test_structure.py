@@ -12,6 +12,7 @@ from identify.diagnosis.structure import (
     _predictable,
     bounded,
     leftover_structure,
+    leftover_structures,
     travel_since_reversal,
     variable,
 )
@@ -223,3 +224,27 @@ def test_a_line_must_be_in_three_quarters_of_the_halves_of_sessions_and_long_eno
     short = share([prediction(line[:318])], ("frequency",))
     assert (short.share, short.deviation) == (0.0, np.inf)
     assert share([prediction(line[:320])], ("frequency",)).share > 0.5
+
+
+def test_friction_of_a_motor_that_two_joints_share_is_found_at_both_and_at_no_other():
+    """Two belts over three joints, the last of which has a motor of its own: w = v1 + v2 and v1 - v2, friction sign(w)."""
+    random = np.random.default_rng(5)
+    time = STEP * np.arange(3000)
+    speeds = [np.sin(0.9 * time), 0.8 * np.sin(1.37 * time + 1.0), np.sin(1.11 * time + 2.0)]
+    one, two = np.sign(speeds[0] + speeds[1]), np.sign(speeds[0] - speeds[1])
+    noise = 0.3 * random.standard_normal((3, len(time)))
+    residuals = (one + two + noise[0], one - two + noise[1], noise[2])
+    joints = [
+        [prediction(residual, velocity=speed, joint=f"j{number}")]
+        for number, (residual, speed) in enumerate(zip(residuals, speeds, strict=True), start=1)
+    ]
+    told = [
+        next(each for each in answers if each.variables[0] == "dq" and " of " in each.variables[1])
+        for answers in leftover_structures(joints)
+    ]
+    assert [each.found for each in told] == [True, True, False]
+    assert [each.variables[1] for each in told[:2]] == ["dq of j2", "dq of j1"]
+    # of sign(w1) + sign(w2) the power is 2, of the noise 0.09
+    assert told[0].share == pytest.approx(2 / 2.09, abs=0.05)
+    # a joint alone has no neighbour to ask
+    assert not any(" of " in name for each in leftover_structure(joints[0]) for name in each.variables)
