@@ -14,12 +14,13 @@ from numpy.typing import NDArray
 
 from identify.diagnosis.candidates import Candidate
 from identify.diagnosis.closed_loop import LoopEvidence
+from identify.diagnosis.deciding_constants import DROP_PER_PARAMETER, LEAST_DROP, NEARLY_ALL, SIGNIFICANCE
 from identify.diagnosis.evidence import group_evidence
-from identify.diagnosis.finding import LEAST_DROP, SIGNIFICANCE, TOO_SMALL, Finding
+from identify.diagnosis.finding import Finding, gained
 from identify.diagnosis.joint_diagnosis import JointDiagnosis
 from identify.diagnosis.learned_document import learned_document
 from identify.diagnosis.screening import reversal_noise
-from identify.diagnosis.selection import RIVAL_GAIN, Selection
+from identify.diagnosis.selection import Selection
 from identify.diagnosis.structure import bounded, leftover_structure
 from identify.diagnosis.unseen_sessions import worse_on_unseen
 from identify.diagnosis.verdict import verdict
@@ -182,6 +183,12 @@ def _no_instruments(joint: int, asked: Sequence[tuple[Candidate, int]]) -> list[
     return []
 
 
+def _as_low(finding: Finding, other: Finding) -> bool:
+    """Whether the error with one description is at most that with another, but for what a parameter must bring."""
+    allowed = gained(DROP_PER_PARAMETER) * other.before.total
+    return finding.after.total <= other.after.total + allowed
+
+
 @dataclass(frozen=True)
 class Describer:
     """The search for descriptions of what a model with the missing effects leaves.
@@ -270,7 +277,7 @@ class Describer:
                 < SIGNIFICANCE
             ):
                 continue
-            if best is None or instead.finding.after.total <= best.finding.after.total * (1 + TOO_SMALL):
+            if best is None or _as_low(instead.finding, best.finding):
                 best = instead
         return best
 
@@ -289,10 +296,10 @@ class Describer:
             with_them = tried.selection((), imitators)
             before = with_them.motion.alone(joint, with_them.base())
             return form if form.finding.after.total < (1 - 2 * LEAST_DROP) * before.total else None
-        as_low = form.finding.after.total <= table.finding.after.total * (1 + TOO_SMALL)
+        as_low = _as_low(form.finding, table.finding)
         columns = tried.candidates[-1].columns(tried.observation, 0)
         beside = np.union1d(tried.base(table.without), form.columns)
-        nearly = form.finding.gain >= RIVAL_GAIN * table.finding.gain
+        nearly = form.finding.gain >= NEARLY_ALL * table.finding.gain
         return form if as_low or (nearly and tried.p_value(joint, beside, columns) > SIGNIFICANCE) else None
 
     def _holding(

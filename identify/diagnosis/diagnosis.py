@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.diagnosis.caution import caution, load_siblings
+from identify.diagnosis.deciding_constants import MOST, NEARLY_ALL
 from identify.diagnosis.description import Describer
 from identify.diagnosis.finding import Finding
 from identify.diagnosis.joint_diagnosis import JointDiagnosis
@@ -19,7 +20,7 @@ from identify.diagnosis.sampling_hold import made_by_recording
 from identify.diagnosis.screening import Screening
 from identify.diagnosis.structure import Structure, bounded, leftover_structures
 from identify.diagnosis.unseen_sessions import fails_on_unseen
-from identify.diagnosis.verdict import MOST, NEARLY_ALL, imitated, left_over, part_of_free, verdict
+from identify.diagnosis.verdict import imitated, left_over, part_of_free, verdict
 from identify.diagnosis.where import where_it_fails
 from identify.effects.model import Model, Term, model_name
 from identify.estimation import forked
@@ -39,9 +40,6 @@ Array = NDArray[np.float64]
 
 STEP_OF_PROGRESS = 0.12
 """Part of what is left of the progress bar that a round takes: nobody knows beforehand how many there will be."""
-SIBLING_GAIN = 0.5
-"""Part of an effect's gain with which its twin that depends on the load (or does not) stays a rival where no load changes:
-the folds see the same few loads again and cannot decide between the two."""
 
 
 @dataclass(frozen=True)
@@ -246,7 +244,7 @@ def _rivals(screening: Screening, finding: Finding, findings: Sequence[Finding])
     named = list(screening.selection.rivals(finding, findings)) if finding.justified else []
     for other in findings:
         name = other.candidate.name
-        if name in siblings and name not in named and other.gain >= SIBLING_GAIN * finding.gain > 0:
+        if name in siblings and name not in named and other.gain > MOST * finding.gain > 0:
             named.append(name)
     return tuple(named)
 

@@ -8,7 +8,7 @@ the noise is at any other time. Hence three questions, none of which knows the m
 - The same for what is left in the direction of motion (`time`, `direction`): something that drags.
 - Is much of its power in a few runs that stand out of the noise, away from reversals (`moments`)?
 
-Where what is left is more than `LOUD` of the torque, no amplifier explains it, and samples count from `LOUD_MEMORY` on.
+Where what is left is more than `LOUD` of the torque, no amplifier explains it, and samples count from `NOISE_TIME` on.
 """
 
 from collections.abc import Sequence
@@ -17,32 +17,28 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.diagnosis.deciding_constants import (
+    LEAST_SHARE,
+    LOUD,
+    NOISE_MEMORY,
+    NOISE_TIME,
+    STANDS_OUT,
+    STRETCHES,
+)
 from identify.estimation.prediction import Prediction
 
 Array = NDArray[np.float64]
 
 BIN = 0.1
 """s whose mean is predicted from the means of others; faster noise averages out"""
-NOISE_MEMORY = 0.3
-"""s after which noise has forgotten itself: noise with a correlation time of 0.2 s (e^(-t/0.2 s)) is predicted to
-a tenth from there on, with 0.1 s not at all"""
-LOUD = 0.03
-"""part of the torque (root mean square) above which what is left is no noise of an amplifier"""
-LOUD_MEMORY = 0.2
-"""s that count instead where what is left is loud; a wind of up to 1.5 Hz shows from here on"""
 FILTER_MEMORY = 4
 """samples at the decimated rate over which the parallel filter correlates its output"""
 REACH = 1.5
 """s before and after from which is predicted"""
-FOLDS = 8
-"""stretches of the motion that are left out in turn where what is left is foretold without a model"""
 RIDGE = 1e-2
 INDEPENDENT = 5
 """bins (0.5 s) whose agreement with their prediction counts as one piece of evidence"""
 FEWEST_BINS = 60
-STANDS_OUT = 6.0
-"""Robust standard deviations (1.4826 times the median of the absolute values) beyond which what is left stands out of noise:
-means over `BIN` that do are a blow, single samples are cut there."""
 TURNING = 0.15
 """s around a reversal or a stop in which friction that turns round late or early is no disturbance"""
 
@@ -58,11 +54,21 @@ class PredictableShare:
 NOTHING = PredictableShare(0.0, np.inf)
 
 
+def least_remembered() -> float:
+    """Part of the residual's power that must be predicted from itself before it is no noise.
+
+    Of noise with the correlation time `NOISE_TIME` a sample before and one after, with the correlation ρ each, predict
+    2ρ²/(1 + ρ²); from `NOISE_MEMORY` on that is a tenth.
+    """
+    correlation = np.exp(-NOISE_MEMORY / NOISE_TIME)
+    return float(LEAST_SHARE + 2 * correlation**2 / (1 + correlation**2))
+
+
 def remembered(predictions: Sequence[Prediction], with_direction: bool = False) -> PredictableShare:
     """How much of the residual is predicted by itself, some tenths of a second before and after.
 
     Linear prediction of means over `BIN` from the sums of those at equal times before and after, with coefficients
-    from other stretches of the motion (`FOLDS`). The standard error is that of the agreement between mean and
+    from other stretches of the motion (`STRETCHES`). The standard error is that of the agreement between mean and
     prediction over stretches of `INDEPENDENT` bins, of which a few strong ones can then not speak for all.
 
     with_direction : whether it is the residual in the direction of motion
@@ -82,7 +88,7 @@ def remembered(predictions: Sequence[Prediction], with_direction: bool = False) 
         tables.append(np.column_stack(both)[known])
         values.append(mean[known])
         counts.append(count[known])
-        folds.append(known * FOLDS // bins)
+        folds.append(known * STRETCHES // bins)
         blocks.append(known // INDEPENDENT + so_far)
         so_far += bins // INDEPENDENT + 1
     table, value, count = np.concatenate(tables), np.concatenate(values), np.concatenate(counts)
@@ -92,7 +98,7 @@ def remembered(predictions: Sequence[Prediction], with_direction: bool = False) 
         return NOTHING
     weighted = table * count[:, None]
     guess = np.zeros(len(value))
-    for index in range(FOLDS):
+    for index in range(STRETCHES):
         train = fold != index
         inner = weighted[train].T @ table[train]
         inner[np.diag_indices(len(inner))] += max(RIDGE * float(np.trace(inner)) / len(inner), 1e-300)
@@ -120,9 +126,10 @@ def strong_runs(predictions: Sequence[Prediction]) -> PredictableShare:
     if len(usual) < FEWEST_BINS or total <= 0:
         return NOTHING
     deviation = 1.4826 * float(np.median(np.abs(usual)))
+    bound = STANDS_OUT * deviation
     power, samples = 0.0, 0
     for part, values, kept in zip(predictions, smooth, quiet, strict=True):
-        out = np.concatenate([[False], (np.abs(values) > STANDS_OUT * deviation) & kept, [False]])
+        out = np.concatenate([[False], (np.abs(values) > bound) & kept, [False]])
         edges = np.flatnonzero(out[1:] != out[:-1])
         for first, last in zip(edges[::2], edges[1::2], strict=True):
             if (last - first) * _step(part) >= BIN:  # longer than a sample or two
@@ -141,7 +148,7 @@ def _bins_and_lags(predictions: Sequence[Prediction]) -> tuple[float, NDArray[np
     width = max(BIN, 2 * step)
     residual = sum(float(np.sum(part.residual[part.moving] ** 2)) for part in predictions)
     measured = sum(float(np.sum(part.measured[part.moving] ** 2)) for part in predictions)
-    memory = LOUD_MEMORY if residual > LOUD**2 * measured else NOISE_MEMORY
+    memory = NOISE_TIME if residual > LOUD**2 * measured else NOISE_MEMORY
     nearest = int(np.ceil(max(memory, FILTER_MEMORY * step) / width - 1e-9))
     return width, np.arange(nearest, max(nearest + 1, round(REACH / width)) + 1)
 

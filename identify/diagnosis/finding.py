@@ -3,41 +3,26 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identify.diagnosis.candidates import Candidate
 from identify.diagnosis.closed_loop import LoopEvidence
+from identify.diagnosis.deciding_constants import (
+    DROP_PER_PARAMETER,
+    FEWEST_FOLDS,
+    LEAST_DROP,
+    LEAST_OF_TORQUE,
+    LEAST_SHARE,
+    MOST,
+    SIGNIFICANCE,
+)
 from identify.diagnosis.evidence import GroupEvidence
 from identify.diagnosis.held_out import HeldOut
-
-SIGNIFICANCE = 0.01
-"""probability, corrected for all candidates and constants tried, below which evidence counts"""
-LEAST_DROP = 0.015
-"""An effect must lower the held-out error of its joint by at least this part of it: what is smaller no operator would
-call missing, and small systematic errors of filters and encoders lie below it."""
-LEAST_OF_TORQUE = 2.5e-4
-"""Part of the joint's torque (root mean square) that an effect must explain: below lies what filters, stops and the
-rounding of encoders leave, on the quietest of machines."""
-DROP_PER_PARAMETER = 0.0025
-"""How much more each further parameter or constant must bring."""
-ACTS = 0.1
-"""Part of the power in the fold where an effect acts most, with which it acts in a fold: only these are asked."""
-FEWEST_FOLDS = 3
-"""folds whose agreement gives a standard error: in fewer an effect that acts is not called missing"""
-PLAIN_DROP = 0.05
-STEADY = 1.8
-"""A smaller drop must be this many standard errors over the folds (one-sided, 5 % at nine degrees of freedom): some
-stretches with what is left of a reversal or a stop must not speak for all."""
-AS_GOOD, SLIGHTLY_MORE = 0.99, 0.1
-"""With this part of the best gain, and no more than this part more of the squared error left, a candidate is as good
-whatever the evidence: what a large effect leaves of its own approximation, a more flexible candidate takes up."""
-TOO_SMALL = 0.004
-"""part of the squared held-out error that is left, by which one candidate may do better without being preferred"""
+from identify.estimation.statistics import NORMAL
 
 
-def led_by(gain: float, best: float) -> float:
-    """Part of the squared error left by which the best of two candidates may lead and the other is as good."""
-    return SLIGHTLY_MORE if gain >= AS_GOOD * best else TOO_SMALL
+def gained(drop: float) -> float:
+    """Part of the squared error that is gained where the error drops by a part of it."""
+    return 1 - max(1 - drop, 0.0) ** 2
 
 
 @dataclass(frozen=True)
@@ -82,8 +67,8 @@ class Finding:
     @property
     def least_gain(self) -> float:
         """How far it must lower the squared held-out error to be any operator's business."""
-        left = 1 - LEAST_DROP - DROP_PER_PARAMETER * (self.complexity - 1)
-        return max((1 - max(left, 0.0) ** 2) * self.before.total, LEAST_OF_TORQUE**2 * self.measured)
+        drop = LEAST_DROP + DROP_PER_PARAMETER * (self.complexity - 1)
+        return max(gained(drop) * self.before.total, LEAST_OF_TORQUE**2 * self.measured)
 
     @property
     def justified(self) -> bool:
@@ -92,25 +77,31 @@ class Finding:
             self.gain >= self.least_gain
             and self.p_value < SIGNIFICANCE
             and (self.loop is None or self.loop.p_value < SIGNIFICANCE)
-            and self.acts.sum() >= FEWEST_FOLDS
-            and float(np.mean((self.after.fold < self.before.fold)[self.acts])) > 0.5  # most of them
-            and (self.drop >= PLAIN_DROP or self.steadiness >= STEADY)
+            and self.steady
             and self.sessions_agree
         )
 
     @property
-    def acts(self) -> NDArray[np.bool_]:
-        """(folds,) where the effect acts at all: what is over after a while must not be asked of the rest. What acts mostly in
-        one or two, such as a cube of the speed, is asked in those where it acts most."""
-        power = self.after.power
-        enough = np.sort(power)[-FEWEST_FOLDS:][0]
-        return (power > 0) & (power >= min(ACTS * power.max(), enough))
+    def steady(self) -> bool:
+        """Whether it lowers the error of the stretches in which it acts, and not of a few of them."""
+        return steady(self.before, self.after)
 
-    @property
-    def steadiness(self) -> float:
-        """Mean gain of the folds in which it acts, in standard errors: a few stretches may not speak for all."""
-        gain = (self.before.fold - self.after.fold)[self.acts]
-        if len(gain) < FEWEST_FOLDS:
-            return 0.0
-        error = float(np.std(gain, ddof=1)) / np.sqrt(len(gain))
-        return float(gain.mean()) / max(error, 1e-300)
+
+def steady(before: HeldOut, after: HeldOut) -> bool:
+    """Whether the error falls where the effect acts, and not by a few stretches only.
+
+    Folds count by the power with which the effect acts in them, so that what is over after a while is not asked of the rest: it
+    must gain where most of its power is. What is less than structure (`LEAST_SHARE` of the error's power) must be steady as well:
+    what is gained in a fold is a part of the effect's power there, of the cause about all of it, and that part, Σ gain / Σ power,
+    must be `NORMAL` of its standard errors over the folds (a ratio estimate; Cochran, Sampling techniques, 1977, ch. 6). Of
+    `FEWEST_FOLDS` or less, as many as carry so much power alike, nothing of this is known (effective number of clusters:
+    Carter, Schnepel, Steigerwald 2017).
+    """
+    gain, power = before.fold - after.fold, after.power
+    squares = float(power @ power)
+    folds = float(power.sum()) ** 2 / max(squares, 1e-300)
+    if squares <= 0.0 or folds <= FEWEST_FOLDS or float(power[gain > 0].sum()) <= MOST * float(power.sum()):
+        return False
+    scatter = gain - float(gain.sum() / power.sum()) * power
+    error = np.sqrt(float(scatter @ scatter) * folds / (folds - 1))
+    return bool(gain.sum() > min(NORMAL * error, LEAST_SHARE * before.total))

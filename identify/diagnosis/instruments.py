@@ -20,26 +20,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.diagnosis.deciding_constants import BAND, MOST
 from identify.estimation.instrumental_variable import has_reference, reference_positions
 from identify.estimation.record import Record, Samples
 from identify.recording import Session
 from identify.signals import differentiation
-from identify.signals.motion_spectrum import pieces_of, velocity_bandwidth
+from identify.signals.motion_spectrum import POWER_HELD, pieces_of, velocity_bandwidth
 from identify.validation.noise_floor import repeated_stretch
 
 Array = NDArray[np.float64]
 
-VELOCITY_HELD = 0.98
-"""Part of the power of the velocity that the band of the motion holds."""
-BAND = 2.0
-"""Times that frequency at which the positions are low-passed: harmonics of the motion's corners pass, which tell a
-delay from nothing; at four times a disturbance with a corner of 3 Hz comes through and a delay of -2.1 +/- 0.7 ms is
-found where there is none."""
 BELOW_THE_FILTER = 0.5
 """Of the parallel filter's cut-off: instruments of the whole band of the columns would be the columns themselves."""
-
-MOST_OF_A_SESSION = 0.8
-"""Part of a session that its repeats must cover for their positions to be the instruments."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +89,7 @@ def _covers(stretch: tuple[Samples, float], time: Array) -> bool:
     """Whether a repeated stretch makes up most of a session and has a repeat for all of its motion."""
     covered = stretch[0].time
     whole = covered[-1] - covered[0] >= 2 * stretch[1]
-    return bool(whole and covered[-1] - covered[0] >= MOST_OF_A_SESSION * (time[-1] - time[0]))
+    return bool(whole and covered[-1] - covered[0] >= MOST * (time[-1] - time[0]))
 
 
 def motion_band(record: Record) -> tuple[float, ...]:
@@ -111,7 +103,7 @@ def motion_band(record: Record) -> tuple[float, ...]:
             velocity_bandwidth(
                 [np.array(session.position[rows, joint], dtype=float) for rows in pieces_of(session)],
                 session.sampling_period,
-                VELOCITY_HELD,
+                POWER_HELD,
             )
             for session in sessions
         ]

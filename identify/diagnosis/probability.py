@@ -29,7 +29,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.diagnosis.finding import SIGNIFICANCE, Finding
+from identify.diagnosis.deciding_constants import SIGNIFICANCE, STRUCTURE_RIGHT
+from identify.diagnosis.finding import Finding
 from identify.diagnosis.held_out import HeldOut
 from identify.diagnosis.structure import Structure
 from identify.estimation.prediction import Prediction
@@ -80,7 +81,7 @@ def probabilities(
     least         : how far each must lower the squared error to be missing; with less, the model alone does
     """
     folds, weights = _folds([alone, *others]), _bootstrapped(alone)
-    prior = np.array([ALONE, *([(1 - ALONE) / max(len(others), 1)] * len(others))])
+    prior = np.array([EVEN, *([(1 - EVEN) / max(len(others), 1)] * len(others))])
     drawn = _posterior(folds, weights, samples, prior)
     if least is not None and len(others):
         errors = weights @ folds.T
@@ -122,10 +123,6 @@ def _posterior(folds: Array, weights: Array, samples: float, prior: Array) -> Ar
 def needed(before: HeldOut, after: HeldOut, samples: float, least: float | None = None) -> float:
     """Probability that an effect is needed beside all the others of a model."""
     return float(probabilities(before, [after], samples, None if least is None else [least])[1][0])
-
-
-STRUCTURE_RIGHT = 0.9
-"""Part of the joints with an uncatalogued cause that are called unexplained (docs/blind.md), and the other way round."""
 
 
 @dataclass(frozen=True)
@@ -232,7 +229,7 @@ def _evident(finding: Finding) -> HeldOut:
 def _missed(candidates: int, questions: int) -> float:
     """Probability of a cause of no catalogue where none of the questions that look for one finds it; everything that can be
     missing is equally probable beforehand."""
-    before = (1.0 - ALONE) * questions / max(candidates + questions, 1)
+    before = (1.0 - EVEN) * questions / max(candidates + questions, 1)
     left = before * (1.0 - STRUCTURE_RIGHT)
     return left / (1.0 - before + left)
 

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from identify.diagnosis.candidates import Candidate, find_candidates
 from identify.diagnosis.closed_loop import loop_evidence
-from identify.diagnosis.finding import Finding
+from identify.diagnosis.deciding_constants import DROP_PER_PARAMETER
+from identify.diagnosis.finding import Finding, gained
 from identify.diagnosis.free_functions import FREE_FUNCTIONS
 from identify.diagnosis.selection import Selection
 from identify.diagnosis.turning import late_turns, possible_turns
@@ -23,11 +24,6 @@ from identify.estimation.reversal_noise import ReversalNoise
 from identify.results.diagnosis import NotApplicable
 
 Array = NDArray[np.float64]
-
-WORTH_OF_ALL = 0.002
-"""Part of the squared error (held out) of the joint under the usual model that an effect must take away. After a large
-effect is added, small remains of its approximation stand out of the noise; they are significant and no operator's
-business."""
 
 
 @dataclass(frozen=True)
@@ -137,7 +133,7 @@ class Screening:
             for slot, columns in zip(observation.slots, observation.slot_columns, strict=True)
             if slot.term.effect.name in USUAL and (slot.term.joint == joint or slot in self.fitted.slots)
         ]
-        return WORTH_OF_ALL * self.selection.reference(
+        return gained(DROP_PER_PARAMETER) * self.selection.reference(
             joint, np.concatenate([*usual, np.arange(0)]).astype(np.intp)
         )
 

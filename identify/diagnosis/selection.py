@@ -10,8 +10,17 @@ from numpy.typing import NDArray
 
 from identify.diagnosis.candidates import Candidate
 from identify.diagnosis.closed_loop import Asked
+from identify.diagnosis.deciding_constants import (
+    DROP_PER_PARAMETER,
+    FOLDS,
+    LEAST_DROP,
+    LEAST_OF_TORQUE,
+    MOST,
+    NEARLY_ALL,
+    SIGNIFICANCE,
+)
 from identify.diagnosis.evidence import GroupEvidence, group_evidence
-from identify.diagnosis.finding import LEAST_DROP, LEAST_OF_TORQUE, SIGNIFICANCE, TOO_SMALL, Finding, led_by
+from identify.diagnosis.finding import Finding, gained, steady
 from identify.diagnosis.held_out import FoldedProducts, HeldOut, Trial, folds_of_motion, folds_of_sessions
 from identify.effects.effect import DeclaredLoad
 from identify.estimation import forked
@@ -24,15 +33,6 @@ Addition = tuple[Candidate, int]
 Choice = tuple[float, list[Addition]]
 """What is to be added to a joint, and the drop of its error."""
 
-FOLDS = 10
-"""stretches of every session left out in turn"""
-RIVAL_GAIN = 0.85
-"""A candidate with at least this part of the best gain may be the cause as well, if the evidence does not decide."""
-KNOWN = 0.05
-"""Weight of all sessions beside the others, when one is left out: one session with one load often tells nothing of inertial
-parameters, or of an effect's, that a change of load would tell, and a guess at them is no prediction."""
-WAITING = 0.5
-"""Part of the strongest joint's drop below which another joint waits for the next round."""
 ROUNDING = 1e-9
 """Of the squared error: less is no gain but rounding, of columns whose values cannot be other than zero."""
 PAIRED = 10
@@ -65,8 +65,12 @@ class Selection:
             observation, self.weights, folds_of_motion(observation, FOLDS), model=self.base()
         )
         sessions = folds_of_sessions(observation)
+        # A session left out stays with the weight of one of its blocks of time: the others, with one load, often tell nothing of
+        # inertial parameters, or of an effect's, that a change of load would tell, and a guess at them is no prediction
+        # (the prior that holds as much as one observation: Kass, Wasserman 1995).
+        known = (int(sessions.max()) + 1) / len(sessions)
         self.sessions = (
-            FoldedProducts(observation, self.weights, sessions, KNOWN) if sessions.max() > 0 else None
+            FoldedProducts(observation, self.weights, sessions, known) if sessions.max() > 0 else None
         )
 
     def beside(self, columns: Index, candidates: Sequence[Candidate]) -> "Selection":
@@ -113,7 +117,7 @@ class Selection:
             reverse=True,
         )
         strongest = choices[0][0] if choices else 0.0
-        additions = [each for drop, added in choices if drop >= WAITING * strongest for each in added]
+        additions = [each for drop, added in choices if drop >= MOST * strongest for each in added]
         return [findings for findings, _ in by_joint], additions
 
     def findings(self, joint: int) -> list[Finding]:
@@ -287,11 +291,11 @@ class Selection:
 
     def _as_good(self, finding: Finding, best: Finding) -> bool:
         """Whether the lead of another over a finding is too small to matter, or not decided."""
-        if best.comparable_gain <= 0 or finding.comparable_gain < RIVAL_GAIN * best.comparable_gain:
+        if best.comparable_gain <= 0 or finding.comparable_gain < NEARLY_ALL * best.comparable_gain:
             return False
         lead = best.comparable_gain - finding.comparable_gain
-        small = led_by(finding.comparable_gain, best.comparable_gain)
-        return lead <= small * best.after.total or not self._decided(best, finding)
+        bought = gained(DROP_PER_PARAMETER * max(best.complexity - finding.complexity, 0))
+        return lead <= bought * best.before.total or not self._decided(best, finding)
 
     def _decided(self, finding: Finding, other: Finding) -> bool:
         """Whether a finding certainly explains what another does not: its columns beside the other's (encompassing;
@@ -309,7 +313,7 @@ class Selection:
             other.candidate.name
             for other in findings
             if other is not finding
-            and other.comparable_gain >= RIVAL_GAIN * finding.comparable_gain
+            and other.comparable_gain >= NEARLY_ALL * finding.comparable_gain
             and not self._decided(finding, other)
         )
 
@@ -337,13 +341,9 @@ class Selection:
         best: Choice | None = None
         for pair, trial, fared in zip(pairs, trials, after, strict=True):
             drop = 1 - float(np.sqrt(max(fared.total, 0) / max(before.total, 1e-300)))
-            if (
-                before.total - fared.total < least
-                or drop < 2 * LEAST_DROP
-                or drop < 1.5 * max(finding.drop for finding in pair)
-            ):
+            if before.total - fared.total < least or drop < 2 * LEAST_DROP:
                 continue
-            if np.mean(fared.fold < before.fold) < 0.7 or (best is not None and drop <= best[0]):
+            if not steady(before, fared) or (best is not None and drop <= best[0]):
                 continue
             if before.total - fared.total < LEAST_OF_TORQUE**2 * self.motion.measured(joint):
                 continue
@@ -399,8 +399,8 @@ class Selection:
     ) -> Addition | None:
         """The rival of a term of the model that explains what the term does not, and leaves it nothing to explain.
 
-        columns, complexity : the term's. What one round left undecided may be decided when other effects are in the model;
-                              a rival with more parameters must lead by as much as when the term was chosen.
+        columns, complexity : the term's. What one round left undecided may be decided when other effects are in the model; the
+                              rival must lead by what a parameter must bring, or each that it has more.
         """
         listed = [c for c in self.candidates if c.judged == joint and c.name in rivals]
         if not listed:
@@ -413,10 +413,9 @@ class Selection:
         )
         for candidate, other in sorted(zip(listed, others, strict=True), key=lambda row: row[1].total):
             rival = candidate.columns(self.observation, other.variant)
-            wider = candidate.complexity(self.observation, other.variant) > complexity
-            small = led_by(before - present.total, before - other.total) if wider else TOO_SMALL
+            more = max(candidate.complexity(self.observation, other.variant) - complexity, 1)
             if (
-                present.total - other.total > small * other.total
+                present.total - other.total > gained(DROP_PER_PARAMETER * more) * before
                 and self._p_value(joint, np.union1d(base, columns), rival) < SIGNIFICANCE
                 and self._p_value(joint, np.union1d(base, rival), columns) > SIGNIFICANCE
                 and not self._refuted(joint, [(candidate, other.variant)])

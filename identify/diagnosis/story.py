@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identify.diagnosis.deciding_constants import FOLDS
 from identify.diagnosis.held_out import folds_of_motion, held_out_errors
-from identify.diagnosis.selection import FOLDS
 from identify.effects.model import Model, Term, terms_of
 from identify.estimation.block_errors import block_errors
 from identify.estimation.fitted_model import FittedModel

@@ -7,8 +7,19 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.diagnosis.disturbance import FOLDS, STANDS_OUT, PredictableShare, remembered, strong_runs
-from identify.diagnosis.finding import FEWEST_FOLDS, SIGNIFICANCE
+from identify.diagnosis.deciding_constants import (
+    FEWEST_FOLDS,
+    LEAST_SHARE,
+    SIGNIFICANCE,
+    STANDS_OUT,
+    STRETCHES,
+)
+from identify.diagnosis.disturbance import (
+    PredictableShare,
+    least_remembered,
+    remembered,
+    strong_runs,
+)
 from identify.estimation import forked
 from identify.estimation.prediction import Prediction
 
@@ -16,11 +27,6 @@ Array = NDArray[np.float64]
 
 NEIGHBOURS = 16
 """samples whose mean predicts another one; their noise adds a sixteenth of its power to the prediction's error"""
-LEAST_SHARE = 0.12
-"""Part of the residual's power that must be predictable before it is called structure. The mean of neighbours finds
-more than this wherever an effect is worth a twentieth of the torque's error to an operator."""
-LEAST_REMEMBERED = 0.2
-"""The same for what is predicted from itself in time: noise with a memory of 0.2 s reaches a tenth."""
 MOST_SAMPLES = 20_000
 HISTORY = 1.5
 """s of the past that a hidden state of a joint may remember"""
@@ -32,10 +38,6 @@ LINE_NEIGHBOURHOOD = 40
 """bins to either side that a line must stand out from"""
 SHORTEST_SPECTRUM = 4 * LINE_NEIGHBOURHOOD
 """samples"""
-EVERYWHERE = 0.25
-"""quantile over the halves of the sessions that counts as the line's share"""
-LINE_STANDS_OUT = 15.0
-"""times the usual power of its neighbourhood; a band of 7 bins of noise has this once in 10⁹ times"""
 
 
 @dataclass(frozen=True)
@@ -121,7 +123,7 @@ def _as_structure(view: tuple[str, ...], predictable: PredictableShare, least: f
 
 
 def bounded(predictions: Sequence[Prediction]) -> list[Prediction]:
-    """The same with residuals cut at `STANDS_OUT`: a handful of samples beside a stop or a reversal is not structure."""
+    """The same with residuals cut where they stand out of noise: some samples beside a stop or a reversal are not structure."""
     residual = np.concatenate([part.residual[part.moving] for part in predictions])
     bound = STANDS_OUT * 1.4826 * float(np.median(np.abs(residual))) if len(residual) else 0.0
     return [
@@ -184,8 +186,8 @@ def _predictable(
         features.append(np.column_stack(signals))
         residual.append(part.residual[moving])
         count = int(moving.sum())
-        stretches = 4 * FOLDS if "time" in view else FOLDS
-        fold.append(np.arange(count) * stretches // max(count, 1) % FOLDS)
+        stretches = 4 * STRETCHES if "time" in view else STRETCHES
+        fold.append(np.arange(count) * stretches // max(count, 1) % STRETCHES)
     table, left, folds = np.concatenate(features), np.concatenate(residual), np.concatenate(fold)
     if other:
         view = (*view, f"dq of {other[0].joint}")
@@ -195,7 +197,7 @@ def _predictable(
     spread = np.maximum(np.std(table, axis=0), 1e-12)
     table = table / spread
     shares, weights = [], []
-    for index in range(FOLDS):
+    for index in range(STRETCHES):
         test = folds == index
         if test.sum() < NEIGHBOURS or (~test).sum() < 4 * NEIGHBOURS:
             continue
@@ -208,7 +210,7 @@ def _predictable(
         remaining = float(np.sum((left[test] - guess) ** 2))
         shares.append(1 - remaining / power)
         weights.append(power)
-    if len(shares) < FEWEST_FOLDS:
+    if len(shares) <= FEWEST_FOLDS:
         return Structure(view, 0.0, np.inf)
     share = float(np.average(shares, weights=weights))
     return Structure(view, share, float(np.std(shares, ddof=1) / np.sqrt(len(shares))))
@@ -231,7 +233,7 @@ def _from_history(predictions: Sequence[Prediction]) -> Structure:
         inside = rows[whole]
         tables.append(np.column_stack([signal[inside - lag] for signal in signals for lag in lags]))
         residuals.append(part.residual[inside])
-        folds.append(np.arange(len(inside)) * FOLDS // max(len(inside), 1))
+        folds.append(np.arange(len(inside)) * STRETCHES // max(len(inside), 1))
     view = ("history",)
     if not tables:
         return Structure(view, 0.0, np.inf)
@@ -245,7 +247,7 @@ def _from_history(predictions: Sequence[Prediction]) -> Structure:
     if not width or len(left) < 10 * width:
         return Structure(view, 0.0, np.inf)
     shares, weights = [], []
-    for index in range(FOLDS):
+    for index in range(STRETCHES):
         test = fold == index
         power = float(left[test] @ left[test])
         if power <= 0:
@@ -255,7 +257,7 @@ def _from_history(predictions: Sequence[Prediction]) -> Structure:
         guess = table[test] @ np.linalg.solve(inner, train.T @ left[~test])
         shares.append(1 - float(np.sum((left[test] - guess) ** 2)) / power)
         weights.append(power)
-    if len(shares) < FEWEST_FOLDS:
+    if len(shares) <= FEWEST_FOLDS:
         return Structure(view, 0.0, np.inf)
     share = float(np.average(shares, weights=weights))
     return Structure(view, share, float(np.std(shares, ddof=1) / np.sqrt(len(shares))))
@@ -280,10 +282,10 @@ def _line_over_time(predictions: Sequence[Prediction]) -> Structure:
     peaks = {spectrum.frequency[int(np.argmax(spectrum.share))] for spectrum in spectra}
     best = max(
         (np.array([spectrum.share_at(peak) for spectrum in spectra]) for peak in peaks),
-        key=lambda shares: float(np.quantile(shares, EVERYWHERE)),
+        key=lambda shares: float(shares.min()),
     )
     spread = float(np.std(best, ddof=1) / np.sqrt(len(best))) if len(best) > 1 else 0.0
-    return Structure(("frequency",), float(np.quantile(best, EVERYWHERE)), spread)
+    return Structure(("frequency",), float(best.min()), spread)
 
 
 @dataclass(frozen=True)
@@ -305,9 +307,25 @@ def _spectrum(residual: Array, step: float) -> _Spectrum:
     power = np.abs(np.fft.rfft(residual * np.hanning(len(residual)))) ** 2
     band = np.convolve(power, np.ones(LINE_BAND), "same")
     usual = LINE_BAND * np.asarray(median_filter(power, 2 * LINE_NEIGHBOURHOOD + 1)) / np.log(2)
-    share = np.where(band > LINE_STANDS_OUT * usual, band - usual, 0.0) / max(float(power.sum()), 1e-300)
+    share = np.where(band > _line_stands_out(len(power)) * usual, band - usual, 0.0) / max(
+        float(power.sum()), 1e-300
+    )
     share[:LINE_BAND] = share[-LINE_BAND:] = 0.0
     return _Spectrum(np.asarray(np.fft.rfftfreq(len(residual), step), float), share)
+
+
+def _line_stands_out(bins: int) -> float:
+    """Times the usual power of its neighbourhood beyond which no band of white noise is but in one spectrum of a hundred.
+
+    The power of a band is a sum of exponential variables, of which the correlations under Hann's window (2/3 between neighbours,
+    1/6 between those after) leave fewer independent ones. The scatter of the neighbourhood's median comes to that: bands stand
+    out in one spectrum of twenty, but with far less than `LEAST_SHARE` of the power.
+    """
+    from scipy.special import gammainccinv
+
+    together = LINE_BAND + 2 * ((LINE_BAND - 1) * (2 / 3) ** 2 + (LINE_BAND - 2) * (1 / 6) ** 2)
+    independent = LINE_BAND**2 / together
+    return float(gammainccinv(independent, SIGNIFICANCE / max(bins, 1)) / independent)
 
 
 def _from_neighbours(view: tuple[str, ...], cut: Sequence[Prediction], _: Sequence[Prediction]) -> Structure:
@@ -318,10 +336,10 @@ QUESTIONS: tuple[Callable[[Sequence[Prediction], Sequence[Prediction]], Structur
     *(partial(_from_neighbours, view) for view in VIEWS),
     lambda cut, _: _from_history(cut),
     lambda cut, _: _line_over_time(cut),
-    lambda cut, _: _as_structure(("time",), remembered(cut), LEAST_REMEMBERED),
+    lambda cut, _: _as_structure(("time",), remembered(cut), least_remembered()),
     lambda cut, _: _as_structure(
-        ("time", "direction"), remembered(cut, with_direction=True), LEAST_REMEMBERED
+        ("time", "direction"), remembered(cut, with_direction=True), least_remembered()
     ),
     lambda _, whole: _as_structure(("moments",), strong_runs(whole), LEAST_SHARE),
 )
-"""What is asked of a joint's predictions, residuals cut at `STANDS_OUT`, and of the same as they are."""
+"""What is asked of a joint's predictions, residuals cut where they stand out of noise, and of the same as they are."""

@@ -6,6 +6,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.diagnosis.deciding_constants import WORSE
 from identify.effects.model import Term
 from identify.estimation.block_errors import block_errors
 from identify.estimation.constrained import admissible_columns, admissible_fit
@@ -15,10 +16,6 @@ from identify.estimation.observation import Observation
 from identify.estimation.prediction import Prediction, mean_error
 
 Array = NDArray[np.float64]
-
-WORSE = 2.0
-"""Times the error of the fit's sessions, relative to the torque and absolute, that noise and the parameters' deviations
-do not make: a payload or a gain that is not what was declared."""
 
 
 def fails_on_unseen(known: Sequence[Prediction], unseen: Sequence[Prediction]) -> bool:

@@ -4,25 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identify.diagnosis.finding import LEAST_OF_TORQUE
+from identify.diagnosis.deciding_constants import LEAST_OF_TORQUE, MOST
 from identify.diagnosis.structure import Structure
 from identify.results.diagnosis import Verdict
 from identify.validation.noise_floor import NoiseFloor
 
 WITHOUT_MOTION = {"time", "frequency", "moments"}
 """Structure that comes and goes without regard to the motion, which a noise floor from repeats counts as noise."""
-MOST = 0.5
-"""More than half of it: of the error's power, which noise must leave for the rest to be structure even where no predictor finds
-it (a hidden state); of that power, which the missing effects must explain for the verdict to be theirs; and of what a
-free function takes away, which an effect takes that is named although the rest is unexplained: the cause acts like it, but
-not quite."""
-CLEARLY_BETTER = 0.8
-"""A free function with less than this part of the error of one or two effects shows that they imitate it. Where they
-are the cause, their error is the noise, and nothing is clearly better."""
-
-NEARLY_ALL = 0.9
-"""Part of what a free function takes away with which an effect of the same variable is the cause, not its imitation: a
-spring with a little play explains nine tenths as a straight line, one that acts on one side only two thirds at most."""
 
 
 def imitated(after: float, free: float, missing: int, of_one_variable: bool, left_over: bool = False) -> bool:
@@ -36,7 +24,7 @@ def imitated(after: float, free: float, missing: int, of_one_variable: bool, lef
     Several effects are believed if together they do better than one free function.
     """
     several = missing > 1 and (free < after or (of_one_variable and left_over))
-    return missing > 0 and (free < CLEARLY_BETTER * after or several)
+    return missing > 0 and (free**2 < MOST * after**2 or several)
 
 
 def left_over(variable: str, structure: Sequence[Structure], after: float) -> bool:

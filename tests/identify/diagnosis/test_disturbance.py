@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.signal import butter, lfilter, sosfilt
 
-from identify.diagnosis.disturbance import remembered, strong_runs
+from identify.diagnosis.disturbance import least_remembered, remembered, strong_runs
 from identify.diagnosis.structure import Structure, leftover_structure
 from identify.diagnosis.verdict import verdict
 from identify.estimation.prediction import Prediction
@@ -161,3 +161,11 @@ def test_a_line_is_one_only_where_its_frequency_stays():
     stepping = sessions(shaking(lambda time: np.where(time < 15.0, 6.0, 14.0)), 1, loudness=0.05)
     assert found(steady, ("frequency",)).found
     assert not found(stepping, ("frequency",)).found
+
+
+def test_what_is_remembered_must_be_a_tenth_more_than_what_is_known_of_noise_from_a_sample_before_and_one_after():
+    """Least squares on the covariance of e^(-t/0.2 s) at 0.3 s."""
+    near, far = np.exp(-0.3 / 0.2), np.exp(-0.6 / 0.2)
+    between = np.array([near, near])
+    explained = between @ np.linalg.solve(np.array([[1.0, far], [far, 1.0]]), between)
+    assert least_remembered() == pytest.approx(0.1 + explained)

@@ -7,10 +7,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from identify.diagnosis.deciding_constants import BAND, MOST
 from identify.diagnosis.instruments import (
-    BAND,
     BELOW_THE_FILTER,
-    MOST_OF_A_SESSION,
     Instruments,
     _covers,
     motion_band,
@@ -84,8 +83,8 @@ def test_elsewhere_the_positions_are_low_passed_each_segment_by_itself():
     ("begin", "end", "period", "covers"),
     [
         (0.0, 9.0, 2.0, True),
-        (0.0, 10 * MOST_OF_A_SESSION + 0.01, 2.0, True),
-        (0.0, 10 * MOST_OF_A_SESSION - 0.02, 2.0, False),
+        (0.0, 10 * MOST + 0.01, 2.0, True),
+        (0.0, 10 * MOST - 0.02, 2.0, False),
         (0.0, 9.0, 4.6, False),
         (0.0, 9.0, 4.4, True),
     ],

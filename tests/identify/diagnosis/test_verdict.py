@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from identify.diagnosis.deciding_constants import NEARLY_ALL
 from identify.diagnosis.structure import Structure
-from identify.diagnosis.verdict import NEARLY_ALL, imitated, left_over, part_of_free, verdict
+from identify.diagnosis.verdict import imitated, left_over, part_of_free, verdict
 from identify.validation.noise_floor import NoiseFloor
 
 
