@@ -4,7 +4,7 @@ from statistics import NormalDist
 
 import numpy as np
 
-from identify.diagnosis.finding import SIGNIFICANCE
+from identify.diagnosis.deciding_constants import SIGNIFICANCE
 from identify.effects.model import Term
 from identify.estimation.fitted_model import FittedModel
 

@@ -52,8 +52,8 @@ def share(parts, view) -> Structure:
 @pytest.mark.parametrize(
     ("share", "deviation", "found"),
     [
-        (0.121, 0.038, True),
-        (0.12, 0.0, False),
+        (0.101, 0.032, True),
+        (0.1, 0.0, False),
         (0.3, 0.0962, True),
         (0.3, 0.0964, False),
         (0.0, np.inf, False),
