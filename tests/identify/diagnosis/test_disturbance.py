@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.signal import butter, lfilter, sosfilt
 
+from identify.diagnosis.deciding_constants import LEAST_SHARE
 from identify.diagnosis.disturbance import least_remembered, remembered, strong_runs
 from identify.diagnosis.structure import Structure, leftover_structure
 from identify.diagnosis.verdict import verdict
@@ -106,8 +107,10 @@ def test_noise_of_an_amplifier_is_called_a_disturbance_in_two_runs_of_a_hundred_
     for seed in range(RUNS):
         parts = sessions(rest, seed, loudness=0.01)
         rests = (remembered(parts), remembered(parts, with_direction=True))
-        alarms += any(each.share > 0.2 and each.share > 3 * each.deviation for each in rests)
-        alarms += strong_runs(parts).share > 0.12
+        alarms += any(
+            each.share > least_remembered() and each.share > 3.117 * each.deviation for each in rests
+        )
+        alarms += strong_runs(parts).share > LEAST_SHARE
     assert alarms <= 0.02 * RUNS
 
 
