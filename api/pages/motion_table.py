@@ -26,6 +26,18 @@ NAMES: dict[Ending, str] = {
     "json": "data (JSON)",
 }
 
+PURPOSES: dict[Ending, str] = {
+    "urdf": "ROS, Pinocchio",
+    "sdf": "Gazebo, Drake",
+    "xml": "MuJoCo",
+    "py": "a script with NumPy",
+    "c": "a controller in C or C++",
+    "st": "a PLC: CODESYS, TwinCAT",
+    "fmu": "Modelica, Simulink (FMI 3.0)",
+    "json": "programs of your own",
+}
+"""whom each format is for, beside its button"""
+
 CHOICES: tuple[tuple[Driven | Literal["file"], str], ...] = (
     ("known", "in closed loop if its gains are known"),
     ("torque", "by the recorded torque"),
@@ -53,9 +65,10 @@ class MotionRow:
 
 @dataclass(frozen=True)
 class ExportRow:
-    """A format: its name, where to ask for it, and its certificate in sentences where the file is there."""
+    """A format: its name, whom it is for, where to ask for it, and its certificate in sentences where the file is there."""
 
     name: str
+    purpose: str
     ending: str
     link: str
     words: list[str] | None
@@ -145,6 +158,7 @@ def export_rows(use: ModelUse, experiment: str, version: str) -> list[ExportRow]
     return [
         ExportRow(
             name=NAMES[ending],
+            purpose=PURPOSES[ending],
             ending=ending,
             link=f"{experiment_link(experiment, 'use/exports')}/{ending}?{query}",
             words=(certificate_words(certificates[ending], shared) if ending in certificates else None),

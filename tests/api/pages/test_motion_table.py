@@ -178,6 +178,8 @@ def test_what_all_formats_say_alike_is_said_once():
     rows = {row.ending: row for row in export_rows(use, "arm", "m1")}
     assert list(rows) == list(ENDINGS)
     assert {ending: row.name for ending, row in rows.items()} == NAMES
+    assert "TwinCAT" in rows["st"].purpose
+    assert all(row.purpose for row in rows.values())
     assert rows["c"].words is not None
     assert rows["urdf"].words is not None
     assert rows["c"].words[2:] == ["Needs C99."]
