@@ -7,6 +7,7 @@ from typing import Self
 
 from api.compensation_picture import draw
 from api.proof import Proof, read_errors
+from daq.files_as_read import FilesAsRead
 from daq.session_events import SessionState
 from daq.session_workflow import PayloadSession
 from daq.torque_offset import SentAhead
@@ -19,19 +20,20 @@ PICTURE = "following-error.svg"
 class CompensationRun:
     """One proof: `without()`, then `with_torque()`, each a session to be taken through its steps; then `document()`."""
 
-    def __init__(self, proof: Proof, seed: int | None = None) -> None:
-        self.proof, self._seed = proof, seed
+    def __init__(self, proof: Proof, seed: int | None = None, made_from: FilesAsRead | None = None) -> None:
+        """made_from : the files that the rig was read from, which both runs stand on"""
+        self.proof, self._seed, self._made_from = proof, seed, made_from
         self._first: PayloadSession | None = None
         self._recorded_first: Path | None = None
         self._second: PayloadSession | None = None
 
     @classmethod
-    def continued(cls, proof: Proof, seed: int | None = None) -> Self:
+    def continued(cls, proof: Proof, seed: int | None = None, made_from: FilesAsRead | None = None) -> Self:
         """A proof whose first run was driven to its end at another time; what is missing is `with_torque()`.
 
         Raises InputError: the first run was not driven to its end, or both were.
         """
-        run = cls(proof, seed)
+        run = cls(proof, seed, made_from)
         run._recorded_first = proof.first_run()
         return run
 
@@ -95,4 +97,5 @@ class CompensationRun:
             seed=self._seed,
             ahead=ahead,
             admissible=False,
+            made_from=self._made_from,
         )

@@ -22,11 +22,13 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from api.following_parts import compared
 from daq.excitation.excitation_plan import ExcitationPlan
+from daq.files_as_read import drive_digests
 from daq.following_error import FollowingError, following_error
 from daq.plan_setpoints import plan_counts
 from daq.rig import Rig
 from daq.torque_loop import TorqueLoop
 from daq.torque_offset import SentAhead, TorqueOffset
+from drivers.profile import profile_files
 from identify.recording import load_experiment
 from identify.recording.atomic_file import write_atomically
 from identify.recording.errors import InputError
@@ -119,6 +121,9 @@ class ProofSettings(BaseModel):
     share: float
     operator: str
     created: str
+    drives: tuple[str, ...] = ()
+    """of each axis's drive profile and object dictionary when the proof was prepared (`daq.files_as_read.drive_digests`); empty
+    in those of earlier versions"""
 
 
 @dataclass(frozen=True)
@@ -201,10 +206,19 @@ class Proof:
         _require_same(self.rig, before, "the run without feedforward torque")
 
     def require_prepared_for(self, rig: Rig) -> None:
-        """Raises InputError: `rig` is not the one that the torque was computed for; its file was changed since."""
+        """Raises InputError: `rig` is not the one that the torque was computed for; its file was changed since, or that of a
+        drive."""
         then = prepared_rig(self.folder)
         if then is not None:
             _require_same(rig, json.loads(then.model_dump_json()), "the proof was prepared")
+        if not self.settings.drives:
+            return
+        for axis, before, now in zip(rig.axes, self.settings.drives, drive_digests(rig), strict=True):
+            if now != before:
+                files = " or ".join(file.name for file in profile_files(axis.drive))
+                raise InputError(
+                    f"rig {rig.name}, drive of {axis.joint}: {files} changed since the proof was prepared; prepare another proof"
+                )
 
     def first(self) -> SentAhead | None:
         """What the first drive sends: nothing, or where this computer's loop holds the axes its torque alone."""

@@ -376,18 +376,25 @@ class Rig(_Settings):
 
         Raises InputError with one line that names the file and the field.
         """
-        path = Path(source)
-        if path.suffix.lower() not in PROFILE_ENDINGS:
-            path = RIGS / f"{source}.yaml"
-            if not path.is_file():
-                known = ", ".join(rig_names()) or "none"
-                raise InputError(f"rig {str(source)!r} is not known; known are {known}")
+        path = rig_file(source)
         document, lines = read_strict_yaml(path)
         _resolve_drives(document, path.parent)
         try:
             return check_settings(cls, document, lines, path)
         except DriverError as error:
             raise InputError(f"{path}: {error}") from None
+
+
+def rig_file(source: str | Path) -> Path:
+    """The file of a rig that is named by its file, or by its name in config/rigs. Raises InputError where no rig has the name."""
+    path = Path(source)
+    if path.suffix.lower() in PROFILE_ENDINGS:
+        return path
+    path = RIGS / f"{source}.yaml"
+    if not path.is_file():
+        known = ", ".join(rig_names()) or "none"
+        raise InputError(f"rig {str(source)!r} is not known; known are {known}")
+    return path
 
 
 def _resolve_drives(document: Any, folder: Path) -> None:

@@ -24,6 +24,7 @@ from daq.experiment_folder import (
     next_recording,
     open_experiment,
 )
+from daq.files_as_read import FilesAsRead
 from daq.live import LiveRows, LiveView
 from daq.plan_setpoints import plan_counts
 from daq.recorder import RecorderOrder
@@ -61,6 +62,7 @@ class PayloadSession:
         motion ends as if this process had died
     provisional : whether the experiment is still being put together: once its folder is removed, nobody wants the recording
     admissible : whether a recording that ended early may be listed in the experiment later (`outcome_of`)
+    made_from : the files that rig and plan were read from; once one of them is another the session ends before anything moves
 
     Raises InputError when plan, payload or folder do not fit the rig.
     """
@@ -81,6 +83,7 @@ class PayloadSession:
         ahead: SentAhead | None = None,
         provisional: bool = False,
         admissible: bool = True,
+        made_from: FilesAsRead | None = None,
     ) -> None:
         require_within_limits(plan, rig)
         self.rig = rig
@@ -99,6 +102,7 @@ class PayloadSession:
         self._seed = seed
         self._provisional = provisional
         self._admissible = admissible
+        self._made_from = made_from or FilesAsRead()
         self._could_stop_now = sign_of_life
         self._counts = plan_counts(rig, plan)
         if ahead is not None and ahead.counts.shape != self._counts.shape:
@@ -173,7 +177,21 @@ class PayloadSession:
             )
             if self.rig_check is None:
                 raise StepOutOfTurn(f"the rig could not be checked: {self.reason}")
+            self._require_files_as_read("check the rig")
             return self.rig_check
+
+    def _require_files_as_read(self, step: str) -> None:
+        """The session stands on what its files said when they were read, and other processes read them again: where one is
+        another by now it ends, and nothing moves.
+
+        Raises StepOutOfTurn.
+        """
+        change = self._made_from.change()
+        if change and not self.state.ended:
+            reason = f"{change} since it was read for this session; check the rig again"
+            self.stop(reason)
+            self.wait(_CLOSE_TIMEOUT)
+            raise StepOutOfTurn(f"cannot {step}: {reason}")
 
     def _launch(self) -> None:
         """Start the acquisition process and the recorder, and listen to the one."""
@@ -212,6 +230,7 @@ class PayloadSession:
         Raises StepOutOfTurn, also when arming failed; the session has then ended with its reason.
         """
         with self._step(SessionState.CONFIRMED, "arm"):
+            self._require_files_as_read("arm")
             assert self.processes is not None
             description = SessionDescription(
                 rig=self.rig,
@@ -244,6 +263,7 @@ class PayloadSession:
     def start(self) -> None:
         """The robot moves. Returns at once. Raises StepOutOfTurn unless armed."""
         with self._step(SessionState.ARMED, "start"):
+            self._require_files_as_read("start")
             assert self.processes is not None
             self._enter(SessionState.RUNNING, "started by the operator")
             self.processes.order("start")

@@ -163,6 +163,20 @@ def load_profile(name_or_path: str | Path) -> DriveProfile:
         return _parsed(path)
 
 
+def profile_files(name_or_path: str | Path) -> tuple[Path, ...]:
+    """The files that a profile is read from: its own, where it has one, and its object dictionary.
+
+    Raises ProfileError as `load_profile`.
+    """
+    profile, given = load_profile(name_or_path), str(name_or_path)
+    software = Path(str(files("config"))) / "drives"
+    named = software / profile.object_dictionary
+    dictionary = named if named.is_file() else Path(profile.object_dictionary)
+    if profile is GENERIC or given.lower().endswith(DICTIONARY_ENDINGS):
+        return (dictionary,)
+    return (Path(given) if is_path(given) else software / f"{given}.yaml", dictionary)
+
+
 def is_path(drive: str) -> bool:
     """Whether a drive is named by a file of the user's own, not by a profile that comes with the software."""
     return "/" in drive or drive.lower().endswith((*PROFILE_ENDINGS, *DICTIONARY_ENDINGS))

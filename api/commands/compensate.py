@@ -65,10 +65,12 @@ def compensate(
     from api.compensation_run import CompensationRun
     from api.compensation_text import compensation_text
     from api.stored_experiments import resolve
-    from daq.rig import Rig
+    from daq.files_as_read import FilesAsRead, rig_as_read
     from identify.recording import InputError, load_experiment
 
-    settings = Rig.load(rig)
+    settings, made_from = rig_as_read(rig)
+    if plan is not None:
+        made_from |= FilesAsRead.of([plan])
     if yes and settings.simulated is None:
         raise InputError("--yes: is for simulated rigs; a real robot is started by a person who sees it")
     source = load_experiment(resolve(experiment))
@@ -78,10 +80,10 @@ def compensate(
             raise InputError("--payload: the name of a payload of the rig file is needed")
         who = operator or getpass.getuser()
         made = _new_proof(source, settings, plan, seconds, payload, model, add or [], part, share, who)
-        run = CompensationRun(made)
+        run = CompensationRun(made, made_from=made_from)
     else:
         made = _stored_proof(source, settings, proof, payload)
-        run = CompensationRun.continued(made)
+        run = CompensationRun.continued(made, made_from=made_from)
     for remark in made.ahead.remarks:
         console.print(f"Remark: {remark}", highlight=False)
 
@@ -143,6 +145,7 @@ def _new_proof(
     from api.proof import Proof, ProofSettings, next_folder
     from daq.excitation.excitation_plan import ExcitationPlan
     from daq.excitation.standard_plan import standard_plan
+    from daq.files_as_read import drive_digests
     from identify.identification import identify
 
     known = rig.payload(payload)
@@ -160,6 +163,7 @@ def _new_proof(
         share=share,
         operator=operator,
         created=datetime.now(UTC).isoformat(timespec="seconds"),
+        drives=drive_digests(rig),
     )
     return Proof(next_folder(source.folder), asked, rig, motion, ahead)
 

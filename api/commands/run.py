@@ -47,14 +47,16 @@ def run(
 
     from daq.excitation.excitation_plan import ExcitationPlan
     from daq.excitation.standard_plan import standard_plan
-    from daq.rig import Rig
+    from daq.files_as_read import FilesAsRead, rig_as_read
     from daq.session_workflow import PayloadSession
     from identify.recording.errors import InputError
 
-    settings = Rig.load(rig)
+    settings, made_from = rig_as_read(rig)
     if yes and settings.simulated is None:
         raise InputError("--yes: is for simulated rigs; a real robot is started by a person who sees it")
     known = settings.payload(payload)
+    if plan is not None:
+        made_from |= FilesAsRead.of([plan])
     motion = standard_plan(settings, seconds) if plan is None else ExcitationPlan.load(plan)
     folder = experiment or Path("experiments") / settings.name
     console = Console(stderr=True)
@@ -68,6 +70,7 @@ def run(
         user,
         role="validation" if validation else "identification",
         on_event=lambda event: _sound(console, event),
+        made_from=made_from,
         after_session=lambda recorded: results.append(identify_so_far(recorded, user)),
     )
     done = conduct(console, session, lambda: _weighed(console, session, mass, scale, yes), yes)

@@ -30,6 +30,7 @@ from api.service.process_limits import GIBIBYTE, LimitExceeded, ProcessLimits
 from api.service.proof_drives import drive_of_proof
 from api.service.session_ids import Drive, drive_id, session_id
 from api.stored_experiments import EXPERIMENT_ID
+from daq.rig import RIGS
 from identify.recording import ExperimentFile, InputError, write_experiment
 from identify.recording.experiment_file import EXPERIMENT_FILE, DeclaredSession
 
@@ -59,8 +60,11 @@ class ExperimentStore:
         self._lock = threading.Lock()
 
     def shown(self, text: str) -> str:
-        """The same words with files called by their place among the experiments, and not on this computer."""
-        return text.replace(f"{self.root}/", "").replace(f"{self.root.resolve()}/", "")
+        """The same words with files called by their place among the experiments, or beside them in the data folder or the
+        software's settings, and not on this computer."""
+        for root in (self.root, self.root.resolve()):
+            text = text.replace(f"{root}/", "").replace(f"{root.parent}/", "")
+        return text.replace(f"{RIGS.parent}/", "")
 
     # --- the index
 

@@ -28,6 +28,7 @@ from api.service.rig_operators import RigOperators
 from api.service.rig_store import RigStore
 from api.service.session_payload import described
 from daq.excitation.plan_limits import require_within_limits
+from daq.files_as_read import FilesAsRead
 from daq.session_events import SessionEvent, SessionState, StepOutOfTurn
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import ExperimentFile, Payload
@@ -149,6 +150,13 @@ class PayloadSessions:
                     f"payload: the experiment has another payload {payload.name} ({known.mass} kg); "
                     "use another name, or that payload"
                 )
+        of_rig = next((each for each in settings.payloads if each.name == payload.name), payload)
+        declared_names = {each.name for each in declared.payloads}
+        if payload.name not in declared_names and of_rig.model_dump() != payload.model_dump():
+            raise InputError(
+                f"payload: the rig file of {rig} has another payload {payload.name} ({of_rig.mass} kg, not {payload.mass} kg); "
+                "use another name, or prepare the session with that payload"
+            )
 
     def discard(self, experiment: str, identifier: str, user: User) -> None:
         """Forget a session that was not measured. Raises the problem 409 for any other."""
@@ -169,7 +177,8 @@ class PayloadSessions:
         """
         row = self._prepared(experiment, identifier)
         rig = row.rig or ""
-        settings = self._rigs.rig(rig)
+        settings, made_from = self._rigs.rig_as_read(rig)
+        made_from |= FilesAsRead.of(self._files_of_motion(row))
         folder, plan, ahead = self._driven(row)
         self._operators.take(rig, user)
         with self._lock:
@@ -186,6 +195,7 @@ class PayloadSessions:
                 sign_of_life=self._could_stop_now,
                 ahead=ahead,
                 admissible=drive_of_proof(row) is None,
+                made_from=made_from,
             )
             active = ActiveSession(
                 rig,
@@ -199,10 +209,22 @@ class PayloadSessions:
             self._active[rig] = active
         return self._take(active, payload_session.check)
 
+    def _files_of_motion(self, row: SessionRow) -> list[Path]:
+        """The files that say what is driven."""
+        if drive_of_proof(row) is not None:
+            return self._proofs.files_of_motion(row)
+        return [self._plans.file(row.plan or "")]
+
     def _driven(self, row: SessionRow) -> "tuple[Path, ExcitationPlan, SentAhead | None]":
-        """Where a session is recorded, what is driven, and what is sent beside the setpoints."""
+        """Where a session is recorded, what is driven, and what is sent beside the setpoints.
+
+        Raises InputError where that, or the payload, is not what the session was prepared with.
+        """
         if drive_of_proof(row) is not None:
             return self._proofs.driven(row)
+        declared = self._experiments.declared(row.experiment)
+        payload = described(row.payload)
+        self.require_preparable(declared, rig=row.rig or "", plan=row.plan or "", payload=payload)
         return self._experiments.folder(row.experiment), self._plans.plan(row.plan or ""), None
 
     def weigh(self, experiment: str, identifier: str, user: User, mass: Callable[[], float]) -> SessionRow:

@@ -30,11 +30,15 @@ class PlanStore:
         files = sorted(self._folder.glob("*.json"), key=lambda file: file.stat().st_mtime, reverse=True)
         return [file.stem for file in files if PLAN_ID.fullmatch(file.stem)]
 
-    def plan(self, identifier: str) -> ExcitationPlan:
-        """The plan with that id. Raises the problem 404, and InputError if its file was damaged."""
+    def file(self, identifier: str) -> Path:
+        """The file of a plan. Raises the problem 404."""
         if identifier not in self.ids():
             raise not_found("plan", identifier)
-        file = self._folder / f"{identifier}.json"
+        return self._folder / f"{identifier}.json"
+
+    def plan(self, identifier: str) -> ExcitationPlan:
+        """The plan with that id. Raises the problem 404, and InputError if its file was damaged."""
+        file = self.file(identifier)
         try:
             return ExcitationPlan.load(file)
         except InputError as error:

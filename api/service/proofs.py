@@ -10,6 +10,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from api.proof import (
+    AHEAD,
+    PLAN,
     FollowingErrors,
     Part,
     Proof,
@@ -38,10 +40,12 @@ from api.service.session_ids import Drive, drive_id
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.excitation.plan_limits import require_within_limits
 from daq.excitation.standard_plan import standard_plan
+from daq.files_as_read import drive_digests
 from daq.rig import Rig
 from daq.session_events import SessionState
 from daq.torque_offset import SentAhead
 from identify.recording.errors import InputError
+from identify.recording.experiment_file import Payload
 from identify.results.compensation import CompensationDocument
 
 STANDARD_PLAN_SECONDS = 20.0
@@ -119,8 +123,7 @@ class Proofs:
         settings, driven = self._rigs.rig(rig), self._plans.plan(plan)
         self._require_same_joints(experiment, settings)
         require_within_limits(driven, settings)
-        declared = {each.name: each for each in self._experiments.declared(experiment).payloads}
-        carried = declared.get(payload) or settings.payload(payload)
+        carried = self._carried(experiment, settings, payload)
         folder = self._experiments.folder(experiment)
         version = ModelStory(folder).read().required(model)
         asked = ProofSettings(
@@ -135,6 +138,7 @@ class Proofs:
             share=share,
             operator=user.name,
             created=datetime.fromtimestamp(self._clock(), UTC).isoformat(timespec="seconds"),
+            drives=drive_digests(settings),
         )
 
         def arguments() -> Arguments:
@@ -284,13 +288,25 @@ class Proofs:
         """Where a drive is recorded, its plan, and its feedforward torque."""
         number, drive = _drive(row)
         proof = self._proof(row.experiment, number)
-        proof.require_prepared_for(self._rigs.rig(proof.settings.rig))
+        rig, before = self._rigs.rig(proof.settings.rig), proof.settings.payload
+        proof.require_prepared_for(rig)
+        now = self._carried(row.experiment, rig, before.name)
+        if now.model_dump() != before.model_dump():
+            raise InputError(
+                f"payload: {now.name} changed since the proof was prepared ({before.mass} kg, now {now.mass} kg); prepare another"
+                " proof"
+            )
         if drive == "without":
             return proof.folder, proof.plan, proof.first()
         without = self._experiments.drive(row.experiment, number, "without")
         if without is None or not _done(without):
             raise Problem(409, "Run the plan without feedforward torque first.")
         return proof.folder, proof.plan, proof.sent(self._recording(without))
+
+    def files_of_motion(self, row: SessionRow) -> list[Path]:
+        """The files that say what a drive of a proof sends."""
+        folder = self._folder(row.experiment, _drive(row)[0])
+        return [folder / PLAN, folder / AHEAD]
 
     def conclude(self, row: SessionRow) -> None:
         """A drive has ended: once feedforward torque was sent, compare."""
@@ -330,6 +346,11 @@ class Proofs:
             return Proof.load(folder, rig)
         except InputError as error:
             raise InputError(self._experiments.shown(str(error))) from error
+
+    def _carried(self, experiment: str, rig: Rig, name: str) -> Payload:
+        """The payload of that name of the experiment, else of the rig. Raises InputError where neither has it."""
+        declared = {each.name: each for each in self._experiments.declared(experiment).payloads}
+        return declared.get(name) or rig.payload(name)
 
     def _recording(self, row: SessionRow) -> Path:
         return self._experiments.folder(row.experiment) / (row.file or "")

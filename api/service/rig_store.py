@@ -1,9 +1,12 @@
 """The files of the rigs: those of this lab, and those that come with the software."""
 
+from collections.abc import Generator
+from contextlib import contextmanager
 from pathlib import Path
 
 from api.service.problems import not_found
 from daq.experiment_folder import experiment_robot
+from daq.files_as_read import FilesAsRead, rig_as_read
 from daq.rig import RIGS, Rig
 from identify.recording import ExperimentFile, InputError
 from identify.recording.plain_text import check_printable
@@ -35,9 +38,20 @@ class RigStore:
 
     def rig(self, identifier: str) -> Rig:
         """The checked settings of a rig. Raises the problem 404, and InputError if its file is wrong."""
+        with self._shown_file(identifier) as file:
+            return Rig.load(file)
+
+    def rig_as_read(self, identifier: str) -> tuple[Rig, FilesAsRead]:
+        """The same with the files that it is made from, as they are now. Raises as `rig`."""
+        with self._shown_file(identifier) as file:
+            return rig_as_read(file)
+
+    @contextmanager
+    def _shown_file(self, identifier: str) -> Generator[Path]:
+        """The file of a rig, named without its folder in what is wrong with it."""
         file = self.file(identifier)
         try:
-            return Rig.load(file)
+            yield file
         except InputError as error:
             raise InputError(str(error).replace(f"{file.parent}/", "")) from error
 

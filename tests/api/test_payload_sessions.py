@@ -1,9 +1,13 @@
 """Payload sessions through the service, on the simulated rig: real processes, real recordings."""
 
+import shutil
+
 import h5py
 import numpy as np
+import yaml
 
 from api.service.accounts import Role
+from daq.rig import RIGS
 from tests.api.rig_session import RIG, STEPS, operator, prepare, take, watch
 
 __all__ = ["operator"]
@@ -85,6 +89,45 @@ def test_steps_out_of_turn_and_a_wrong_payload_are_refused_in_words(operator):
     assert "6.97 kg" in wrong.json()["detail"]
     right = take(operator, "session-00", "weigh", "confirm", mass=6.971)
     assert right.json()["state"] == "payload confirmed"
+
+
+def test_a_rig_file_that_is_changed_after_the_check_has_to_be_checked_again(operator, service, data_folder):
+    own = data_folder / "rigs" / f"{RIG}.yaml"
+    own.parent.mkdir(exist_ok=True)
+    shutil.copy(RIGS / own.name, own)
+    prepare(operator)
+    assert take(operator, "session-00", "weigh", "check", "confirm", mass=0.0).status_code == 200
+    own.write_text(own.read_text().replace("following_error: 0.05", "following_error: 0.04"))
+    refused = take(operator, "session-00", "arm")
+    assert refused.status_code == 409
+    said = refused.json()["detail"]
+    assert (
+        said
+        == f"cannot arm: rigs/{RIG}.yaml was changed since it was read for this session; check the rig again"
+    )
+    session = operator.get("/experiments/arm/sessions/session-00").json()
+    assert (session["state"], session["reason"]) == ("aborted", said.removeprefix("cannot arm: "))
+    # The same session goes on once it is checked by what the file says now.
+    assert take(operator, "session-00", "check", "confirm", "arm").status_code == 200
+    assert service.service.sessions.active(RIG).payload_session.rig.axes[0].limits.following_error == 0.04
+    plan = data_folder / "plans" / "short.json"
+    plan.write_text(plan.read_text() + "\n")
+    assert "plans/short.json was changed since" in take(operator, "session-00", "start").json()["detail"]
+    assert operator.get("/experiments/arm/sessions/session-00").json()["state"] == "aborted"
+
+
+def test_a_payload_that_is_another_in_the_rig_file_by_now_is_not_mounted_for_it(operator, data_folder):
+    own = data_folder / "rigs" / f"{RIG}.yaml"
+    own.parent.mkdir(exist_ok=True)
+    document = yaml.safe_load((RIGS / own.name).read_text())
+    document["payloads"].append({"name": "bar", "mass": 2.0, "com": [1.0, 0.0, 0.0]})
+    own.write_text(yaml.safe_dump(document))
+    prepare(operator, "bar")
+    document["payloads"][-1]["mass"] = 3.0
+    own.write_text(yaml.safe_dump(document))
+    refused = take(operator, "session-00", "check")
+    assert refused.status_code == 422
+    assert "has another payload bar (3.0 kg, not 2.0 kg)" in refused.json()["detail"]
 
 
 def test_one_session_of_an_experiment_is_prepared_at_a_time_and_can_be_discarded(operator):

@@ -1,9 +1,12 @@
 """A proof in its folder: what it is compared by, and the rig that its torque was computed for."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from api.proof import Proof, TorqueAhead, prepared_rig
+from daq.files_as_read import drive_digests
 from daq.rig import Rig
 from daq.torque_offset import TorqueOffset
 from identify.recording import InputError
@@ -15,7 +18,7 @@ from tests.api.proof_settings import proof_settings
 def proof(tmp_path):
     rig = Rig.load("rx130l-joint3-simulated")
     nothing = np.zeros((4, 1))
-    offset = TorqueOffset(np.ones((4, 1), np.int64), np.ones(1), np.zeros(1))
+    offset = TorqueOffset(np.ones((4, 1), np.int16), np.ones(1), np.zeros(1))
     ahead = TorqueAhead(offset, nothing, nothing, nothing, nothing, ())
     kept = Proof(
         tmp_path / "00", proof_settings(rig, "arm", rig.payload("none")), rig, short_plan("short"), ahead
@@ -41,3 +44,15 @@ def test_a_proof_of_an_earlier_version_says_nothing_of_its_rig_and_a_damaged_one
         prepared_rig(proof.folder)
     file.unlink()
     proof.require_prepared_for(proof.rig.model_copy(update={"cycle": 0.004}))
+
+
+def test_a_drive_whose_profile_was_changed_since_drives_neither_run(proof):
+    digests = drive_digests(proof.rig)
+    kept = replace(proof, settings=proof.settings.model_copy(update={"drives": digests}))
+    kept.require_prepared_for(proof.rig)
+    other = kept.settings.model_copy(update={"drives": ("another",) * len(digests)})
+    with pytest.raises(
+        InputError,
+        match=r"drive of j3: .*\.yaml or .*\.eds changed since the proof was prepared; prepare another",
+    ):
+        replace(proof, settings=other).require_prepared_for(proof.rig)

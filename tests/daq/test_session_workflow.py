@@ -12,6 +12,7 @@ import pytest
 
 from daq.excitation.standard_plan import standard_plan
 from daq.experiment_folder import open_experiment
+from daq.files_as_read import FilesAsRead
 from daq.plan_setpoints import plan_counts
 from daq.raw_log import raw_log_of, text_of
 from daq.rig import Rig
@@ -94,6 +95,36 @@ def test_a_step_out_of_turn_is_refused_and_changes_nothing(rig, tmp_path, short_
         assert session.state is SessionState.NEW
 
 
+@pytest.mark.parametrize("step", ["check the rig", "arm", "start"])
+def test_nothing_moves_once_a_file_that_the_session_stands_on_is_another(rig, tmp_path, short_plan, step):
+    file = tmp_path / "arm.yaml"
+    file.write_text("limits: narrow")
+    folder = tmp_path / "arm"
+    with PayloadSession(
+        rig, folder, short_plan, rig.payload("none"), "operator", made_from=FilesAsRead.of([file])
+    ) as session:
+
+        def steps():
+            for name, take in (
+                ("check the rig", session.check),
+                ("confirm", lambda: session.confirm_payload(0.0)),
+                ("arm", session.arm),
+                ("start", session.start),
+            ):
+                if name == step:
+                    file.write_text("limits: wide")
+                take()
+
+        with pytest.raises(StepOutOfTurn) as refused:
+            steps()
+        reason = f"{file} was changed since it was read for this session; check the rig again"
+        assert str(refused.value) == f"cannot {step}: {reason}"
+        assert session.state is SessionState.ABORTED
+        assert session.reason.startswith(reason)
+        assert session.progress.cycle == 0
+    assert not (folder / "session-00.h5").exists()
+
+
 def test_a_payload_of_another_mass_is_refused(rig, tmp_path, short_plan):
     with PayloadSession(rig, tmp_path / "e", short_plan, rig.payload("disk-7"), "operator") as session:
         session.check()
@@ -171,13 +202,15 @@ def test_lost_and_late_answers_are_marked_exactly(rig, armed_session):
 
 
 def test_a_second_session_takes_the_next_number(rig, armed_session):
+    sessions = []
     for number in range(2):
         session = armed_session(rig)
+        sessions.append(session)
         session.start()
         assert session.wait(60) is SessionState.DONE
         assert session.file.name == f"session-{number:02d}.h5"
         session.close()
-    assert len(load_experiment(session.experiment).sessions) == 2
+    assert len(load_experiment(sessions[0].experiment).sessions) == 2
 
 
 def test_another_robots_experiment_is_refused(rig, tmp_path):
