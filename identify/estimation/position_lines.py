@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from identify.effects.motion import JointSummary
 from identify.estimation.prediction import Prediction
+from identify.signals import zero_phase
 
 Array = NDArray[np.float64]
 
@@ -25,6 +26,7 @@ NEIGHBOURHOOD = 24
 MOST_PEAKS = 40
 """strongest peaks of an octave that are looked at"""
 FEWEST_SAMPLES = 60
+"""of full weight, in which a wave number can show"""
 STANDS_OUT = 6.0
 """A line counts if its power is this many times the median of its neighbourhood; in noise one wave number in 60 does."""
 
@@ -51,8 +53,8 @@ def position_lines(
 ) -> PositionLines:
     """Search the residual of one joint over position.
 
-    A ripple of wave number k passes the parallel filter while k |dq| < 2π f_c; wave numbers that only the slowest
-    twentieth of the samples could show are not looked at.
+    Of a ripple of wave number k the parallel filter leaves the part that it leaves of the frequency k |dq| / 2π, half at
+    f_c; wave numbers that only the slowest twentieth of the samples could show are not looked at.
     """
     q = np.concatenate([part.position[part.moving] for part in predictions])
     speed = np.abs(np.concatenate([part.velocity[part.moving] for part in predictions]))
@@ -70,12 +72,13 @@ def position_lines(
     plain: list[tuple[float, float]] = []
     weighted: list[tuple[float, float]] = []
     for low, high in _bands(lowest, highest):
-        # What moves faster than this has lost such a ripple in the filter and would only add its noise.
-        passed = speed * high < 2 * np.pi * decimation_cutoff
-        if passed.sum() < FEWEST_SAMPLES:
+        # What moves faster than this has lost all such ripples in the filter and would only add its noise.
+        passed = speed * low < 2 * np.pi * decimation_cutoff
+        left = _left_by_filter(np.sqrt(low * high) * speed[passed] / (2 * np.pi), decimation_cutoff)
+        if left @ left < FEWEST_SAMPLES:
             break
         at, values, load = q[passed], residual[passed], torque[passed]
-        for weight, peaks in ((np.ones(len(at)), plain), (load, weighted)):
+        for weight, peaks in ((left, plain), (left * load, weighted)):
             wave_numbers, explained = _explained(at, values, weight, high)
             peaks += _peaks(wave_numbers, explained, low, _covered(at, high), float(values @ values))
     searched = max(1, int(span * highest / (2 * np.pi)))
@@ -89,6 +92,11 @@ def position_lines(
     return PositionLines(
         lines + _apart(gains, lines, cell), gains + _apart(lines, gains, cell), width, searched
     )
+
+
+def _left_by_filter(frequency: Array, cutoff: float) -> Array:
+    """Part of a frequency (Hz) that the parallel filter leaves; its gain where the sampling is much faster."""
+    return np.asarray(1.0 / (1.0 + (frequency / cutoff) ** (2 * zero_phase.ORDER)))
 
 
 def _beside(lines: Sequence[float], width: float, cell: float) -> tuple[float, ...]:

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.signal import butter, sosfiltfilt
 
 from identify.estimation.position_lines import _bands, _explained, position_lines
 
@@ -78,7 +79,7 @@ def test_a_ripple_of_three_cycles_over_the_range_is_told_from_a_slow_dependence_
     random = np.random.default_rng(9)
     q = np.linspace(-1.2, 1.7, 900)
     wave_number = 2 * np.pi * cycles / float(np.ptp(q))
-    part = SimpleNamespace(
+    part: Any = SimpleNamespace(
         position=q,
         velocity=np.full(len(q), 0.3),
         residual=3.0 * np.sin(wave_number * q + 0.4) + 0.1 * random.standard_normal(len(q)),
@@ -90,6 +91,34 @@ def test_a_ripple_of_three_cycles_over_the_range_is_told_from_a_slow_dependence_
     )
     lines = np.array([*position_lines([part], summary, CUTOFF).torque])
     assert bool(len(lines) and abs(lines - wave_number).min() < 0.3 * 2 * np.pi / float(np.ptp(q))) is told
+
+
+@pytest.mark.parametrize("cycles", [6, 8, 11])
+def test_a_ripple_shows_as_far_as_the_filter_lets_it_through(cycles):
+    """Four seconds of a quick joint: few of 160 samples are slow enough for all of the ripple to pass."""
+    rate, period = 1000.0, 25
+    time = np.arange(0.0, 4.0, 1 / rate)
+    q = 1.4 * np.sin(1.2 * time) * np.cos(0.55 * time)
+    wave_number = 2 * np.pi * cycles / float(np.ptp(q))
+    low_pass = butter(4, CUTOFF / (rate / 2), output="sos")
+    ripple = sosfiltfilt(low_pass, np.sin(wave_number * q + 0.6))[::period]
+    noise = 0.2 * np.random.default_rng(3).standard_normal(len(ripple))
+    velocity = np.gradient(q, 1 / rate)[::period]
+    part: Any = SimpleNamespace(
+        position=q[::period],
+        velocity=velocity,
+        residual=ripple + noise,
+        predicted=20 * np.cos(q[::period]),
+        moving=np.ones(len(ripple), bool),
+    )
+    summary: Any = SimpleNamespace(
+        speed_quantiles=np.quantile(np.abs(velocity), [0.01, 0.02, 0.05]),
+        speed_resolution=0.001,
+        position_resolution=1e-6,
+    )
+    lines = np.array([*position_lines([part], summary, CUTOFF).torque])
+    assert len(lines)
+    assert abs(lines - wave_number).min() < 0.5 * 2 * np.pi / float(np.ptp(q))
 
 
 def test_what_noise_shows_is_weak_beside_a_ripple():
