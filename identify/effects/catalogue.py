@@ -98,6 +98,13 @@ def _built_in_by_name() -> dict[str, Effect]:
     return {effect.name: effect for effect in built_in()}
 
 
+@cache
+def _our_own(name: str) -> Effect | None:
+    """The effect of that name in this package's files, None where there is none; a diagnosis asks for some thousand times."""
+    loaded = _loaded()
+    return loaded[name] if name in loaded else _built_in_by_name().get(name)
+
+
 class KnownEffects(Mapping[str, Effect]):
     """All effects by name, as `effects()`.
 
@@ -107,11 +114,8 @@ class KnownEffects(Mapping[str, Effect]):
     """
 
     def __getitem__(self, name: str) -> Effect:
-        loaded = _loaded()
-        if name in loaded:
-            return loaded[name]
-        ours = _built_in_by_name()
-        return ours[name] if name in ours else effects()[name]
+        ours = _our_own(name)
+        return effects()[name] if ours is None else ours
 
     def __iter__(self) -> Iterator[str]:
         return iter(effects())
