@@ -32,6 +32,8 @@ SMOOTHED = 0.06
 """s of the polynomial that gives the velocity"""
 TRIAL = 0.2
 """part of the torque that is tried first"""
+LEAST_LEFT = 0.1
+"""Part of an effect's torque that a model must leave for the effect to show beside it."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +61,12 @@ EFFECTS: dict[str, Shape] = {
     "joint-spring": lambda m, k: m.place - k,
 }
 """Torque by the motion and a number from 0 to 1 that shapes it."""
+PLAIN_FRICTION: dict[str, Callable[[Motion], Array]] = {
+    "friction-position": lambda m: m.direction,
+    "viscous-asymmetric": lambda m: m.velocity,
+}
+"""What goes with a shape that by itself would drive the joint for half of the time, so that the two together never do, as no
+friction does. The usual model has it and takes it up."""
 
 
 @dataclass(frozen=True)
@@ -123,34 +131,50 @@ def draw_plasmode(seed: int, index: int) -> PlasmodeCase:
 @cache
 def known_of(record: str) -> tuple[tuple[str, ...], ...]:
     """What the diagnosis names at each joint of a record as it is."""
-    said = identify.diagnose(identify.load_experiment(data() / record)).document()
-    return tuple(joint.missing for joint in said.joints)
+    return tuple(joint.missing for joint in _diagnosed(record).document().joints)
+
+
+@cache
+def _diagnosed(record: str) -> identify.Diagnosis:
+    return identify.diagnose(identify.load_experiment(data() / record))
+
+
+@cache
+def _own_effects(record: str) -> tuple[str, ...]:
+    """Of all joints what the diagnosis of a record adds, as effect@joint."""
+    diagnosis = _diagnosed(record)
+    added = [f"{term.effect.name}@{diagnosis.joints[term.joint].joint}" for term in diagnosis.added]
+    return tuple(dict.fromkeys(added))
 
 
 def _scaled(case: PlasmodeCase, times: float) -> float | None:
-    """The strength that adds this much to what the usual model leaves; None where that model takes up nearly all of it.
+    """The strength that adds this much to what the usual model leaves; None where that model takes up nearly all of it, or
+    the model with what the diagnosis of the record itself adds does.
 
     What is left is linear in the torque, r + s e. Tried with either sign, the product of what the machine leaves and what
     the effect adds falls out: the strength is that of e, whether the machine has something of this shape of its own or not.
     """
     plain = _left(data() / case.record, case.joint)
-    ((name, _),) = case.effects.items()
     trial = TRIAL * plain[1]
-    power = -(plain[0] ** 2)
-    for sign in (1.0, -1.0):
-        with tempfile.TemporaryDirectory() as scratch:
-            folder = with_effect(
-                case.record, case.joint, name, sign * trial, case.form, Path(scratch, "experiment")
-            )
-            power += 0.5 * _left(folder, case.joint)[0] ** 2
-    if power < (0.1 * trial) ** 2:
+    ((name, _),) = case.effects.items()
+    with tempfile.TemporaryDirectory() as scratch:
+        folders = [
+            with_effect(case.record, case.joint, name, sign * trial, case.form, Path(scratch, str(sign)))
+            for sign in (1.0, -1.0)
+        ]
+        power = 0.5 * sum(_left(each, case.joint)[0] ** 2 for each in folders) - plain[0] ** 2
+        if power < (LEAST_LEFT * trial) ** 2:
+            return None
+        own = _own_effects(case.record)
+        beside_own = 0.5 * sum(_left(each, case.joint, own)[0] ** 2 for each in folders)
+    if beside_own - _left(data() / case.record, case.joint, own)[0] ** 2 < (LEAST_LEFT * trial) ** 2:
         return None
     return float(trial * times * plain[0] / np.sqrt(power))
 
 
-def _left(folder: Path, joint: int) -> tuple[float, float]:
-    """What the usual model leaves on a joint, and the torque there, both root mean square, N m or N."""
-    result = identify.identify(identify.load_experiment(folder), "usual")
+def _left(folder: Path, joint: int, add: tuple[str, ...] = ()) -> tuple[float, float]:
+    """What the usual model and further effects leave on a joint, and the torque there, both root mean square, N m or N."""
+    result = identify.identify(identify.load_experiment(folder), "usual", add)
     fit = result.fitted.fit
     count = float(np.sqrt(max(result.document().samples, 1)))
     return float(fit.residual[joint]) / count, float(fit.norm[joint]) / count
@@ -162,13 +186,18 @@ def with_effect(record: str, joint: int, name: str, strength: float, form: float
     sessions = {entry.file: loaded.read(entry) for entry in loaded.sessions}
     motions = _motions(list(sessions.values()), joint)
     shapes = [EFFECTS[name](motion, form) for motion in motions]
-    size = float(np.sqrt(np.mean(np.concatenate(shapes) ** 2)))
+    size = strength / float(np.sqrt(np.mean(np.concatenate(shapes) ** 2)))
+    plain = PLAIN_FRICTION.get(name)
+    if plain is not None:
+        shapes = [
+            shape + np.sign(strength) * plain(motion) for shape, motion in zip(shapes, motions, strict=True)
+        ]
     share = np.linalg.inv(loaded.drive_gain)[:, joint]
     folder.mkdir(parents=True, exist_ok=True)
     declared = read_experiment_file(data() / record / EXPERIMENT_FILE)
     kept = []
     for (file, session), shape in zip(sessions.items(), shapes, strict=True):
-        command = session.command + (strength / size * shape)[:, None] * share
+        command = session.command + (size * shape)[:, None] * share
         written = f"{file.partition('.')[0]}.csv"
         write_csv_session(
             folder / written, session.time, session.position, command, session.external, session.temperature

@@ -149,23 +149,46 @@ def test_a_plasmode_changes_the_command_by_the_effect_and_nothing_else(tmp_path,
         np.testing.assert_array_equal(old.time, new.time)
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("name", ["friction-position", "viscous-asymmetric"])
+def test_friction_that_is_put_into_a_record_never_drives_the_joint(tmp_path, monkeypatch, name, sign):
+    monkeypatch.setenv("COULOMB_MEASURED_DATA", str(tmp_path))
+    made = record({}, payload_masses=(0.0,), duration=4.0, rate=250.0, repeats=1, seed=2)
+    write_experiment(tmp_path / "emps", made)
+    folder = with_effect("emps", 0, name, sign * 2.0, 0.25, tmp_path / "with")
+    before, after = (load_experiment(each) for each in (tmp_path / "emps", folder))
+    (old,), (new,) = ([each.read(entry) for entry in each.sessions] for each in (before, after))
+    torque = (new.command - old.command)[:, 0] * made.joint.drive_gain
+    power = torque * np.gradient(old.position[:, 0], old.time)
+    assert -power[power < 0].sum() < 0.01 * power.sum()
+    assert np.abs(torque).max() > 2.0
+
+
+def strength_of(monkeypatch, alike, left_by_own):
+    """Of a weak plasmode: the usual model leaves 0.8 of the effect, what the machine has of its own a part of that."""
+    own = np.array([3.0, 0.0])
+    effect = 0.8 * np.array([alike, np.sqrt(1 - alike**2)])  # what the model leaves of one newton metre
+    monkeypatch.setattr(plasmodes, "with_effect", lambda *case: case[3])
+    monkeypatch.setattr(plasmodes, "_own_effects", lambda _record: ("viscous-power@j1",))
+
+    def left(folder, _joint, add=()):
+        strength = folder if isinstance(folder, float) else 0.0
+        return float(np.linalg.norm(own + strength * (left_by_own if add else 1.0) * effect)), 10.0
+
+    monkeypatch.setattr(plasmodes, "_left", left)
+    case = plasmodes.PlasmodeCase("plasmode weak", 1, "emps", 0, {"joint-spring": 1.0}, 0.5)
+    return plasmodes._scaled(case, 0.6)
+
+
 @pytest.mark.parametrize("alike", [-0.4, 0.0, 0.4])
 def test_the_strength_of_a_plasmode_is_what_its_effect_leaves_whatever_the_machine_has_of_its_own(
     monkeypatch, alike
 ):
-    own = np.array([3.0, 0.0])
-    effect = 0.8 * np.array([alike, np.sqrt(1 - alike**2)])  # what the model leaves of one newton metre
-    put_in = []
-    monkeypatch.setattr(plasmodes, "with_effect", lambda *case: put_in.append(case[3]))
+    assert strength_of(monkeypatch, alike, left_by_own=0.5) == pytest.approx(0.6 * 3.0 / 0.8)
 
-    def left(folder, joint):
-        strength = put_in[-1] if folder is None else 0.0
-        return float(np.linalg.norm(own + strength * effect)), 10.0
 
-    monkeypatch.setattr(plasmodes, "_left", left)
-    case = plasmodes.PlasmodeCase("plasmode weak", 1, "emps", 0, {"joint-spring": 1.0}, 0.5)
-    strength = plasmodes._scaled(case, 0.6)
-    assert strength == pytest.approx(0.6 * 3.0 / 0.8)
+def test_nothing_is_hidden_that_the_effects_of_the_machine_take_up(monkeypatch):
+    assert strength_of(monkeypatch, 0.4, left_by_own=0.05) is None
 
 
 def arm_case(effects):
