@@ -191,28 +191,35 @@ class Selection:
 
     def beside_the_others(self, added: Sequence[Candidate], least: Sequence[float]) -> list[Finding]:
         """Terms of the model that a search added, each beside all the rest of the model; the ones that are no longer
-        justified so taken out, the weakest first.
+        justified so taken out, the weakest first. What went beside another that went after it is asked again beside those
+        that stay, once.
 
         added : candidates whose columns are those of the model's slots
         least : for every joint the gain that an effect must have
         """
-        kept = list(added)
-        gone: list[Index] = []
+        gone: list[Candidate] = []
+        returned: list[Candidate] = []
         while True:
-            findings = []
-            for candidate in kept:
-                declared = not candidate.beside_ratio
-                base = np.setdiff1d(
-                    self.base(declared), np.concatenate([*gone, candidate.columns(self.observation, 0)])
-                )
-                before = self.motion.alone(candidate.judged, base)
-                findings += self._judge(candidate.judged, base, before, [candidate], instruments=False)
-            weak = [f for f in findings if not f.justified or f.gain < least[f.candidate.judged]]
-            if not weak:
+            kept = [each for each in added if not _one_of(each, gone)]
+            findings = [self._beside_the_rest(each, gone) for each in kept]
+            weak = [f for f in findings if not _holds(f, least)]
+            if weak:
+                gone.append(min(weak, key=lambda finding: finding.drop).candidate)
+                continue
+            asked = [each for each in gone[:-1] if not _one_of(each, returned)]
+            wronged = [f for f in (self._beside_the_rest(each, gone) for each in asked) if _holds(f, least)]
+            if not wronged:
                 return findings
-            weakest = min(weak, key=lambda finding: finding.drop)
-            gone.append(weakest.candidate.columns(self.observation, 0))
-            kept = [candidate for candidate in kept if candidate is not weakest.candidate]
+            returned.append(max(wronged, key=lambda finding: finding.drop).candidate)
+            gone = [each for each in gone if each is not returned[-1]]
+
+    def _beside_the_rest(self, candidate: Candidate, gone: Sequence[Candidate]) -> Finding:
+        """A term of the model beside the rest of it, without those that are gone."""
+        without = [each.columns(self.observation, 0) for each in (*gone, candidate)]
+        base = np.setdiff1d(self.base(declared=not candidate.beside_ratio), np.concatenate(without))
+        before = self.motion.alone(candidate.judged, base)
+        (finding,) = self._judge(candidate.judged, base, before, [candidate], instruments=False)
+        return finding
 
     def reference(self, joint: int, columns: Index) -> float:
         """Held-out squared error of a joint with some columns of effects beside the rigid robot."""
@@ -447,3 +454,11 @@ class Selection:
         before = self.motion.alone(joint, base)
         after = self.motion.evaluate(joint, base, [Trial((columns,))])[0]
         return float(np.sqrt(max(before.total, 0) / max(after.total, 1e-300)) - 1)
+
+
+def _one_of(candidate: Candidate, some: Sequence[Candidate]) -> bool:
+    return any(candidate is each for each in some)
+
+
+def _holds(finding: Finding, least: Sequence[float]) -> bool:
+    return finding.justified and finding.gain >= least[finding.candidate.judged]

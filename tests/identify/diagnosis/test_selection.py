@@ -56,7 +56,7 @@ class ChosenColumns:
         return np.full(len(estimates), not self.possible)
 
 
-def selection(joints, candidates, model=(0,), sessions=1, loop=None) -> Selection:
+def selection(joints, candidates, model=(0,), sessions=1, loop: Any = None) -> Any:
     """joints : for each joint its columns (samples, k) and Y; all columns are numbered through."""
     first, columns, rows = 0, [], []
     for matrix, measured in joints:
@@ -209,6 +209,21 @@ def test_a_term_that_says_nothing_beside_the_others_is_taken_out():
     gain = held_out_square(matrix[:, [0, 2]], measured) - held_out_square(matrix[:, [0, 1, 2]], measured)
     assert kept[0].gain == pytest.approx(gain, rel=1e-8)
     assert [f.candidate.name for f in searched.beside_the_others(added, [1.001 * gain])] == []
+
+
+def test_a_term_that_went_beside_one_that_went_as_well_is_asked_again():
+    matrix, noise = random_columns(4, seed=10)
+    measured = matrix[:, 0] + 0.9 * matrix[:, 1] + noise
+    matrix[:, 2] = matrix[:, 1] + 0.2 * matrix[:, 2]
+    impossible = ChosenColumns("nearer, with values that it cannot have", ((1,),), possible=False)
+    near, idle = ChosenColumns("near", ((2,),)), ChosenColumns("idle", ((3,),))
+    searched = selection([(matrix, measured)], [near, impossible, idle], model=(0, 1, 2, 3))
+    beside = [searched._beside_the_rest(each, []) for each in (near, impossible)]
+    assert beside[0].drop < beside[1].drop  # so that it goes first
+    kept = searched.beside_the_others([impossible, near, idle], [0.0])
+    assert [each.candidate.name for each in kept] == ["near"]
+    gain = held_out_square(matrix[:, [0]], measured) - held_out_square(matrix[:, [0, 2]], measured)
+    assert kept[0].gain == pytest.approx(gain, rel=1e-8)
 
 
 def test_a_term_is_replaced_by_what_does_clearly_better_or_as_well_and_simpler():
