@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.simulation.course import Trajectories
 from identify.simulation.measured_motion import MeasuredMotion
-from identify.simulation.rollout import Trajectories
 
 Array = NDArray[np.float64]
 

@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.simulation.controller import Controllers
+from identify.simulation.course import State, Trajectories, lost
 from identify.simulation.measured_motion import MeasuredMotion
-from identify.simulation.rollout import State, Trajectories, lost, roll_out
+from identify.simulation.rollout import roll_out
 from identify.simulation.torque_model import TorqueModel, Windows
 
 Array = NDArray[np.float64]

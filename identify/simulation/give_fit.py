@@ -117,8 +117,11 @@ def _fit(fitted: FittedModel, sought: Sequence[Slot], hidden: Hidden) -> GiveFit
         chi[kept] = equation.linear(_gives(listed, values))
         if last:
             equation = _Equation(fitted, kept, _stretches(fitted, chi[:base], joints, hidden))
-    gives = dict(zip(joints, _gives(listed, values), strict=True))
-    return GiveFit(_with_values(fitted, chi, giving), gives)
+    gives = _gives(listed, values)
+    given = _with_values(fitted, chi, giving)
+    left = equation.deviations(gives) * np.sqrt(fitted.fit.rows)
+    given = replace(given, fit=replace(given.fit, residual=left))
+    return GiveFit(given, dict(zip(joints, gives, strict=True)))
 
 
 def _with_values(fitted: FittedModel, chi: Array, giving: NDArray[np.intp]) -> FittedModel:
@@ -200,7 +203,7 @@ class _Equation:
         self._fitted, self._kept = fitted, kept
         self.stretches = [stretch for stretch, _ in stretches]
         self._weights = fitted.fit.weights
-        tables, measured = [], []
+        tables, measured, joints = [], [], []
         for stretch, rows in stretches:
             for joint, part in enumerate(rows.rows):
                 weighted = part[stretch.moving[:, joint]] * self._weights[joint]
@@ -208,8 +211,9 @@ class _Equation:
                 wide[:, rows.table.joint_columns[joint]] = weighted[:, :-2]
                 tables.append(wide[:, kept])
                 measured.append(weighted[:, -2])
+                joints.append(np.full(len(weighted), joint))
         columns = np.vstack(tables)
-        self._measured = np.concatenate(measured)
+        self._measured, self._joints = np.concatenate(measured), np.concatenate(joints)
         norms = np.linalg.norm(columns, axis=0)
         scale = np.where(norms > 0.0, norms, 1.0)
         self._q, triangle = np.linalg.qr(columns / scale)
@@ -223,6 +227,12 @@ class _Equation:
             basis, _ = np.linalg.qr(self._beside(swings))
             left = left - basis @ (basis.T @ left)
         return left
+
+    def deviations(self, gives: Sequence[Give]) -> Array:
+        """(joints,) N m or N, root mean square of what is left of the torque of each joint."""
+        left = self.residual(gives)
+        each = [left[self._joints == joint] for joint in range(len(self._weights))]
+        return np.array([np.sqrt(np.mean(part**2)) if len(part) else 0.0 for part in each]) / self._weights
 
     def linear(self, gives: Sequence[Give]) -> Array:
         """(kept,) the linear parameters beside gives, inside what they can be."""

@@ -27,6 +27,7 @@ class MeasuredMotion:
     torque     : (N, n) joint torque g_f v as recorded (eq. 7), N m or N
     command    : (N, n) the recorded command, unit of the drive gain
     resting    : (N, n) whether the joint stands still
+    recorded   : (N, n) mean of the positions as recorded in the `rows_in_one` rows of the record since the row before
     """
 
     period: float
@@ -40,7 +41,9 @@ class MeasuredMotion:
     external: Array | None
     temperature: Array | None
     resting: NDArray[np.bool_]
+    recorded: Array
     extra: dict[str, Array]
+    rows_in_one: int = 1
 
     def __len__(self) -> int:
         return len(self.time)
@@ -64,6 +67,7 @@ class MeasuredMotion:
             external=None if self.external is None else self.external[part],
             temperature=None if self.temperature is None else self.temperature[part],
             resting=self.resting[part],
+            recorded=self.recorded[part],
             extra={name: values[part] for name, values in self.extra.items()},
         )
 
@@ -82,6 +86,8 @@ class MeasuredMotion:
             )
             return np.asarray(smooth)[::stride]
 
+        earlier = np.pad(self.recorded, ((stride - 1, 0), (0, 0)), mode="edge")
+        behind = np.lib.stride_tricks.sliding_window_view(earlier, stride, axis=0).mean(axis=-1)
         return replace(
             self,
             period=stride * self.period,
@@ -95,6 +101,8 @@ class MeasuredMotion:
             external=None if self.external is None else mean(self.external),
             temperature=None if self.temperature is None else self.temperature[::stride],
             resting=self.resting[::stride],
+            recorded=behind[::stride],
+            rows_in_one=stride,
             extra={name: values[::stride] for name, values in self.extra.items()},
         )
 
@@ -132,6 +140,7 @@ def measured_motions(
                 external=_joined([None if b.external is None else b.external[c] for b, c in blocks]),
                 temperature=_joined([None if b.temperature is None else b.temperature[c] for b, c in blocks]),
                 resting=np.abs(dq) <= record.rest_speed,
+                recorded=np.concatenate([block.position[core] for block, core in blocks]),
                 extra={
                     name: np.concatenate(
                         [np.asarray(columns_of[name][block.rows], float)[core] for block, core in blocks]

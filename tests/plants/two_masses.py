@@ -130,33 +130,61 @@ def record(
     return Recorded(plant, mass, time, np.round(kept[:, 0] / count) * count, command, kept[:, 2], kept[:, 3])
 
 
-def one_second_error(
-    recorded: Recorded, session: int, every: float = 1.0, link_is_known: bool = False
-) -> float:
-    """rad, root mean square over windows of a second of the true plant, driven by the recorded torque.
+@dataclass(frozen=True)
+class Begun:
+    """States that windows of one session begin with, (windows,) each; SI units.
 
-    Windows begin one each `every` s, at the measured state of the motor and where the load of the measured motion twists the
-    link to; or at the link's true state, which nobody measures.
+    first : rows of the record
     """
+
+    first: NDArray[np.intp]
+    position: Array
+    speed: Array
+    link: Array
+    link_speed: Array
+
+
+def measured_states(recorded: Recorded, session: int, first: NDArray[np.intp]) -> Begun:
+    """The motor's smoothed position and speed, and the link where the load of the measured motion twists a spring to, or where
+    the measured motion has driven it across a gap until then."""
     plant, period = recorded.plant, EVERY * STEP
+    position, mass = recorded.position[:, session], recorded.masses[session]
+    smooth, velocity, acceleration = (
+        np.asarray(savgol_filter(position, 31, 3, deriv=order, delta=period), float) for order in range(3)
+    )
+    if not plant.gap:
+        moment = GRAVITY * (plant.first_moment + mass * plant.reach)
+        load = (plant.link + mass * plant.reach**2) * acceleration + moment * np.cos(position)
+        twist = load / plant.stiffness
+        still = position - twist, velocity - np.gradient(twist, period)
+        return Begun(first, position[first], velocity[first], still[0][first], still[1][first])
+    link, link_speed = plant.settled(smooth[:1], acceleration[:1], mass), velocity[:1].copy()
+    links = np.empty((len(position), 2))
+    for row in range(len(position)):
+        links[row] = link[0], link_speed[0]
+        for part in range(EVERY if row + 1 < len(position) else 0):
+            share = part / EVERY
+            theta = smooth[row : row + 1] + share * (smooth[row + 1] - smooth[row])
+            dtheta = velocity[row : row + 1] + share * (velocity[row + 1] - velocity[row])
+            _, faster = plant.accelerations(np.zeros(1), (theta, dtheta, link, link_speed), mass)
+            link_speed = link_speed + STEP * faster
+            link = link + STEP * link_speed
+    return Begun(first, position[first], velocity[first], *links[first].T)
+
+
+def one_second_error(recorded: Recorded, session: int, begun: Begun) -> float:
+    """rad, root mean square over windows of a second of the true plant, driven by the recorded torque."""
+    plant, first = recorded.plant, begun.first
     position, command = recorded.position[:, session], recorded.command[:, session]
-    velocity = savgol_filter(position, 31, 3, deriv=1, delta=period)
-    samples, edge = round(1.0 / period) + 1, round(0.2 / period)
-    first = np.arange(edge, len(position) - samples - edge, round(every / period))
-    link, link_speed = recorded.link[:, session], recorded.link_speed[:, session]
-    if not link_is_known:
-        acceleration = savgol_filter(position, 31, 3, deriv=2, delta=period)
-        moment = GRAVITY * (plant.first_moment + recorded.masses[session] * plant.reach)
-        inertia = plant.link + recorded.masses[session] * plant.reach**2
-        load = inertia * acceleration + moment * np.cos(position)
-        twist = load / plant.stiffness + 0.5 * plant.gap * np.tanh(load / 1.0)
-        link, link_speed = position - twist, velocity - np.gradient(twist, period)
-    state = (position[first].copy(), velocity[first].copy(), link[first], link_speed[first])
+    samples = round(1.0 / (EVERY * STEP)) + 1
+    state = begun.position, begun.speed, begun.link, begun.link_speed
     mass = np.full(len(first), recorded.masses[session])
     squares = []
     for sample in range(samples):
         squares.append((state[0] - position[first + sample]) ** 2)
-        now, then = (plant.drive_gain * command[first + sample + late] for late in (0, 1))
+        now, then = (
+            plant.drive_gain * command[np.minimum(first + sample + late, len(command) - 1)] for late in (0, 1)
+        )
         for part in range(EVERY):
             state = plant.moved(now + (then - now) * part / EVERY, state, mass)
     return float(np.sqrt(np.mean(squares)))

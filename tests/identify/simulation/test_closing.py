@@ -42,6 +42,7 @@ def moving(names, command=None) -> MeasuredMotion:
         external=None,
         temperature=None,
         resting=np.zeros(q.shape, bool),
+        recorded=q,
         extra=dict(zip(names, reference.T, strict=True)),
     )
 

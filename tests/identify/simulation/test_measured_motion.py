@@ -28,12 +28,13 @@ def motion(period, **changes):
         "temperature": two + 5,
         "ddq": two + 6,
         "resting": two < 0.01,
+        "recorded": two + 8,
         "extra": {"qref1": time + 7},
     }
     return MeasuredMotion(period=period, **{**columns, **changes})
 
 
-ARRAYS = [each.name for each in fields(MeasuredMotion) if each.name not in ("period", "extra")]
+ARRAYS = [each.name for each in fields(MeasuredMotion) if each.name not in ("period", "extra", "rows_in_one")]
 
 
 def test_rows_of_a_motion_are_rows_of_each_of_its_columns():
@@ -101,3 +102,10 @@ def test_what_lies_between_two_times_has_both_its_ends(begin, end, rows):
 def test_of_one_row_or_none_there_is_no_motion():
     assert _between(motion(0.001), 0.0095, 0.0105) is None
     assert _between(motion(0.001), 5.0, 6.0) is None
+
+
+def test_a_recorded_position_is_the_mean_of_the_rows_since_the_row_before():
+    thinned = motion(LARGEST_STEP / 4).thinned()
+    assert thinned.rows_in_one == 4
+    recorded = motion(LARGEST_STEP / 4).recorded
+    np.testing.assert_allclose(thinned.recorded[3], recorded[9:13].mean(axis=0), rtol=1e-12)
