@@ -16,6 +16,7 @@ from api.service import access
 from api.service.accounts import User
 from api.service.jobs import Job
 from api.service.model_workflow import ModelWorkflow
+from api.service.problems import Problem
 from api.service.searches_aside import FIT_AGAIN
 
 router = APIRouter(prefix=f"{PREFIX}/experiments/{{experiment}}", include_in_schema=False)
@@ -79,7 +80,9 @@ def remove(
 ) -> HTMLResponse:
     """Remove an effect from the joint's model."""
     models = _models_to_change(request, experiment, joint)
-    name, _, of_joint = (effect or "").partition("@")
+    name, at, of_joint = (effect or "").partition("@")
+    if at and not of_joint:
+        raise Problem(422, f"effect: {effect} names no joint; write {name}@JOINT, or {name} for every joint.")
     models.remove_effect(experiment, user.name, name, of_joint or None, set_aside=True)
     return body(request, user, experiment, joint)
 

@@ -68,7 +68,7 @@ def test_the_last_session_of_the_fit_cannot_be_taken_from_it(imported, finished)
     assert viewer.status_code == 401
 
 
-@pytest.mark.parametrize("wrong", [{"excluded": "  "}, {"role": "validation"}])
+@pytest.mark.parametrize("wrong", [{"excluded": "  "}, {"role": "validation"}, {"exclude": "misspelt"}])
 def test_a_change_of_which_a_part_is_refused_is_not_made_at_all(imported, finished, wrong):
     client, experiment = imported
     changed(client, experiment, "session-01", finished, role="validation")

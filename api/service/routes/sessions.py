@@ -3,7 +3,7 @@
 from typing import Annotated, Literal
 
 from fastapi import APIRouter, Request, Response
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, ConfigDict, Field
 
 from api.service import access, text_forms
 from api.service.access import client_address, service_of
@@ -37,7 +37,10 @@ class Weighing(BaseModel):
 
 
 class SessionChange(BaseModel):
-    """What is to be changed of a measured session; what is left out stays."""
+    """What is to be changed of a measured session; what is left out stays. A field that is none of these is refused: it would not
+    do what it says."""
+
+    model_config = ConfigDict(extra="forbid")
 
     excluded: Annotated[
         str | None,

@@ -157,7 +157,12 @@ def test_a_step_for_a_joint_that_does_not_exist_is_not_done(
 
 
 @pytest.mark.parametrize(
-    ("step", "status"), [("add?joint=j3&effect=nothing", 422), ("remove?joint=j3&effect=backlash", 409)]
+    ("step", "status"),
+    [
+        ("add?joint=j3&effect=nothing", 422),
+        ("remove?joint=j3&effect=backlash", 409),
+        ("remove?joint=j3&effect=viscous@", 422),
+    ],
 )
 def test_a_step_that_is_refused_cancels_no_search(laboratory, page, computed, monkeypatch, step, status):
     cancelled = []
