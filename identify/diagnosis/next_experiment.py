@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -19,13 +18,13 @@ from numpy.typing import NDArray
 
 from identify.diagnosis.diagnosis import Diagnosis, diagnose_record
 from identify.diagnosis.finding import Finding
-from identify.diagnosis.separation import expected_share, least_noise, noise_along, unfollowed
+from identify.diagnosis.rival_question import Question
+from identify.diagnosis.separation import Apart, expected_share
 from identify.effects.model import Model, Term, model_name, terms_of
 from identify.estimation.executor import SERIAL, chosen_executor, computed_by
-from identify.estimation.fitted_model import FittedModel
 from identify.estimation.fitting import fit_model
 from identify.estimation.least_squares import joint_rows
-from identify.estimation.observation import FittedTorque, Slot, observe
+from identify.estimation.observation import observe
 from identify.estimation.record import Record
 from identify.estimation.requested_model import known_effects, open_record, requested_model
 from identify.estimation.small_algebra import single_threaded
@@ -53,11 +52,10 @@ DURATION = 20.0
 RATE = 250.0
 """Hz; the motion is smooth, and only its filtered columns count"""
 SEPARATED = 5.0
-"""standard deviations by which rivals must part for the experiment to decide between them"""
+"""Standard deviations by which rivals of which none contains the other must part for the experiment to decide between them;
+others must have the share that is expected then."""
 HELPS = 1.0
 """standard deviations below which no motion that was looked at is worth running for this question"""
-CONTAINED = 1e-6
-"""Part of an effect's torque that another leaves of it, below which it is a special case of the other."""
 USUAL_ACCELERATION = 0.99
 """Quantile of the acceleration that a joint has shown, which no proposal exceeds where no limit is declared."""
 SHOWN = 5
@@ -159,14 +157,17 @@ def separate_terms(
     beside = [term for term in missing if term.key not in keys]
     base = fit_model(record, model.with_terms(beside))
     fits = [fit_model(record, base.model.with_terms([term])) for term in terms]
-    question = _Question.of(record, fits, terms, joint, base)
-    now = question.separation(question.known)
+    question = Question.of(record, fits, terms, joint, base)
+    so_far = question.apart(question.known)
+    now, share_now = so_far.separation, expected_share(so_far)
+    enough = expected_share(Apart(SEPARATED))
     options = list(_options(record, joint))
     expected = chosen_executor()(
         partial(_expected, question), [(motion, payload) for payload, *_, motion in options]
     )
     proposals = []
-    for (payload, speed, low, high, shape, repeats, _), separation in zip(options, expected, strict=True):
+    for (payload, speed, low, high, shape, repeats, _), apart in zip(options, expected, strict=True):
+        separation, share = apart.separation, expected_share(apart)
         proposal = Proposal(
             payload=payload,
             shape=shape,
@@ -175,8 +176,8 @@ def separate_terms(
             position_to=high,
             repeats=repeats,
             separation=separation,
-            probability=expected_share(separation),
-            decides=separation >= SEPARATED,
+            probability=share,
+            decides=share >= enough,
         )
         proposals.append((separation, proposal))
     proposals.sort(key=lambda pair: pair[0], reverse=True)
@@ -185,10 +186,10 @@ def separate_terms(
         joint=record.joint_names[joint],
         rivals=tuple(term.effect.name for term in terms),
         separation_so_far=now,
-        probability_so_far=expected_share(now),
+        probability_so_far=share_now,
         proposals=tuple(proposal for _, proposal in proposals[:SHOWN]),
         posture=tuple(_posture(record).tolist()),
-        advice=_advice(record, joint, terms, now, proposals[0][1] if proposals else None, cautious),
+        advice=_advice(record, joint, terms, so_far, proposals[0][1] if proposals else None, cautious),
     )
 
 
@@ -263,70 +264,8 @@ def _course(shape: Shape, speed: float, middle: float, half: float) -> tuple[int
     return repeats, middle - half + 2 * half * (position - position.min()) / (size if size > 0 else 1.0)
 
 
-@dataclass(frozen=True)
-class _Side:
-    """One of two rivals.
-
-    mine, others : its columns, and all the others, the rival's among them
-    values       : its parameters
-    noise        : N m, deviation of the residual along what the others cannot follow of its torque
-    """
-
-    mine: Index
-    others: Index
-    values: Array
-    noise: float
-
-
-@dataclass(frozen=True)
-class _Question:
-    """Two rivals on a joint, and what the data so far say of them.
-
-    torque : of the fitted model with the first rival: the load of every column
-    known  : (rows, width) the joint's rows of the data so far, `joint_rows`
-    sides  : of each rival
-    """
-
-    record: Record
-    joint: int
-    slots: list[Slot]
-    torque: FittedTorque
-    known: Array
-    sides: list[_Side]
-
-    @classmethod
-    def of(
-        cls, record: Record, fits: Sequence[FittedModel], terms: Sequence[Term], joint: int, base: FittedModel
-    ) -> _Question:
-        slots = [*base.slots, *(Slot.of(term) for term in terms)]
-        torque = fits[0].torque
-        known = observe(record, base.entries, slots, torque)
-        least = min(least_noise(fit, joint) for fit in fits)
-        sides = []
-        for one, other in ((0, 1), (1, 0)):
-            mine = known.slot_columns[len(base.slots) + one]
-            theirs = known.slot_columns[len(base.slots) + other]
-            beside = np.setdiff1d(np.arange(known.width), np.concatenate([mine, theirs]))
-            others, values = np.concatenate([beside, theirs]), _values(fits[one], terms[one])
-            sides.append(_Side(mine, others, values, noise_along(known, joint, mine, others, values, least)))
-        return cls(record, joint, slots, torque, joint_rows(known, joint), sides)
-
-    def separation(self, rows: Array) -> float:
-        """What neither model can follow of the other's effect on these rows, in standard deviations of the noise.
-
-        The smaller counts, unless one effect is a special case of the other: then what the special case cannot follow.
-        """
-        apart = []
-        for side in self.sides:
-            torque = rows[:, side.mine] @ side.values
-            left = float(np.linalg.norm(unfollowed(torque, rows[:, side.others])))
-            if left > CONTAINED * float(np.linalg.norm(torque)):
-                apart.append(left / max(side.noise, 1e-300))
-        return min(apart, default=0.0)
-
-
-def _expected(question: _Question, option: tuple[Array, str]) -> float:
-    """Separation with a new motion added to the data so far: its positions (samples, n), and the payload's name."""
+def _expected(question: Question, option: tuple[Array, str]) -> Apart:
+    """How far the rivals part with a new motion added to the data so far: its positions (samples, n), and the payload's name."""
     record = question.record
     # The scratch folder is here, whatever the record's own sessions are reduced by.
     with tempfile.TemporaryDirectory() as scratch, computed_by(SERIAL):
@@ -335,7 +274,7 @@ def _expected(question: _Question, option: tuple[Array, str]) -> float:
         rows = joint_rows(
             observe(imagined, imagined.entries(), question.slots, question.torque), question.joint
         )
-    return question.separation(np.vstack([question.known, rows]))
+    return question.apart(np.vstack([question.known, rows]))
 
 
 def _planned_experiment(experiment: Experiment, folder: Path, motion: Array, payload: str) -> Experiment:
@@ -355,13 +294,6 @@ def _planned_experiment(experiment: Experiment, folder: Path, motion: Array, pay
     return load_experiment(folder)
 
 
-def _values(fit: FittedModel, term: Term) -> Array:
-    for slot, columns in zip(fit.slots, fit.observation.slot_columns, strict=True):
-        if slot.term.key == term.key:
-            return fit.fit.chi[columns]
-    return np.zeros(0)
-
-
 def _advice_without_rivals(diagnosis: Diagnosis) -> str:
     lacking: dict[str, list[str]] = {}
     for each in diagnosis.left_out:
@@ -375,20 +307,22 @@ def _advice_without_rivals(diagnosis: Diagnosis) -> str:
 
 
 def _advice(
-    record: Record, joint: int, terms: Sequence[Term], now: float, best: Proposal | None, cautious: str
+    record: Record, joint: int, terms: Sequence[Term], so_far: Apart, best: Proposal | None, cautious: str
 ) -> str:
     """What to do, in words, from the best proposal and the separation that it promises."""
     name, pair = record.joint_names[joint], " from ".join(term.effect.name for term in terms)
     if best is None or (best.separation or 0.0) < HELPS:
         advice = f"With these payloads and within the limits no motion of {name} separates {pair}."
         return " ".join([advice, cautious or _checks(terms)]).strip()
+    share_so_far = expected_share(so_far)
     unit = "rad" if record.summaries[joint].revolute else "m"
     word = "tells" if best.decides else "helps most to tell, but does not decide,"
     return (
         f"A {best.shape} of {name} between {best.position_from:.3g} and {best.position_to:.3g} {unit} at up to"
         f" {best.speed:.3g} {unit}/s with payload {best.payload}, {best.repeats} repeats, {word} {pair}:"
-        f" {best.separation or 0.0:.1f} standard deviations (the data so far: {now:.1f}), with which the diagnosis is expected to"
-        f" give the right one {best.probability or 0.0:.2f} of what it gives both (so far {expected_share(now):.2f})."
+        f" {best.separation or 0.0:.1f} standard deviations (the data so far: {so_far.separation:.1f}), with which the"
+        f" diagnosis is expected to give the right one {best.probability or 0.0:.2f} of what it gives both"
+        f" (so far {share_so_far:.2f})."
     )
 
 

@@ -27,6 +27,7 @@ from identify.results.diagnosis import JointDiagnosis
 from identify.results.next_experiment import Proposal
 from tests.blind.cases import Case, draw
 from tests.blind.report import reliability
+from tests.blind.score import SAID
 from tests.plants.planned_motion import smooth_course
 from tests.plants.single_joint import record_motion, write_session
 
@@ -46,6 +47,7 @@ class Told:
     so_far, given  : the same of the data before
     decides        : whether `next` says that it decides
     decided        : whether the right one is named then, and the rival neither with it nor as one that may be it
+    said           : whether the diagnosis then says either of the two at all (`score.SAID`)
     """
 
     seed: int
@@ -58,6 +60,7 @@ class Told:
     told: float
     decides: bool
     decided: bool
+    said: bool = True
 
 
 def short(case: Case) -> Case:
@@ -98,6 +101,7 @@ def of_a_case(seed: int, index: int) -> list[Told]:
                     _share(after, hidden, rival),
                     proposal.decides,
                     _decided(after, hidden, rival),
+                    max(_probabilities(after, hidden, rival)) >= SAID,
                 )
             )
     return found
@@ -130,11 +134,16 @@ def _rival(said: JointDiagnosis, hidden: str) -> str | None:
 
 def _share(said: JointDiagnosis, hidden: str, rival: str) -> float:
     """What the right one has of the probability of both."""
+    right, other = _probabilities(said, hidden, rival)
+    return right / (right + other) if right + other > 0 else 0.5
+
+
+def _probabilities(said: JointDiagnosis, hidden: str, rival: str) -> tuple[float, float]:
     right, other = (
         next((c.probability or 0.0 for c in said.candidates if c.effect == name), 0.0)
         for name in (hidden, rival)
     )
-    return right / (right + other) if right + other > 0 else 0.5
+    return right, other
 
 
 def _decided(said: JointDiagnosis, hidden: str, rival: str) -> bool:
@@ -185,8 +194,10 @@ def with_one_effect(first: int) -> Iterator[int]:
 
 
 def table(listed: Sequence[Told]) -> str:
-    """How what was expected and what was told agree, by bins of what was expected, as Markdown."""
-    rows, error = reliability([(each.expected, each.told) for each in listed])
+    """How what was expected and what was told agree, by bins of what was expected, as Markdown. Where the diagnosis then says
+    neither of the two there is no part of both; these are counted apart."""
+    told = [each for each in listed if each.said]
+    rows, error = reliability([(each.expected, each.told) for each in told])
     lines = [
         "| expected | proposals | mean of what was expected | mean of what was told |",
         "|---|---|---|---|",
@@ -195,7 +206,7 @@ def table(listed: Sequence[Told]) -> str:
             for low, high, count, mean, told in rows
         ),
         "",
-        f"Calibration error {error:.3f} over {len(listed)} proposals.",
+        f"Calibration error {error:.3f} over {len(told)} proposals; after {len(listed) - len(told)} neither is said.",
     ]
     decide = [each for each in listed if each.decides]
     if decide:

@@ -281,7 +281,8 @@ def test_what_next_expects_is_told_beside_what_came_of_it():
     sure = Told(5, 2, "delay", "backlash", 0.6, 0.7, 1.0, 1.0, decides=True, decided=True)
     wrong = replace(sure, told=0.0, decided=False)
     even = replace(sure, expected=0.5, told=0.5, decides=False)
-    text = table([sure, wrong, even, even])
+    silent = replace(sure, told=0.5, decided=False, said=False)
+    text = table([sure, wrong, even, even, silent])
     assert "| 0.95 to 1 | 2 | 1.00 | 0.50 |" in text
-    assert "Calibration error 0.250 over 4 proposals." in text
-    assert "1 of 2 that were to decide did." in text
+    assert "Calibration error 0.250 over 4 proposals; after 1 neither is said." in text
+    assert "1 of 3 that were to decide did." in text
