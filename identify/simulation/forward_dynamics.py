@@ -19,6 +19,8 @@ from identify.simulation.torque_model import TorqueModel, Windows
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
+LEAST_INERTIA = 1e-10
+"""Part of the largest inertia of a robot's joints that one has: below is the rounding of the difference quotients it comes of."""
 SETTLED = 1e-9
 """part of the torque's size below which what is left of the equation of motion counts as solved"""
 MOST_ITERATIONS = 8
@@ -122,13 +124,18 @@ def accelerations(
 def _breaking_away(
     model: Dynamics, windows: Windows, applied: Array, acceleration: Array, stuck: Mask
 ) -> tuple[Mask, Array]:
-    """Joints at rest whose torque exceeds the friction that can hold them, and the way that they set off."""
+    """Joints at rest whose torque exceeds the friction that can hold them, and the way that they set off.
+
+    One that stands still in the whole record has no inertia in the model, and stays where it is.
+    """
     limits = []
     for way in (1.0, -1.0):
         tried = replace(windows, direction=np.where(stuck, way, windows.direction))
         limits.append(model.torque(tried, acceleration))
-    forwards = stuck & (applied > np.maximum(*limits))
-    backwards = stuck & (applied < np.minimum(*limits))
+    inertias = np.abs(np.diagonal(model.with_slope(windows, acceleration)[1], axis1=1, axis2=2))
+    movable = stuck & (inertias > LEAST_INERTIA * inertias.max(axis=1, keepdims=True))
+    forwards = movable & (applied > np.maximum(*limits))
+    backwards = movable & (applied < np.minimum(*limits))
     return forwards | backwards, np.where(forwards, 1.0, -1.0)
 
 

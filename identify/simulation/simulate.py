@@ -145,6 +145,12 @@ def simulated(
         remarks += [unstable] if unstable else []
     formed = _formed(result, controllers is not None)
     remarks += _on_gives(result)
+    listed = [motion for session_motions in motions.values() for motion in session_motions]
+    remarks += [
+        f"{name}: stands still in the whole record, so that the model has no inertia of it; it stays where it is"
+        for joint, name in enumerate(names)
+        if listed and all(motion.resting[:, joint].all() for motion in listed)
+    ]
     asked: list[float | None] = [*sorted(set(horizons)), *([None] if free_run else [])]
     horizon_errors: list[HorizonErrors] = []
     total = len(asked) * len(experiment.sessions) * (1 if usual is None else 2)

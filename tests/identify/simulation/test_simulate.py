@@ -202,3 +202,33 @@ def test_the_command_prints_one_document(stribeck):
     assert wrong.returncode == 2
     assert wrong.stdout == ""
     assert wrong.stderr.count("\n") == 1
+
+
+def test_a_joint_that_stands_still_in_the_whole_record_stays_where_it_is(tmp_path):
+    """An arm whose second joint is held at 0.4 rad by a torque that no inertia answers: a pendulum at its first joint."""
+    time = np.arange(0.0, 12.0, 0.005)
+    rates = np.array([1.1, 2.3, 3.7])
+    q, dq, ddq = (
+        np.sum([a * f for a, f in zip((0.6, 0.3, 0.1), course, strict=True)], axis=0)
+        for course in (
+            [np.sin(w * time) for w in rates],
+            [w * np.cos(w * time) for w in rates],
+            [-(w**2) * np.sin(w * time) for w in rates],
+        )
+    )
+    torque = 3.0 * ddq + 30.0 * np.cos(q + 0.1) + 2.0 * dq + 3.0 * np.sign(dq)
+    holding = 7.8 * np.cos(q + 0.4)
+    rows = np.column_stack([time, q, np.full(len(time), 0.4), torque, holding])
+    np.savetxt(tmp_path / "one.csv", rows, delimiter=",", header="t,q1,q2,v1,v2", comments="")
+    joint = "{name: j%d, type: revolute, alpha: 0, d: %g, theta: 0, r: 0, drive_gain: 1}"
+    (tmp_path / "experiment.yaml").write_text(
+        "format: 1\nname: held\nrobot:\n  gravity: [0, -9.81, 0]\n  joints:\n"
+        f"    - {joint % (1, 0)}\n    - {joint % (2, 0.5)}\n"
+        "payloads: [{name: none, mass: 0}]\nsessions: [{file: one.csv, payload: none}]\n"
+    )
+    document = simulate(load_experiment(tmp_path), "usual", [], [0.1], free_run=False)
+    moving, still = document.horizons[0].joints
+    assert (still.position_rms, still.velocity_rms) == (0.0, 0.0)
+    assert 0.0 < moving.position_rms < 1e-3
+    (remark,) = document.remarks
+    assert remark.startswith("j2: stands still in the whole record")
