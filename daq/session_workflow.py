@@ -361,6 +361,7 @@ class PayloadSession:
         if late:
             self.stop(reason)
             self.wait(_CLOSE_TIMEOUT)
+            self._end(SessionState.FAULTED, reason)  # where its processes answer to nothing
 
     def _beat(self) -> None:
         assert self.processes is not None

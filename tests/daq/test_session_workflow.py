@@ -261,3 +261,17 @@ def test_the_raw_log_is_read_by_can_utils_frame_by_frame(rig, armed_session, tmp
     recorded = [line.split()[2] for line in log.read_text().splitlines()]
     assert len(recorded) > 1000
     assert [line.split()[2] for line in back.read_text().splitlines()] == recorded
+
+
+def test_a_rig_that_is_neither_checked_nor_given_up_in_time_is_said_to_be_so(
+    rig, tmp_path, short_plan, monkeypatch
+):
+    """On a computer so slow that even giving up takes longer than it is waited for, the words say what was waited for."""
+    with PayloadSession(rig, tmp_path / "e", short_plan, rig.payload("none"), "operator") as session:
+        with monkeypatch.context() as slow:
+            slow.setattr("daq.session_workflow._CHECK_TIMEOUT", 0.0)
+            slow.setattr("daq.session_workflow._CLOSE_TIMEOUT", 0.0)
+            with pytest.raises(StepOutOfTurn, match="could not be checked: the rig was not checked in time"):
+                session.check()
+        assert session.state is SessionState.FAULTED
+        assert session.reason.startswith("the rig was not checked in time")
