@@ -18,6 +18,7 @@ from daq.excitation.plan_limits import require_same_joints
 from daq.rig import Rig
 from daq.torque_offset import torque_offset
 from identify.dynamics.inverse_dynamics import InverseDynamics
+from identify.dynamics.payload import payload_torque
 from identify.effects.catalogue import built_in
 from identify.effects.conditions import SHARED_MOTOR
 from identify.effects.load_velocity import LoadVelocity
@@ -33,7 +34,7 @@ from identify.recording import InputError
 from identify.recording.experiment_file import Payload
 
 BEYOND = 1.05
-"""times the largest speed or load of the record, up to which a model is believed"""
+"""times the largest speed or load of the record, up to which a model is believed; nor is its torque believed more closely"""
 
 
 def torque_ahead(
@@ -77,7 +78,32 @@ def torque_ahead(
     if rig.held_over_the_bus:
         loop = position_loop(model, rig, motion, share)
         remarks.append(f"both runs are {loop.words}; of those nothing is proved")
-    return TorqueAhead(offset, sent, motion.q, motion.dq, torque.rigid, tuple(remarks), loop)
+    return TorqueAhead(
+        offset,
+        sent,
+        motion.q,
+        motion.dq,
+        torque.rigid,
+        tuple(remarks),
+        loop,
+        _of_a_kilogram(model, motion, rig),
+        np.maximum(_believed(result), BEYOND - 1.0) * np.sqrt(np.mean(torque.whole**2, axis=0)),
+    )
+
+
+def _of_a_kilogram(model: ExportedModel, motion: Motion, rig: Rig) -> NDArray[np.float64]:
+    """(N, n) N m or N that a kilogram adds where the payload is, or the heaviest of the rig where nothing is mounted."""
+    mounted = motion.payload
+    if mounted.mass == 0.0:
+        mounted = max((mounted, *rig.payloads), key=lambda own: own.mass)
+    kilogram = mounted.model_copy(update={"mass": 1.0, "inertia": (0.0,) * 6})
+    return payload_torque(model.geometry, kilogram, motion.q, motion.dq, motion.ddq)
+
+
+def _believed(result: Identification) -> NDArray[np.float64]:
+    """(n,) relative error of a model on its own record."""
+    fit = result.fitted.fit
+    return fit.residual / np.where(fit.norm > 0, fit.norm, 1.0)
 
 
 def _shared_motors_without_friction(result: Identification) -> list[str]:
@@ -206,9 +232,7 @@ def _possible(result: Identification, motion: Motion, torque: PlannedTorque) -> 
         (near,) = InverseDynamics(model.geometry, [standard]).torques(bare.q, bare.dq, bare.ddq)
         off = np.sqrt(np.mean((identified - near) ** 2, axis=0))
         size = np.sqrt(np.mean(torque.whole**2, axis=0))
-        norm = np.where(result.fitted.fit.norm > 0, result.fitted.fit.norm, 1.0)
-        believed = result.fitted.fit.residual / norm
-        for name, here, whole, error in zip(model.geometry.names, off, size, believed, strict=True):
+        for name, here, whole, error in zip(model.geometry.names, off, size, _believed(result), strict=True):
             if here > error * whole:
                 raise InputError(
                     f"{name}: no bodies with mass have the identified base parameters; the nearest give a torque that is"

@@ -21,6 +21,8 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from api.following_parts import compared
+from api.model_agreement import ModelTorque, disagreements
+from daq.commanded_torque import commanded_torque
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.files_as_read import drive_digests
 from daq.following_error import FollowingError, following_error
@@ -45,6 +47,7 @@ FOLDER = "compensation"
 """inside the experiment's folder; a folder for each proof, which is an experiment of its own with two validation sessions"""
 SETTINGS, PLAN, AHEAD, RIG = "proof.json", "plan.json", "ahead.npz", "rig.json"
 _LOOP = "loop_"
+_EXPECTED = ("kilogram", "error")
 DOCUMENT, ERRORS = "compensation.json", "errors.npz"
 
 
@@ -58,6 +61,8 @@ class TorqueAhead:
                             acts; the load is the rigid robot's torque, tau_out of eq. (6)
     remarks               : what the reader must know
     loop                  : the position loop of this computer that holds the axes in both drives; None where the drives' own do
+    kilogram              : (L, n) N m or N that another kilogram of payload would add; None in a proof of an earlier version
+    error                 : (n,) N m or N, root mean square that the model's torque may be off; None as above
     """
 
     offset: TorqueOffset
@@ -67,6 +72,8 @@ class TorqueAhead:
     load: Array
     remarks: tuple[str, ...]
     loop: TorqueLoop | None = None
+    kilogram: Array | None = None
+    error: Array | None = None
 
     def to_bytes(self) -> bytes:
         """As a NumPy archive."""
@@ -86,6 +93,7 @@ class TorqueAhead:
                 if self.loop is None
                 else {f"{_LOOP}{name}": held for name, held in vars(self.loop).items()}
             ),
+            **{name: held for name in _EXPECTED if (held := getattr(self, name)) is not None},
         )
         return written.getvalue()
 
@@ -97,7 +105,9 @@ class TorqueAhead:
             remarks = tuple(json.loads(str(held["remarks"])))
             of_loop = {name.removeprefix(_LOOP): held[name] for name in held.files if name.startswith(_LOOP)}
             loop = TorqueLoop(**of_loop) if of_loop else None
-            return cls(offset, held["torque"], held["position"], held["speed"], held["load"], remarks, loop)
+            expected = {name: held[name] for name in _EXPECTED if name in held.files}
+            own = {name: held[name] for name in ("torque", "position", "speed", "load")}
+            return cls(offset, **own, remarks=remarks, loop=loop, **expected)
 
 
 class ProofSettings(BaseModel):
@@ -220,6 +230,23 @@ class Proof:
                     f"rig {rig.name}, drive of {axis.joint}: {files} changed since the proof was prepared; prepare another proof"
                 )
 
+    def require_torque_as_measured(self, without: Path) -> None:
+        """Raises InputError: the first run gave another torque than the model's, or of another payload; the proof keeps why."""
+        ahead = self.ahead
+        if ahead.kilogram is None or ahead.error is None:
+            return
+        given = commanded_torque(without, plan_counts(self.rig, self.plan), self.rig.drive_gain)
+        beside = ahead.torque if self.settings.part == "friction" else ahead.torque - ahead.load
+        at = given.cycle
+        mass = self.settings.payload.mass
+        model = ModelTorque(ahead.load[at], beside[at], ahead.kilogram[at], ahead.error, mass)
+        found = disagreements(given.torque, model, [axis.joint for axis in self.rig.axes])
+        if found:
+            others = "" if len(found) == 1 else f" ({len(found) - 1} more like it)"
+            reason = f"the model's torque was not sent: {found[0]}{others}"
+            self.conclude(without, None, completed=False, reason=reason)
+            raise InputError(reason)
+
     def first(self) -> SentAhead | None:
         """What the first drive sends: nothing, or where this computer's loop holds the axes its torque alone."""
         counts, loop = self.ahead.offset.counts, self.ahead.loop
@@ -231,10 +258,11 @@ class Proof:
     def sent(self, without: Path) -> SentAhead:
         """What the second drive sends, its following error bounded by that of the first, which was driven to its end.
 
-        Raises InputError: the rig is not what it was.
+        Raises InputError: the rig is not what it was, or the first drive gave another torque than the model's.
         """
         self.require_same_rig(without)
         self.require_prepared_for(self.rig)
+        self.require_torque_as_measured(without)
         error, counts = self.error(without), self.ahead.offset.counts
         return SentAhead(counts, self.limits(error), error.over(len(counts)), self.ahead.loop)
 

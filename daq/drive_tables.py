@@ -37,8 +37,8 @@ def write_tables(
     The bus is claimed meanwhile. All drives are looked at first as before a session: nothing is written where one has power,
     moves or has a fault. Where an object is refused or reads back differently, all that were written get back what they held.
 
-    Raises InputError where the check finds something, DriverError where a drive refuses, BusInUse while somebody else has the
-    bus.
+    Raises InputError where the check finds something, DriverError where a drive refuses, also with what could not be given back,
+    BusInUse while somebody else has the bus.
     """
     drives = RigDrives(rig, "writing compensation tables")
     try:
@@ -59,14 +59,43 @@ def write_tables(
                     _write(drive, each, each.value)
             for drive, writes in zip(drives.drives, tables, strict=True):
                 _compare(drive, writes)
-        except BaseException:
-            for drive, each, value in reversed(undo):
-                with contextlib.suppress(DriverError):
-                    _write(drive, each, value)
-            raise
+        except BaseException as problem:
+            left = _left_changed(undo)
+            if not left:
+                raise
+            raise DriverError(
+                f"{problem or 'the writing was interrupted'}; what these held before could not be written again: {left}; write"
+                " it back when they answer"
+            ) from problem
         return before
     finally:
         drives.close()
+
+
+def _left_changed(undo: Sequence[tuple[Drive, ObjectWrite, float]]) -> str:
+    """Write what the objects held before, the last first. Those that are not read back so, in words; a drive that is silent once
+    is not asked again."""
+    left: dict[int, list[ObjectWrite]] = {}
+    silent: set[int] = set()
+    for drive, each, value in reversed(undo):
+        if drive.node not in silent:
+            with contextlib.suppress(DriverError):
+                _write(drive, each, value)
+                continue
+            try:
+                # one that refuses to be written may hold it still
+                if drive.sdo.read(each.index, each.subindex, each.type) == value:
+                    continue
+            except DriverError:
+                silent.add(drive.node)
+        left.setdefault(drive.node, []).append(each)
+    return ", ".join(
+        f"node {node} {first}"
+        if len(of_node) == 1
+        else f"node {node} {first} to {last} ({len(of_node)} objects)"
+        for node, of_node in left.items()
+        for first, last in [(of_node[-1], of_node[0])]
+    )
 
 
 def _write(drive: Drive, each: ObjectWrite, value: float) -> None:

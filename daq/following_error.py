@@ -44,17 +44,26 @@ def following_error(recording: Path, counts: NDArray[np.int32]) -> FollowingErro
     the one before.
     """
     with h5py.File(recording, "r") as file:
-        cycle = np.asarray(file[CYCLE], np.int64)
+        rows, place = rows_of_plan(file, counts)
         position = file[POSITION]
         assert isinstance(position, h5py.Dataset)
         matrix = np.asarray(position.attrs[MATRIX])
         encoder, setpoint = np.asarray(position, float), np.asarray(file[SETPOINT], float)
         valid = np.asarray(file[VALID])
-    follows = np.flatnonzero(np.diff(cycle) == 1)
     # both are counts of one encoder, whose zero drops out
-    error = joint_positions(setpoint[follows] - encoder[follows + 1], valid[follows + 1], matrix, 0.0)
-    place = cycle[follows] - cycle[0]
+    error = joint_positions(setpoint[rows - 1] - encoder[rows], valid[rows], matrix, 0.0)
+    return FollowingError(place, error)
+
+
+def rows_of_plan(file: h5py.File, counts: NDArray[np.int32]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Rows of a recording at whose SYNC a setpoint of the plan was to be reached, and the plan's cycle (from 0) of each.
+
+    counts : (L, n) setpoints of the plan, a row for each cycle
+    """
+    cycle, setpoint = np.asarray(file[CYCLE], np.int64), np.asarray(file[SETPOINT], float)
+    follows = np.flatnonzero(np.diff(cycle) == 1)
+    place = cycle[follows] - cycle[:1]
     kept = np.zeros(len(place), bool)
     inside = place < len(counts)
     kept[inside] = (setpoint[follows[inside]] == counts[place[inside]]).all(axis=1)
-    return FollowingError(place[kept], error[kept])
+    return follows[kept] + 1, place[kept]

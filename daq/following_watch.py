@@ -7,8 +7,13 @@ against an error as it was, in sequence (the cumulative sum of likelihood ratios
     excess <- max(0, excess + (error² - CLEARLY error_without² - resolution²) dt)
 
 and the motion ends where it reaches what the drive without torque collected, on the mean of the plan, in `TOLERATED`. An error of
-one count of the encoder is none. While the torque is faded in or out the error tells of the fading, and only the bound in one
-cycle holds; a loop of ours needs no fading.
+one count of the encoder is none. Torque that is twice what is needed turns the error round and leaves it as large; that is tested
+against no error at all, in the same way:
+
+    turned <- max(0, turned + (error² - (error + error_without)² - resolution²) dt)
+
+which grows only where the error is nearer to the turned one than to none, and may reach `TURNED`. While the torque is faded in or
+out the error tells of the fading, and only the bound in one cycle holds; a loop of ours needs no fading.
 """
 
 import math
@@ -29,9 +34,12 @@ CLEARLY = 4.0 / 3.0 * math.log(4.0)
 larger are on neither side; those below are no reason to stop, and the result says that the torque did not help"""
 TOLERATED = 1.0
 """s of the mean squared error of the drive without torque. On the simulated RX130L a right model reaches 0.07 s, just after it
-was faded in, friction alone 0.04 s (held over the bus 0.001 and 0.30 s), one that is twice too large, which turns the error round
-and leaves it as large, 0.27 s; one with the wrong sign 34 s if nobody stops it, one that is wrong in one quadrant alone 19 and
-56 s."""
+was faded in, friction alone 0.04 s (held over the bus 0.001 and 0.30 s); one with the wrong sign 34 s if nobody stops it, one
+that is wrong in one quadrant alone 19 and 56 s."""
+TURNED = 2.0
+"""s of the same for an error that is turned round: it is no larger than without torque, so that there is time. A right model
+reaches 0.01 s on the simulated RX130L and TX40, friction alone 0.03 s; `usual` on the TX40's wrist, whose motors it does not
+describe, 0.88 s"""
 
 
 class FollowingWatch:
@@ -48,15 +56,15 @@ class FollowingWatch:
         self._matrix, self._offset = rig.position_matrix, rig.position_offset
         resolution = np.abs(rig.position_matrix).sum(axis=1)
         faded = (fading(len(ahead.without), rig.cycle) < 1.0) & (ahead.loop is None)
-        self._without = np.where(faded[:, None], np.nan, ahead.without**2)
+        self._without = np.where(faded[:, None], np.nan, ahead.without)
         self._least = resolution**2
         known = ~np.isnan(self._without)
-        mean = np.nansum(self._without, axis=0) / np.maximum(known.sum(axis=0), 1)
-        self._tolerated = (mean + self._least) * TOLERATED
+        mean = np.nansum(self._without**2, axis=0) / np.maximum(known.sum(axis=0), 1)
+        usual = mean + self._least
         n = len(rig.axes)
         self._arrives_at: NDArray[Any] = np.full(n, np.nan)
         self._first: int | None = None
-        self._sums = np.zeros((4, n))
+        self._worse, self._turned = SequentialSum(usual * TOLERATED), SequentialSum(usual * TURNED)
 
     def check(self, rows: NDArray[Any], position: Array) -> list[Excess]:
         """What ends the motion in these rows (M,) of `sample_dtype`; every row is to be fed in order.
@@ -75,7 +83,8 @@ class FollowingWatch:
         error = np.where(planned[:, None], arrived - position, np.nan)
         # a setpoint that took effect in one cycle is reached in the next
         place = rows["cycle"] - self._first - 1
-        return [*self._in_one_cycle(np.abs(error)), *self._added_up(error**2, place)]
+        found = [*self._in_one_cycle(np.abs(error)), *self._added_up(error, place)]
+        return sorted(found, key=lambda excess: excess.row)
 
     def _in_one_cycle(self, error: Array) -> list[Excess]:
         with np.errstate(invalid="ignore"):
@@ -86,32 +95,68 @@ class FollowingWatch:
         excess = excess_in_words(error[row, axis], self._within[axis], self._units[axis])
         return [Excess(row, axis, f"with feedforward torque the following error grows: {excess}")]
 
-    def _added_up(self, squared: Array, place: NDArray[np.int64]) -> list[Excess]:
+    def _added_up(self, error: Array, place: NDArray[np.int64]) -> list[Excess]:
         inside = (place >= 0) & (place < len(self._without))
-        usual = np.full(squared.shape, np.nan)
+        usual = np.full(error.shape, np.nan)
         usual[inside] = self._without[place[inside]]
-        known = ~np.isnan(squared) & ~np.isnan(usual)
-        with_, without = (np.where(known, each, 0.0) for each in (squared, usual))
-        steps = (
-            np.stack([with_ - CLEARLY * without - known * self._least, with_, without, known]) * self._cycle
-        )
-        total = self._sums[:, None] + np.cumsum(steps, axis=1)
-        # where the sum falls to a new low below nought, the torque has done no harm: all is added up anew from there
-        harmless = total[0] <= np.minimum(np.minimum.accumulate(total[0], axis=0), 0.0)
-        rows = np.maximum.accumulate(np.where(harmless, np.arange(len(squared))[:, None], -1), axis=0)
-        before = np.take_along_axis(total, np.maximum(rows, 0)[None], axis=1)
-        total -= np.where(rows >= 0, before, 0.0)
-        self._sums = total[:, -1]
-        beyond = total[0] > self._tolerated
-        if not beyond.any():
-            return []
-        row, axis = divmod(int(beyond.argmax()), beyond.shape[1])
-        return [Excess(row, axis, self._words(axis, *total[1:, row, axis].tolist()))]
+        known = ~np.isnan(error) & ~np.isnan(usual)
+        now, then = (np.where(known, each, 0.0) for each in (error, usual))
+        excess = now**2 - CLEARLY * then**2 - known * self._least
+        turned = now**2 - (now + then) ** 2 - known * self._least
+        listed = np.stack([now**2, then**2, known])
+        found: list[Excess] = []
+        for sums, steps, words in (
+            (self._worse, excess, self._words_of_worse),
+            (self._turned, turned, self._words_of_turned),
+        ):
+            first = sums.add(np.stack([steps, *listed]) * self._cycle)
+            if first is not None:
+                row, axis, (_, with_, without, seconds) = first
+                error_now, usual_now = (1e3 * math.sqrt(each / seconds) for each in (with_, without))
+                found.append(Excess(row, axis, words(self._units[axis], error_now, usual_now, seconds)))
+        return found
 
-    def _words(self, axis: int, with_: float, without: float, seconds: float) -> str:
-        unit = self._units[axis]
-        error, usual = (1e3 * math.sqrt(sums / seconds) for sums in (with_, without))
+    @staticmethod
+    def _words_of_worse(unit: str, error: float, usual: float, seconds: float) -> str:
         return (
             f"feedforward torque makes it follow worse: its following error was {error:.3g} m{unit} rms for the last"
             f" {seconds:.2g} s, without the torque {usual:.3g} m{unit} at the same place of the plan"
         )
+
+    @staticmethod
+    def _words_of_turned(unit: str, error: float, usual: float, seconds: float) -> str:
+        return (
+            f"feedforward torque is too large: it turned the following error round, to {error:.3g} m{unit} rms"
+            f" for the last {seconds:.2g} s, without the torque {usual:.3g} m{unit} at the same place of the plan"
+        )
+
+
+class SequentialSum:
+    """Steps added up for each axis, anew from wherever the sum falls below nought (Page's cumulative sum), block by block.
+
+    tolerated : (n,) what the sum may reach
+    """
+
+    def __init__(self, tolerated: Array) -> None:
+        self._tolerated = tolerated
+        self._sums: Array | None = None
+
+    def add(self, steps: Array) -> tuple[int, int, list[float]] | None:
+        """Row, axis and the k sums where the first row of steps (k, M, n) passes what is tolerated; None where it does not.
+
+        The other k - 1 rows of steps are added up over the same time as the first.
+        """
+        before = np.zeros((len(steps), len(self._tolerated))) if self._sums is None else self._sums
+        total = before[:, None] + np.cumsum(steps, axis=1)
+        # where the sum falls to a new low below nought all is added up anew from there
+        harmless = total[0] <= np.minimum(np.minimum.accumulate(total[0], axis=0), 0.0)
+        counted = np.where(harmless, np.arange(steps.shape[1])[:, None], -1)
+        rows = np.maximum.accumulate(counted, axis=0)
+        left = np.take_along_axis(total, np.maximum(rows, 0)[None], axis=1)
+        total -= left * (rows >= 0)
+        self._sums = total[:, -1]
+        beyond = total[0] > self._tolerated
+        if not beyond.any():
+            return None
+        row, axis = divmod(int(beyond.argmax()), beyond.shape[1])
+        return row, axis, total[:, row, axis].tolist()

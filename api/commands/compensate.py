@@ -105,9 +105,10 @@ def compensate(
             run.forget_unless_driven()
         if not driven:
             raise typer.Exit(1)
+    second = run.with_torque()
     console.print(f"Now with it: {run.words()}", highlight=False)
     try:
-        conduct(console, run.with_torque(), weigh, yes)
+        conduct(console, second, weigh, yes)
     finally:
         if run.is_half:
             print(

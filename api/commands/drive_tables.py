@@ -32,6 +32,12 @@ def drive_tables(
             help="instead of a model's: what the drives held before; the file has what --write --json printed"
         ),
     ] = None,
+    keep: Annotated[
+        Path | None,
+        typer.Option(
+            help="file that what the drives held is written to before anything else, for --back-to; left out, one is made here"
+        ),
+    ] = None,
     yes: Annotated[bool, typer.Option("--yes", help="write without asking; simulated rigs only")] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -41,6 +47,8 @@ def drive_tables(
     fault; every object is read back, and if one is refused all get back what they held. With --clear or --back-to no experiment
     is needed: the drives get tables without current, or what they held before.
     """
+    from datetime import UTC, datetime
+
     from api.drive_tables import cleared_tables, tables_before, written
     from api.drive_tables import drive_tables as tables_of
     from api.drive_tables_text import drive_tables_text, tables_text
@@ -49,6 +57,7 @@ def drive_tables(
     from daq.rig import Rig
     from identify.identification import identify
     from identify.recording import InputError, load_experiment
+    from identify.recording.atomic_file import write_atomically
     from identify.results.drive_tables import DriveTablesDocument
     from identify.results.reading import read_document
 
@@ -73,5 +82,15 @@ def drive_tables(
             typer.echo(tables_text(document), err=True)
             if not typer.confirm(f"Write these tables to the drives of rig {settings.name}?", err=True):
                 raise typer.Exit(1)
-        document = written(document, settings)
+        kept = keep or Path(f"drive-tables-before-{settings.name}-{datetime.now(UTC):%Y%m%dT%H%M%SZ}.json")
+
+        def keep_before(before: DriveTablesDocument) -> None:
+            write_atomically(kept, (before.json_text(indent=1) + "\n").encode())
+            typer.echo(
+                f"what the drives held is kept in {kept}; coulomb drive-tables {rig} --back-to {kept} --write gives it to them"
+                " again",
+                err=True,
+            )
+
+        document = written(document, settings, keep_before)
     print(document.json_text() if as_json else drive_tables_text(document))

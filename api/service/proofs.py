@@ -256,7 +256,10 @@ class Proofs:
             )
         settings = self._rigs.rig(state.settings.rig)
         self._require_same_joints(experiment, settings)
-        self._proof(experiment, number).require_prepared_for(settings)
+        proof = self._proof(experiment, number)
+        proof.require_prepared_for(settings)
+        if drive == "with" and state.without is not None:
+            proof.require_torque_as_measured(self._recording(state.without))
         self._operators.take(state.settings.rig, user)
         row = SessionRow(
             experiment=experiment,

@@ -134,7 +134,8 @@ def half(rig, experiment, result):
 
 
 def with_torque(half, torque, seed=4):
-    """The second run of the proof with another torque (L, 1), N m: its end, and how the axis followed."""
+    """The second run of the proof where something else arrives in the motor than the model's torque, as by a wrong scale on the
+    way: (L, 1), N m. Its end, and how the axis followed."""
     ahead = replace(half.ahead, offset=torque_offset(half.rig, torque, 1.0))
     session = CompensationRun.continued(replace(half, ahead=ahead), seed).with_torque()
     state = drive(session)
@@ -154,15 +155,16 @@ def driving(ahead):
         lambda ahead: np.where(driving(ahead), -ahead.torque, ahead.torque),
         lambda ahead: np.where(driving(ahead), ahead.torque, -ahead.torque),
         lambda ahead: 3.0 * ahead.torque,
+        lambda ahead: 2.0 * ahead.torque,
     ],
-    ids=["wrong sign", "wrong sign, twice over", "wrong driving", "wrong driven", "far too much"],
+    ids=["wrong sign", "wrong sign, twice over", "wrong driving", "wrong driven", "far too much", "doubled"],
 )
 def test_a_wrong_model_is_stopped_before_it_does_harm(half, wrong):
     """By the same plan without it, place by place. Where the sign changes in motion the torque jumps by twice itself, and the
     axis goes on for the 16 cycles between two looks at the samples in simulated time."""
     state, reason, first, second = with_torque(half, wrong(half.ahead))
     assert state is SessionState.FAULTED
-    assert "follow worse" in reason or "following error grows" in reason
+    assert re.search("follow worse|following error grows|turned the following error round", reason)
     assert second.cycle[-1] < 0.8 * first.cycle[-1]
     assert second.peak()[0] < 5.0 * first.peak()[0]
     assert second.peak()[0] < 0.1 * half.rig.axes[0].limits.following_error
@@ -174,12 +176,51 @@ def test_a_right_model_is_not_stopped_whatever_the_noise(half):
     assert second.rms()[0] < 0.5 * first.rms()[0]
 
 
-def test_a_model_of_twice_the_payload_still_helps_and_is_let_go_on(half, rig, result):
-    heavier = rig.payload("disk-7")
-    ahead = torque_ahead(result, rig, half.plan, heavier, "whole", 0.6)
-    state, reason, first, second = with_torque(half, ahead.torque)
-    assert state is SessionState.DONE, reason
-    assert second.rms()[0] < first.rms()[0]
+def friction(ahead):
+    return ahead.torque - ahead.load
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        (
+            lambda ahead: {"torque": 2.0 * ahead.torque, "load": 2.0 * ahead.load},
+            r"0\.5\d? times .* arm and payload",
+        ),
+        (
+            lambda ahead: {"torque": 0.5 * ahead.torque, "load": 0.5 * ahead.load},
+            r"[12]\.\d\d times .* arm and payload",
+        ),
+        (lambda ahead: {"torque": ahead.load - friction(ahead)}, r"-[01]\.\d\d times the model's friction"),
+        (
+            lambda ahead: {"torque": ahead.load + 2.0 * friction(ahead)},
+            r"0\.[45]\d times the model's friction",
+        ),
+        (
+            lambda ahead: {"torque": ahead.torque / 0.55, "load": ahead.load / 0.55},
+            r"0\.5\d times .* arm and payload",
+        ),
+    ],
+    ids=["doubled", "halved", "friction reversed", "friction doubled", "stale gains"],
+)
+def test_a_model_of_another_torque_than_the_first_run_measured_is_never_sent(half, wrong, words):
+    other = replace(half, ahead=replace(half.ahead, **wrong(half.ahead)))
+    with pytest.raises(InputError, match=f"^the model's torque was not sent: j3: .*{words}"):
+        CompensationRun.continued(other).with_torque()
+    kept = read_conclusion(half.folder)
+    assert (kept.completed, kept.recording_with, kept.joints) == (False, None, ())
+    assert kept.reason.startswith("the model's torque was not sent")
+    CompensationRun.continued(half).with_torque()
+
+
+@pytest.mark.parametrize("stated", ["none", "disk-7"])
+def test_a_payload_that_weighs_other_than_stated_is_told_by_the_first_run(half, rig, result, stated):
+    """disk-3.5, 3.46 kg, is mounted."""
+    payload = rig.payload(stated)
+    ahead = torque_ahead(result, rig, half.plan, payload, "whole", 0.6)
+    other = replace(half, ahead=ahead, settings=proof_settings(rig, "rx130l", payload))
+    with pytest.raises(InputError, match=r"the payload weighs 3\.\d kg, .* check what is mounted"):
+        CompensationRun.continued(other).with_torque()
 
 
 def test_what_is_sent_is_bounded_faded_and_in_the_drive_s_unit(rig):

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from daq.following_watch import CLEARLY, TOLERATED, FollowingWatch
+from daq.following_watch import CLEARLY, TOLERATED, TURNED, FollowingWatch
 from daq.rig import Rig
 from daq.samples import COMMAND_CAME, POSITION_CAME, Phase, joint_positions, sample_dtype
 from daq.torque_offset import RAMP, SentAhead
@@ -59,16 +59,16 @@ def judged(rig, usual, rows, cuts=()):
 
 
 def by_hand(rig, usual, error):
-    """The cycle of the plan in which the sum passes what is tolerated, added up one by one."""
+    """The cycle of the plan in which either sum passes what is tolerated, added up one by one."""
     resolution = rig.position_matrix[0, 0]
     live = range(round(RAMP / rig.cycle), CYCLES - round(RAMP / rig.cycle))
-    least = TOLERATED * (np.mean(usual[list(live), 0] ** 2) + resolution**2)
-    excess = 0.0
+    mean = np.mean(usual[list(live), 0] ** 2) + resolution**2
+    excess = turned = 0.0
     for place in live:
-        excess = max(
-            0.0, excess + rig.cycle * (error[place, 0] ** 2 - CLEARLY * usual[place, 0] ** 2 - resolution**2)
-        )
-        if excess > least:
+        now, then = error[place, 0], usual[place, 0]
+        excess = max(0.0, excess + rig.cycle * (now**2 - CLEARLY * then**2 - resolution**2))
+        turned = max(0.0, turned + rig.cycle * (now**2 - (now + then) ** 2 - resolution**2))
+        if excess > TOLERATED * mean or turned > TURNED * mean:
             return place
     return None
 
@@ -106,7 +106,8 @@ def test_torque_that_makes_an_axis_follow_worse_ends_the_motion_soon(rig, usual,
     """Seconds after it was faded in; in all of them the error stays below twice the peak without torque, or close to it."""
     row, words = judged(rig, usual, driven(rig, wrong(usual)))
     assert (row - 8) * rig.cycle - RAMP < latest
-    assert "follow worse" in words
+    # torque of thrice what is needed both turns the error round and doubles it
+    assert "follow worse" in words or "turned the following error round" in words
     assert "without the torque" in words
 
 
@@ -117,6 +118,22 @@ def test_torque_that_helps_or_does_little_is_never_stopped_by_noise(rig, usual, 
     random = np.random.default_rng(seed)
     first, second = random.normal(0.0, 1.5e-4, (2, CYCLES, 1))
     assert judged(rig, usual + first, driven(rig, share * usual + second)) is None
+
+
+@pytest.mark.parametrize("size", [0.8, 1.0, 1.1])
+def test_torque_of_about_twice_what_is_needed_turns_the_error_round_and_ends_the_motion(rig, usual, size):
+    """No error is larger than without torque."""
+    row, words = judged(rig, usual, driven(rig, -size * usual))
+    assert (row - 8) * rig.cycle - RAMP < 4.5
+    assert "feedforward torque is too large: it turned the following error round" in words
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("left", [0.3, 0.0, -0.3])
+def test_what_a_right_model_leaves_is_not_taken_for_an_error_turned_round(rig, usual, left, seed):
+    """A third of the torque too little or too much, and noise of the size of the error."""
+    noise = np.random.default_rng(seed).normal(0.0, 1.5e-4, (CYCLES, 1))
+    assert judged(rig, usual, driven(rig, left * usual + noise)) is None
 
 
 def test_the_fading_a_single_count_and_positions_that_did_not_come_are_no_harm(rig, usual):
