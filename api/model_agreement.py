@@ -131,7 +131,7 @@ def _shares(measured: Array, columns: Array) -> list[_Share]:
 
 
 def _least_squares(columns: Array, measured: Array) -> Array:
-    return np.linalg.lstsq(columns, measured, rcond=None)[0]
+    return np.asarray(np.linalg.lstsq(columns, measured, rcond=None)[0], np.float64)
 
 
 def _rms(values: Array) -> Array:

@@ -150,8 +150,8 @@ class SequentialSum:
         total = before[:, None] + np.cumsum(steps, axis=1)
         # where the sum falls to a new low below nought all is added up anew from there
         harmless = total[0] <= np.minimum(np.minimum.accumulate(total[0], axis=0), 0.0)
-        counted = np.where(harmless, np.arange(steps.shape[1])[:, None], -1)
-        rows = np.maximum.accumulate(counted, axis=0)
+        number = np.arange(len(harmless), dtype=np.int64)[:, None]
+        rows = np.maximum.accumulate(np.where(harmless, number, -1), axis=0)
         left = np.take_along_axis(total, np.maximum(rows, 0)[None], axis=1)
         total -= left * (rows >= 0)
         self._sums = total[:, -1]

@@ -19,9 +19,10 @@ def recording(tmp_path):
     valid = np.full((7, 2), POSITION_CAME | COMMAND_CAME, np.uint8)
     valid[1, 1] = POSITION_CAME
     with h5py.File(tmp_path / "session-00.h5", "w") as file:
-        file["cycle"], file["setpoint"], file["valid"] = cycles, setpoint, valid
-        file["command"] = np.column_stack([np.arange(7), np.arange(7) ** 2])
-        file["command"].attrs["scale"] = [0.1, 0.01]
+        for name, values in (("cycle", cycles), ("setpoint", setpoint), ("valid", valid)):
+            file.create_dataset(name, data=values)
+        command = file.create_dataset("command", data=np.column_stack([np.arange(7), np.arange(7) ** 2]))
+        command.attrs["scale"] = [0.1, 0.01]
     return tmp_path / "session-00.h5"
 
 
