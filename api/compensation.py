@@ -95,7 +95,7 @@ def _of_a_kilogram(model: ExportedModel, motion: Motion, rig: Rig) -> NDArray[np
     """(N, n) N m or N that a kilogram adds where the payload is, or the heaviest of the rig where nothing is mounted."""
     mounted = motion.payload
     if mounted.mass == 0.0:
-        mounted = max((mounted, *rig.payloads), key=lambda own: own.mass)
+        mounted = max((mounted, *rig.payloads), key=lambda payload: payload.mass)
     kilogram = mounted.model_copy(update={"mass": 1.0, "inertia": (0.0,) * 6})
     return payload_torque(model.geometry, kilogram, motion.q, motion.dq, motion.ddq)
 

@@ -73,9 +73,11 @@ def disagreements(measured: Array, model: ModelTorque, joints: Sequence[str]) ->
 
     measured : (M, n) N m or N, without feedforward torque
     """
-    found = [words for joint, name in enumerate(joints) for words in _of_joint(measured, model, joint, name)]
-    if found:
-        return found
+    of_joints = [
+        reason for joint, name in enumerate(joints) for reason in _of_joint(measured, model, joint, name)
+    ]
+    if of_joints:
+        return of_joints
     more = _mass(measured, model)
     larger = max(model.mass, model.mass + more.value)
     if not more.is_apart_from(0.0) or abs(more.value) < (1.0 - LEAST_SHARE) * larger:
@@ -114,8 +116,8 @@ def _mass(measured: Array, model: ModelTorque) -> _Share:
         columns = np.column_stack([model.kilogram[:, joint], model.beside[:, joint]])
         if size > 0.0:
             share = _shares(rest[:, joint], columns)[0]
-            own = 1.0 / (share.deviation**2 + (model.error[joint] / size) ** 2)
-            weight, sum_ = weight + own, sum_ + own * share.value
+            certainty = 1.0 / (share.deviation**2 + (model.error[joint] / size) ** 2)
+            weight, sum_ = weight + certainty, sum_ + certainty * share.value
     return _Share(sum_ / weight, weight**-0.5) if weight > 0.0 else _Share(0.0, math.inf)
 
 

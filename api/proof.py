@@ -106,8 +106,8 @@ class TorqueAhead:
             of_loop = {name.removeprefix(_LOOP): held[name] for name in held.files if name.startswith(_LOOP)}
             loop = TorqueLoop(**of_loop) if of_loop else None
             expected = {name: held[name] for name in _EXPECTED if name in held.files}
-            own = {name: held[name] for name in ("torque", "position", "speed", "load")}
-            return cls(offset, **own, remarks=remarks, loop=loop, **expected)
+            wanted = {name: held[name] for name in ("torque", "position", "speed", "load")}
+            return cls(offset, **wanted, remarks=remarks, loop=loop, **expected)
 
 
 class ProofSettings(BaseModel):
@@ -240,10 +240,10 @@ class Proof:
         at = given.cycle
         mass = self.settings.payload.mass
         model = ModelTorque(ahead.load[at], beside[at], ahead.kilogram[at], ahead.error, mass)
-        found = disagreements(given.torque, model, [axis.joint for axis in self.rig.axes])
-        if found:
-            others = "" if len(found) == 1 else f" ({len(found) - 1} more like it)"
-            reason = f"the model's torque was not sent: {found[0]}{others}"
+        reasons = disagreements(given.torque, model, [axis.joint for axis in self.rig.axes])
+        if reasons:
+            others = "" if len(reasons) == 1 else f" ({len(reasons) - 1} more like it)"
+            reason = f"the model's torque was not sent: {reasons[0]}{others}"
             self.conclude(without, None, completed=False, reason=reason)
             raise InputError(reason)
 

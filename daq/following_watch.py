@@ -83,8 +83,8 @@ class FollowingWatch:
         error = np.where(planned[:, None], arrived - position, np.nan)
         # a setpoint that took effect in one cycle is reached in the next
         place = rows["cycle"] - self._first - 1
-        found = [*self._in_one_cycle(np.abs(error)), *self._added_up(error, place)]
-        return sorted(found, key=lambda excess: excess.row)
+        beyond = [*self._in_one_cycle(np.abs(error)), *self._added_up(error, place)]
+        return sorted(beyond, key=lambda excess: excess.row)
 
     def _in_one_cycle(self, error: Array) -> list[Excess]:
         with np.errstate(invalid="ignore"):
@@ -104,8 +104,8 @@ class FollowingWatch:
         excess = now**2 - CLEARLY * then**2 - known * self._least
         turned = now**2 - (now + then) ** 2 - known * self._least
         listed = np.stack([now**2, then**2, known])
-        found: list[Excess] = []
-        for sums, steps, words in (
+        added_up: list[Excess] = []
+        for sums, steps, sentence in (
             (self._worse, excess, self._words_of_worse),
             (self._turned, turned, self._words_of_turned),
         ):
@@ -113,8 +113,8 @@ class FollowingWatch:
             if first is not None:
                 row, axis, (_, with_, without, seconds) = first
                 error_now, usual_now = (1e3 * math.sqrt(each / seconds) for each in (with_, without))
-                found.append(Excess(row, axis, words(self._units[axis], error_now, usual_now, seconds)))
-        return found
+                added_up.append(Excess(row, axis, sentence(self._units[axis], error_now, usual_now, seconds)))
+        return added_up
 
     @staticmethod
     def _words_of_worse(unit: str, error: float, usual: float, seconds: float) -> str:

@@ -221,26 +221,3 @@ def test_torque_ripple_goes_into_the_cogging_table_about_the_encoder_s_zero(rig,
     (joint,) = drive_tables(result, one_point).joints
     assert [table.of for table in joint.tables] == ["friction"]
     assert any("ripple is left out" in remark for remark in joint.remarks)
-
-
-def test_a_drive_that_falls_silent_while_it_is_written_to_is_said_to_hold_what_is_half_written(rig):
-    """What the drives held before is known before the first object changes, and can be written again once they answer."""
-    there = rig.model_copy(update={"bus": BusSettings(interface="virtual", channel="drive-tables-silent")})
-    writes = [ObjectWrite(0x2021, place, "int32", 100 * place) for place in range(1, 5)]
-    before = []
-    with simulated_rig(there, there.payload("none")) as on:
-        node = on.nodes[0]
-        held, taken = node.drive.compensation.raw[0x2021], node.set_data
-
-        def taken_twice(index, subindex, *rest, **more):
-            if (index, subindex) == (0x2021, 3):
-                node.faults.frozen = True
-            return taken(index, subindex, *rest, **more)
-
-        node.set_data = taken_twice
-        with pytest.raises(
-            DriverError, match=r"could not be written again: node 3 0x2021:01 to 0x2021:03 \(3 objects\)"
-        ):
-            write_tables(there, [writes], before.extend)
-        assert held[:4] != [0, 0, 0, 0]
-    assert before == [[0.0] * 4]
