@@ -9,7 +9,7 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from sqlalchemy import select, update
+from sqlalchemy import literal_column, select, update
 
 from api.computing import Computing
 from api.service.database import LONGEST_WORDS, Database, JobRow
@@ -24,6 +24,8 @@ GRACE = 2.0
 """s that a cancelled computation has to stop by itself before its process is ended."""
 POLL = 0.2
 """s between looks at whether a silent computation was cancelled."""
+NEWEST_FIRST = (JobRow.created.desc(), literal_column("jobs.rowid").desc())
+"""order of jobs; those of one instant as they were stored"""
 REMEMBERED = 200
 """Ended jobs kept in memory; older ones are read from the database."""
 MOST_OF_A_USER, MOST = 10, 100
@@ -197,7 +199,7 @@ class JobRunner:
 
     def jobs(self, *, experiment: str | None = None, limit: int = 100) -> list[Job]:
         """The newest jobs first."""
-        query = select(JobRow).order_by(JobRow.created.desc()).limit(limit)
+        query = select(JobRow).order_by(*NEWEST_FIRST).limit(limit)
         if experiment is not None:
             query = query.where(JobRow.experiment == experiment)
         with self._database.transaction() as session:
@@ -210,7 +212,7 @@ class JobRunner:
         query = (
             select(JobRow)
             .where(JobRow.experiment == experiment, JobRow.kind == kind)
-            .order_by(JobRow.created.desc())
+            .order_by(*NEWEST_FIRST)
         )
         newest: dict[str | None, Job] = {}
         with self._database.transaction() as session:

@@ -85,7 +85,8 @@ def test_the_page_offers_the_experiment_and_carries_its_plan_to_a_new_session(
     job = next(each for each in jobs if each["kind"] == "separate")
     assert finished(client, job)["state"] == "done"
     text = client.get(f"{page}/apart?joint=j1").text
-    assert "An experiment that would tell" in text
+    assert "The experiment that would help most to tell load-friction from load-friction-asymmetric" in text
+    assert "unless one is a special case of the other" in text
     assert "Plan this experiment" in text
     carried = client.post(f"{page}/apart/plan?joint=j1&proposal=1")
     assert carried.status_code == 204

@@ -90,7 +90,9 @@ def test_an_experiment_and_a_session_are_added_from_files(
     assert "plate" in text
     assert "1.250&nbsp;kg" in text
     kinds = [job["kind"] for job in client.get("/jobs", params={"experiment": "pendulum"}).json()]
-    assert kinds == ["identify", "identify"]  # nobody asked for the fits
+    # nobody asked for the fits; the first may also be fitted again if it ends between the two
+    assert kinds.count("identify") == 2
+    assert set(kinds) <= {"identify", "refit"}
 
 
 @pytest.mark.parametrize(
