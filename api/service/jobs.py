@@ -210,9 +210,7 @@ class JobRunner:
     def newest_about(self, experiment: str, kind: str, model: str) -> dict[str | None, Job]:
         """The newest jobs of a kind that are about a model version, one for each format, also from before a restart."""
         query = (
-            select(JobRow)
-            .where(JobRow.experiment == experiment, JobRow.kind == kind)
-            .order_by(*NEWEST_FIRST)
+            select(JobRow).where(JobRow.experiment == experiment, JobRow.kind == kind).order_by(*NEWEST_FIRST)
         )
         newest: dict[str | None, Job] = {}
         with self._database.transaction() as session:
