@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.diagnosis.deciding_constants import FOLDS
+from identify.diagnosis.deciding_constants import DROP_PER_PARAMETER, FOLDS
 from identify.diagnosis.held_out import folds_of_motion, held_out_errors
 from identify.effects.model import Model, Term, terms_of
 from identify.estimation.block_errors import block_errors
@@ -13,6 +13,9 @@ from identify.estimation.fitted_model import FittedModel
 from identify.estimation.fitting import fit_model
 from identify.estimation.requested_model import known_effects
 from identify.validation.relative_error import ratio
+
+ROUNDING = 1e-9
+"""Of an error: two fits of the same columns in another order differ by less."""
 
 
 @dataclass(frozen=True)
@@ -25,10 +28,12 @@ class JointErrors:
     held_out: float
     unseen: float
 
-    def no_worse_than(self, other: "JointErrors") -> bool:
-        """Whether none of the errors is higher than another's."""
-        checked = self.validation is None or other.validation is None or self.validation <= other.validation
-        return self.fit <= other.fit and self.held_out <= other.held_out and checked
+    def no_worse_than(self, other: "JointErrors", slack: float = 1.0) -> bool:
+        """Whether none of the errors is higher than another's, or than `slack` times it."""
+        checked = (
+            self.validation is None or other.validation is None or self.validation <= slack * other.validation
+        )
+        return self.fit <= slack * other.fit and self.held_out <= slack * other.held_out and checked
 
 
 @dataclass(frozen=True)
@@ -42,9 +47,22 @@ class Step:
     joints: tuple[JointErrors, ...]
 
     def holds_after(self, before: "Step") -> bool:
-        """Whether the addition lowers the error, also on the validation sessions, and raises none of its own joint's."""
+        """Whether the addition lowers the error, also on the validation sessions, and raises none of its own joint's.
+
+        An addition that says of the loads what the payload ratio beside the model said (eq. 35: wrong masses, a wrong gain)
+        takes the ratio's place, and leaves the fit as it was. It must lower the errors of the loads as declared, and where it
+        says so with fewer parameters, the ratios may do better by no more than what those parameters would have to bring.
+        """
         assert self.added is not None  # every step but the first adds
         joint = self.added.joint
+        if before.fitted.estimates_payload_ratio and not self.fitted.estimates_payload_ratio:
+            declared = as_declared(before)
+            spared = max(before.fitted.observation.width - self.fitted.observation.width, 0)
+            slack = 1 + max(DROP_PER_PARAMETER * spared, ROUNDING)
+            holds = self.joints[joint].no_worse_than(before.joints[joint], slack)
+            return (
+                holds and self.joints[joint].no_worse_than(declared.joints[joint]) and self.lowers(declared)
+            )
         return self.joints[joint].no_worse_than(before.joints[joint]) and self.lowers(before)
 
     def lowers(self, other: "Step") -> bool:
@@ -82,6 +100,14 @@ def step_of(added: Term | None, fitted: FittedModel) -> Step:
         for joint in range(count)
     )
     return Step(added, fitted, fit.relative_error, ratio(*errors.sum(axis=0)), joints)
+
+
+def as_declared(step: Step) -> Step:
+    """The same model with the loads as declared, without the payload ratio of eq. (35) beside it."""
+    fitted = step.fitted
+    return step_of(
+        step.added, fit_model(fitted.record, fitted.model, fitted.entries, payload_ratio=False, start=fitted)
+    )
 
 
 def widened(fitted: FittedModel, term: Term) -> FittedModel:

@@ -8,6 +8,7 @@ import pytest
 
 import identify
 from identify.diagnosis.improvement import improve
+from identify.estimation.parameters import parameters_of
 
 
 def test_improve_ends_adequate_and_every_step_lowers_the_error(hidden):
@@ -16,6 +17,21 @@ def test_improve_ends_adequate_and_every_step_lowers_the_error(hidden):
     assert errors == sorted(errors, reverse=True)
     assert story.steps[0].added is None
     assert story.verdict == "adequate"
+
+
+@pytest.mark.parametrize("payloads", [(0.0, 4.0), (0.0, 2.0, 4.0)])
+def test_improve_adds_a_wrong_load_where_the_payload_ratio_has_taken_up_its_error(hidden, payloads):
+    """All payloads are 16 % heavier than declared, which a wrong gain says as well."""
+    story = improve(identify.load_experiment(hidden(("payload-mass", 2.0), payloads=payloads)))
+    added = [step.added for step in story.steps[1:]]
+    assert len(added) == 1
+    assert added[0].effect.name in ("payload-mass", "drive-gain")
+    assert story.verdict == "adequate"
+    assert not any(joint.missing for joint in story.diagnosis.joints)
+    values = {each.name: each.value for each in parameters_of(story.steps[-1].fitted)}
+    ratios = [value for parameter, value in values.items() if "ratio" in parameter]
+    assert ratios == pytest.approx([1.16] * len(ratios), abs=0.01)
+    assert ratios
 
 
 @pytest.mark.slow
