@@ -172,9 +172,10 @@ class Effect(ABC):
         """The columns as formulas of the state, for code that runs without this library; None where there are none.
 
         In the language of a user's own effect (`expression.py`), whose signals are joined by `direction` (sign of dq),
-        `memory` (the effect's state), `load_slope` (d load / dq of the joint itself), `motor_velocity`, `motor_acceleration`
-        and `motor_share`. What `formula_derivatives` says is differentiated over time. Those of a gear are of its
-        motor where motors share axes (`identify.export.exported_model.of_motor`).
+        `memory` (the effect's state), `load_slope` (d load / dq of the joint itself), `gravity_1` and `gravity_2` (d load /
+        d gravity along the two directions that tilt it), `motor_velocity`, `motor_acceleration` and `motor_share`. What
+        `formula_derivatives` says is differentiated over time. Those of a gear are of its motor where motors share axes
+        (`identify.export.exported_model.of_motor`).
         """
         return None
 

@@ -112,6 +112,9 @@ class GravityTilt(Effect):
     declared_load = DeclaredLoad.QUESTIONED
     rows = "robot"
 
+    def formulas(self, constants: Constants) -> tuple[str, ...] | None:
+        return ("gravity_1", "gravity_2")
+
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         return motion.gravity_gradient
 

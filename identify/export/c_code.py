@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from identify.export.c_cycles import cycles_in_c
+from identify.export.c_cycles import across_in_c, cycles_in_c
 from identify.export.exported_model import ExportedModel, Torque
 from identify.export.expression_code import C, literal, one_line, torque_text
 
@@ -44,7 +44,7 @@ static const double FRAMES[N][5] = {{
 {frames}
 }};
 static const double GRAVITY[3] = {{{gravity}}};
-/* XX XY XZ YY YZ ZZ MX MY MZ M Ia of each link about its own frame's origin: one choice of many with the same torques */
+{across}/* XX XY XZ YY YZ ZZ MX MY MZ M Ia of each link about its own frame's origin: one choice of many with the same torques */
 static const double LINKS[N][11] = {{
 {links}
 }};
@@ -74,10 +74,11 @@ static void back(double turn[3][3], const double v[3], double out[3]) {{
     for (int i = 0; i < 3; i++) out[i] = w[i];
 }}
 
-void {prefix}_rigid_torque(const double q[N], const double dq[N], const double ddq[N], const double *payload,
-                           double torque[N]) {{
+/* tau_out of eq. (6) under any gravity, by the recursion of Newton and Euler. */
+static void torque_under(const double gravity[3], const double q[N], const double dq[N], const double ddq[N],
+                         const double *payload, double torque[N]) {{
     double rate[3] = {{0.0, 0.0, 0.0}}, change[3] = {{0.0, 0.0, 0.0}};
-    double acceleration[3] = {{-GRAVITY[0], -GRAVITY[1], -GRAVITY[2]}};
+    double acceleration[3] = {{-gravity[0], -gravity[1], -gravity[2]}};
     double turn[N][3][3], place[N][3], force[N][3], moment[N][3];
     for (int j = 0; j < N; j++) {{
         const int prismatic = FRAMES[j][4] != 0.0;
@@ -135,6 +136,11 @@ void {prefix}_rigid_torque(const double q[N], const double dq[N], const double d
     }}
 }}
 
+void {prefix}_rigid_torque(const double q[N], const double dq[N], const double ddq[N], const double *payload,
+                           double torque[N]) {{
+    torque_under(GRAVITY, q, dq, ddq, payload, torque);
+}}
+
 {linkage}void {prefix}_memory_at_start(const double dq[N], double *memory) {{
 {at_start}}}
 
@@ -166,7 +172,7 @@ CALLED = """void {prefix}_torque(const double q[N], const double dq[N], const do
     double load[N], temp[N], direction[N], motor_dq[N], motor_ddq[N], begun[{states}];
     const double *state = memory;
     {prefix}_rigid_torque(q, dq, ddq, payload, load);
-    if (memory == NULL) {{
+{across}    if (memory == NULL) {{
         {prefix}_memory_at_start(dq, begun);
         state = begun;
     }}
@@ -241,6 +247,7 @@ def c_code(model: ExportedModel, stem: str) -> tuple[str, str]:
         linkage="static " if model.latency else "",
         calls=called,
         frames=_rows(frames),
+        across=_across(model),
         gravity=", ".join(literal(float(value)) for value in geometry.gravity),
         links=_rows(model.standard.reshape(model.joints, -1).tolist()),
         shares=_rows(model.shares.tolist()),
@@ -266,11 +273,22 @@ def _at_once(model: ExportedModel, shared: Mapping[str, object]) -> tuple[str, s
             *(_line(model, torque) for torque in late),
         ]
     body = "".join(f"{line}\n" for line in lines)
-    return DECLARED.format(**shared), CALLED.format(**shared, states=max(1, len(model.memories)), body=body)
+    return DECLARED.format(**shared), CALLED.format(
+        **shared, states=max(1, len(model.memories)), across=across_in_c(model), body=body
+    )
 
 
 def _line(model: ExportedModel, torque: Torque) -> str:
     return f"    torque[{torque.row}] += {torque_text(model, torque, C)}; /* {torque.effect} */"
+
+
+def _across(model: ExportedModel) -> str:
+    """The directions across gravity, where a formula asks for its torque along them."""
+    if not model.across:
+        return ""
+    rows = _rows([direction.tolist() for direction in model.across])
+    remark = "/* m/s^2 each: two directions across gravity, for a base that is not level */"
+    return f"{remark}\nstatic const double ACROSS[2][3] = {{\n{rows}\n}};\n"
 
 
 def _rows(table: list[list[float]]) -> str:

@@ -87,7 +87,7 @@ static void early_torques({prefix}_instant *now, const double *payload) {{
     double *torque = now->sum, *whole = NULL;
     double slope[N];
 {signals}    (void)payload, (void)slope;
-    for (int j = 0; j < N; j++) torque[j] = load[j];
+{across}    for (int j = 0; j < N; j++) torque[j] = load[j];
 {early_lines}}}
 
 /* What is made of the whole torque at one instant. */
@@ -176,6 +176,7 @@ def cycles_in_c(model: ExportedModel, prefix: str) -> tuple[str, str]:
         slope=SLOPE.format(**named, **slope) if model.slopes else "",
         early_rate=EARLY_RATE.format(**named) if early else "",
         signals=SIGNALS,
+        across=across_in_c(model),
         early_lines=_text(early_lines),
         late_lines=_text(late_lines),
         early_rates=_text(
@@ -189,6 +190,18 @@ def cycles_in_c(model: ExportedModel, prefix: str) -> tuple[str, str]:
         ),
     )
     return DECLARED.format(**named), source
+
+
+def across_in_c(model: ExportedModel) -> str:
+    """Statements for the torque of gravity along the directions across it, where a formula asks for it."""
+    if not model.across:
+        return ""
+    return (
+        "    double across_1[N], across_2[N], still[N];\n"
+        "    for (int j = 0; j < N; j++) still[j] = 0.0;\n"
+        "    torque_under(ACROSS[0], q, still, still, payload, across_1);\n"
+        "    torque_under(ACROSS[1], q, still, still, payload, across_2);\n"
+    )
 
 
 def _line(model: ExportedModel, torque: Torque, place: str | None) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,10 @@ from identify.results.reading import read_document
 
 Array = NDArray[np.float64]
 
-BESIDE = ("memory", "load_slope", "motor_velocity", "motor_acceleration", "motor_load", "motor_share")
+BESIDE = (
+    *("memory", "load_slope", "gravity_1", "gravity_2"),
+    *("motor_velocity", "motor_acceleration", "motor_load", "motor_share"),
+)
 """signals of the document's formulas beside those of a user's own effect"""
 
 
@@ -39,7 +43,8 @@ def document_torque(path: Path) -> TorqueOf:
         np.array([link.prismatic for link in document.links]),
         tuple(joints),
     )
-    arm = InverseDynamics(geometry, [np.array([link.standard for link in document.links]).ravel()])
+    standard = np.array([link.standard for link in document.links]).ravel()
+    arm = InverseDynamics(geometry, [standard])
     shares = np.array(document.motor_shares)
     try:
         carried = np.linalg.inv(shares)
@@ -47,6 +52,16 @@ def document_torque(path: Path) -> TorqueOf:
         carried = np.linalg.pinv(shares)
 
     latency = sum(max((each.derivative for each in part), default=0) for part in _in_order(document.torques))
+
+    def across(motion: Motion) -> list[Array]:
+        """(N, n) each: the load at rest under gravity along the document's directions across it."""
+        still = np.zeros(motion.q.shape)
+        loads = []
+        for direction in document.across or ():
+            tilted = replace(geometry, gravity=np.array(direction))
+            (bare,) = InverseDynamics(tilted, [standard]).torques(motion.q, still, still)
+            loads.append(bare + payload_torque(tilted, motion.payload, motion.q, still, still))
+        return loads
 
     def load_slope(row: int, motion: Motion) -> Array:
         ends = []
@@ -67,6 +82,7 @@ def document_torque(path: Path) -> TorqueOf:
         load = np.asarray(bare + payload_torque(geometry, motion.payload, q, dq, ddq), np.float64)
         motors = np.asarray(load @ carried.T, np.float64)
         total = load.copy()
+        tilts = across(motion)
 
         def values(torque: ExportedTorque) -> Array:
             row, motor = joints.index(torque.joint), joints.index(torque.motor)
@@ -88,6 +104,7 @@ def document_torque(path: Path) -> TorqueOf:
                 signals["memory"] = _memory(q[:, row], dq[0, row], torque.presliding_distance)
             if torque.play is not None:
                 signals["memory"] = _place_in_gap(q[:, row], dq[0, row], torque.play)
+            signals |= {f"gravity_{place + 1}": tilt[:, row] for place, tilt in enumerate(tilts)}
             if any("load_slope" in formula for formula in torque.formulas):
                 signals["load_slope"] = load_slope(row, motion)
             columns = [parse(formula, dict.fromkeys(BESIDE))(signals) for formula in torque.formulas]

@@ -15,6 +15,7 @@ from identify.dynamics.geometry import Geometry
 from identify.effects.effect import LinkFilePlace, number
 from identify.effects.load_velocity import LoadVelocity
 from identify.estimation.context import rows_of
+from identify.estimation.rigid_body import RigidBody, across
 from identify.estimation.structured import GEAR, StructuredFit
 from identify.identification import Identification
 from identify.recording import InputError
@@ -30,6 +31,8 @@ LINKS_ALONE = (
     " in the model, so that it is no torque of the motors"
 )
 
+GRAVITY = ("gravity_1", "gravity_2")
+"""signals of formulas: torque per m/s² of gravity along two directions across the declared one, on bodies at rest"""
 
 MemoryKind = Literal["fading", "play"]
 
@@ -64,6 +67,7 @@ class Torque:
     place     : attribute of a joint in link files that holds it exactly
     memory    : the state that formulas call `memory`
     derivative : how many times the sum is differentiated over time
+    tilts_gravity : whether it is that of a base which is not level; values are then m/s² along `ExportedModel.directions`
     """
 
     effect: str
@@ -75,6 +79,7 @@ class Torque:
     place: LinkFilePlace | None = None
     memory: Memory | None = None
     derivative: int = 0
+    tilts_gravity: bool = False
 
     @property
     def formula(self) -> str:
@@ -143,6 +148,17 @@ class ExportedModel:
         return tuple(dict.fromkeys(each.row for each in self.torques if "load_slope" in each.formula))
 
     @property
+    def across(self) -> tuple[Array, Array] | None:
+        """The two directions (3,) of gravity whose torque `gravity_1` and `gravity_2` are; None where no formula has them."""
+        asked = any(signal in each.formula for each in self.torques for signal in GRAVITY)
+        return self.directions if asked else None
+
+    @property
+    def directions(self) -> tuple[Array, Array]:
+        """Two unit vectors across gravity."""
+        return across(self.geometry.gravity)
+
+    @property
     def of_the_instant(self) -> ExportedModel:
         """The model less the effects that derivatives over time are a part of, which are lost then."""
         without = {(each.effect, each.row): each.motor for each in self.torques if each.derivative}
@@ -208,6 +224,7 @@ def exported_model(result: Identification) -> ExportedModel:
             formulas = of_motor(formulas, load.rotor(joint))
         for row in rows_of(record, slot.term):
             memory = _memory(effect.name, row, slot.values)
+            on_row = _under_gravity(formulas, record.body, row)
             for order in sorted(set(orders)):
                 of_order = [place for place, each in enumerate(orders) if each == order]
                 torques.append(
@@ -215,12 +232,13 @@ def exported_model(result: Identification) -> ExportedModel:
                         effect.name,
                         row,
                         joint,
-                        tuple(formulas[place] for place in of_order),
+                        tuple(on_row[place] for place in of_order),
                         tuple(values[place] for place in of_order),
                         rubs,
                         effect.in_link_files,
                         memory,
                         order,
+                        GRAVITY[0] in formulas,
                     )
                 )
     if not np.any(chi):
@@ -237,6 +255,15 @@ def exported_model(result: Identification) -> ExportedModel:
         lost=tuple(lost),
         remarks=tuple(dict.fromkeys(remarks)),
     )
+
+
+def _under_gravity(formulas: tuple[str, ...], body: RigidBody, row: int) -> tuple[str, ...]:
+    """Formulas of the torque of gravity on a joint, as `RigidBody.gravity_columns` has them: where gravity as declared makes no
+    torque on it, waves of the position, or of a slide a constant."""
+    if not body.axis_along_gravity(row):
+        return formulas
+    names = ("1.0", "1.0") if body.base.geometry.prismatic[row] else ("cos(q)", "sin(q)")
+    return tuple(names[GRAVITY.index(formula)] if formula in GRAVITY else formula for formula in formulas)
 
 
 def _memory(effect: str, row: int, constants: Mapping[str, float]) -> Memory | None:

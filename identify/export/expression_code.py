@@ -38,6 +38,8 @@ _SIGNALS = {
     "t": "t",
     "memory": "state[{state}]",
     "load_slope": "slope[{row}]",
+    "gravity_1": "across_1[{row}]",
+    "gravity_2": "across_2[{row}]",
     "motor_velocity": "motor_dq[{motor}]",
     "motor_acceleration": "motor_ddq[{motor}]",
 }

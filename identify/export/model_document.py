@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
 from identify.export.exported_model import ExportedModel, MemoryKind, Torque
 from identify.results.exported_model import (
     ExportedBaseParameter,
@@ -14,13 +17,13 @@ from identify.results.exported_model import (
 def model_document(model: ExportedModel) -> ExportedModelDocument:
     """The document, which holds all of the model."""
     geometry = model.geometry
-    x, y, z = (float(value) for value in geometry.gravity)
     links = model.standard.reshape(model.joints, -1)
     listed = zip(model.base.names, model.base.groupings, model.chi, model.base.units, strict=True)
     return ExportedModelDocument(
         experiment=model.experiment,
         model=model.name,
-        gravity=(x, y, z),
+        gravity=_triple(geometry.gravity),
+        across=None if model.across is None else (_triple(model.across[0]), _triple(model.across[1])),
         links=tuple(
             ExportedLink(
                 joint=name,
@@ -52,6 +55,11 @@ def model_document(model: ExportedModel) -> ExportedModelDocument:
             for torque in model.torques
         ),
     )
+
+
+def _triple(vector: NDArray[np.float64]) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in vector)
+    return x, y, z
 
 
 def _distance(torque: Torque, kind: MemoryKind) -> float | None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from identify.estimation.rigid_body import POSITION_STEP
 from identify.export.exported_model import ExportedModel, Torque
 from identify.export.expression_code import PYTHON, one_line, torque_text
@@ -25,7 +27,7 @@ MEMORIES = {memories}
 """for each state of presliding, or place in a gap: joint and distance, or gap, in rad or m"""
 PLAY = {play}
 """whether it is a place in a gap"""
-
+{across}
 
 {torque}    q, dq, ddq = (np.asarray(values, float) for values in (q, dq, ddq))
     load = rigid_torque(q, dq, ddq, payload)
@@ -57,14 +59,14 @@ def memory_after(memory, before, after):
     return moved
 
 
-def rigid_torque(q, dq, ddq, payload=None):
+def rigid_torque(q, dq, ddq, payload=None, gravity=GRAVITY):
     """tau_out of eq. (6): inertia, Coriolis, centrifugal and gravity torque, by the recursion of Newton and Euler."""
     links = LINKS.copy()
     if payload is not None:
         links[-1, :10] += payload
     shape = q.shape[1:]
     rate, change = np.zeros((3, *shape)), np.zeros((3, *shape))
-    acceleration = np.broadcast_to(-GRAVITY.reshape(3, *([1] * len(shape))), (3, *shape)).astype(float)
+    acceleration = np.broadcast_to(-gravity.reshape(3, *([1] * len(shape))), (3, *shape)).astype(float)
     frames, forces, moments = [], [], []
     for joint, (alpha, d, theta, r, prismatic) in enumerate(FRAMES):
         angle = theta + (0.0 if prismatic else q[joint]) + np.zeros(shape)
@@ -191,6 +193,10 @@ def _load_slope(joint, q, dq, ddq, payload):
     return (further - less) / {twice}
 '''
 
+ACROSS = '''ACROSS = {}
+"""m/s² each: two directions across gravity, for a base that is not level"""
+'''
+
 FINITE = """
 
 def _finite(values):
@@ -210,6 +216,10 @@ def python_code(model: ExportedModel) -> str:
     ]
     first, late = model.in_order
     lines = []
+    if model.across:
+        lines.append(
+            "    across_1, across_2 = (rigid_torque(q, 0.0 * dq, 0.0 * ddq, payload, gravity) for gravity in ACROSS)"
+        )
     if model.slopes:
         listed = ", ".join(f"{joint}: _load_slope({joint}, q, dq, ddq, payload)" for joint in model.slopes)
         lines.append(f"    slope = {{{listed}}}")
@@ -228,6 +238,7 @@ def python_code(model: ExportedModel) -> str:
         shares=_array(model.shares),
         memories=[(memory.row, memory.distance) for memory in model.memories],
         play=[memory.kind == "play" for memory in model.memories],
+        across=ACROSS.format(_array(np.array(model.across))) if model.across else "",
         torque=(ALONG if model.latency else TORQUE).format(
             guard='@np.errstate(all="ignore")\n' if model.may_have_no_value else "", latency=model.latency
         ),

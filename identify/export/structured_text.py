@@ -7,7 +7,7 @@ import re
 from identify.export.c_code import c_name
 from identify.export.exported_model import ExportedModel, Memory, Torque
 from identify.export.expression_code import Dialect, literal, one_line, structured_text_dialect, torque_text
-from identify.export.structured_text_cycles import RATE, cycles_in_structured_text, slopes_in_structured_text
+from identify.export.structured_text_cycles import RATE, cycles_in_structured_text, passes_in_structured_text
 
 FUNCTIONS = """FUNCTION {block}_SIGN : LREAL
 VAR_INPUT
@@ -64,6 +64,7 @@ TAKEN = frozenset(
     Q DQ DDQ T TEMP PAYLOAD TORQUE LAST GRAVITY DH_ALPHA DH_D DH_THETA DH_R PRISMATIC BODY LINK LOAD DIRECTION WHOLE MOTOR_DQ
     MOTOR_DDQ TURN PLACE FORCE MOMENT RATE CHANGE ACCELERATION WA WB ANGLE ALONG COS_A SIN_A COS_T SIN_T AX AY AZ UX UY UZ J K
     STATE BEFORE BEGUN TRAVEL RESET PERIOD NOW CLOCK RATES SUMS EARLY LATE LATE_CLOCK SETTLED SLOPE MOVED PASS
+    MOVED_DQ MOVED_DDQ PULL ACROSS_1 ACROSS_2
     """,
     )
 )
@@ -200,8 +201,13 @@ def structured_text(model: ExportedModel, stem: str) -> str:
         )
     if cycles:
         kept += cycles.variables
+    passes = ""
+    if model.slopes or model.across:
+        passes = f"    MOVED : {one};\n    PASS : INT;\n"
     if model.slopes:
-        kept += f"    SLOPE, MOVED : {one};\n    PASS : INT;\n"
+        passes += f"    SLOPE : {one};\n"
+    if model.across:
+        passes += f"    ACROSS_1, ACROSS_2, MOVED_DQ, MOVED_DDQ : {one};\n    PULL : ARRAY[0..2] OF LREAL;\n"
     shown = f" (* of the motion of {model.latency} calls before *)" if cycles else ""
     further = cycles.inputs if cycles else ""
     if kept:
@@ -250,9 +256,9 @@ VAR
     BODY : ARRAY[0..9] OF LREAL;
     ANGLE, ALONG, COS_A, SIN_A, COS_T, SIN_T, AX, AY, AZ, UX, UY, UZ : LREAL;
     J, K : INT;
-{kept}END_VAR
+{kept}{passes}END_VAR
 """
-    body = [slopes_in_structured_text(model, RECURSION)]
+    body = [passes_in_structured_text(model, RECURSION)]
     if kept:
         body.append("IF RESET THEN\n    BEGUN := FALSE;\nEND_IF;\n")
     for joint in range(n):

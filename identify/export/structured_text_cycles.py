@@ -147,9 +147,10 @@ def _text(lines) -> str:
     return "".join(f"{line}\n" for line in lines)
 
 
-def slopes_in_structured_text(model: ExportedModel, recursion: str) -> str:
-    """The recursion, run with each joint that a slope is wanted of moved to both sides, and at last as it is."""
-    if not model.slopes:
+def passes_in_structured_text(model: ExportedModel, recursion: str) -> str:
+    """The recursion, run with each joint that a slope is wanted of moved to both sides, with all at rest under gravity along
+    the directions across it where their torque is wanted, and at last as it is."""
+    if not (model.slopes or model.across):
         return recursion
     step, twice = literal(POSITION_STEP), literal(2 * POSITION_STEP)
     moves, results = [], []
@@ -162,8 +163,28 @@ def slopes_in_structured_text(model: ExportedModel, recursion: str) -> str:
             f"IF PASS = {2 * place} THEN\n    SLOPE[{joint}] := LOAD[{joint}];\nEND_IF;",
             f"IF PASS = {2 * place + 1} THEN\n    SLOPE[{joint}] := (SLOPE[{joint}] - LOAD[{joint}]) / {twice};\nEND_IF;",
         ]
-    head = (
-        "(* with a joint moved to both sides, for the slope of its load over its position; at last as it is *)\n"
-        f"FOR PASS := 0 TO {2 * len(model.slopes)} DO\nFOR J := 0 TO LAST DO\n    MOVED[J] := Q[J];\nEND_FOR;\n"
+    purposes = (
+        ["with a joint moved to both sides, for the slope of its load over its position"] if moves else []
     )
-    return head + _text(moves) + recursion.replace("* Q[J]", "* MOVED[J]") + _text(results) + "END_FOR;\n"
+    recursion = recursion.replace("* Q[J]", "* MOVED[J]")
+    kept, last = "    MOVED[J] := Q[J];\n", 2 * len(model.slopes)
+    if model.across:
+        purposes.append("at rest, for the torque of gravity along two directions across it")
+        for speed in ("DQ", "DDQ"):
+            recursion = re.sub(rf"\b{speed}\[J\]", f"MOVED_{speed}[J]", recursion)
+            kept += f"    MOVED_{speed}[J] := {speed}[J];\n"
+        recursion = recursion.replace("-GRAVITY[K]", "-PULL[K]")
+        moves.append("FOR K := 0 TO 2 DO\n    PULL[K] := GRAVITY[K];\nEND_FOR;")
+        stop = "FOR J := 0 TO LAST DO\n    MOVED_DQ[J] := 0.0;\n    MOVED_DDQ[J] := 0.0;\nEND_FOR;"
+        for name, direction in zip(("ACROSS_1", "ACROSS_2"), model.across, strict=True):
+            pull = "\n".join(f"PULL[{k}] := {literal(float(value))};" for k, value in enumerate(direction))
+            moves.append(f"IF PASS = {last} THEN\n{pull}\n{stop}\nEND_IF;")
+            results.append(
+                f"IF PASS = {last} THEN\nFOR J := 0 TO LAST DO\n    {name}[J] := LOAD[J];\nEND_FOR;\nEND_IF;"
+            )
+            last += 1
+    head = (
+        f"(* {'; '.join(purposes)}; at last as it is *)\n"
+        f"FOR PASS := 0 TO {last} DO\nFOR J := 0 TO LAST DO\n{kept}END_FOR;\n"
+    )
+    return head + _text(moves) + recursion + _text(results) + "END_FOR;\n"

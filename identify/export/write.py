@@ -28,6 +28,7 @@ from identify.export.model_document import model_document
 from identify.export.python_code import python_code
 from identify.export.record_error import Motion, RecordError, errors_of_model, errors_on_record
 from identify.export.structured_text import structured_text
+from identify.export.tilted_base import tilted_base
 from identify.identification import Identification, identify
 from identify.recording import Experiment, InputError
 from identify.results.certificate import Certificate, JointCertificate
@@ -65,11 +66,15 @@ Parts = Sequence[tuple[Sequence[str], Sequence[str], Sequence[str]]]
 
 @dataclass(frozen=True)
 class _Export:
-    """Contents by file name, and what the format keeps, approximates and loses of each joint."""
+    """Contents by file name, and what the format keeps, approximates and loses of each joint.
+
+    gravity : (3,) m/s², of a file that has another than the model's
+    """
 
     files: Mapping[str, str | bytes]
     parts: Parts
     remarks: tuple[str, ...] = ()
+    gravity: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -172,7 +177,7 @@ def write_export(result: Identification, target: Path) -> Certificate:
             folder = Path(workspace)
             for name, content in made.files.items():
                 (folder / name).write_bytes(content.encode() if isinstance(content, str) else content)
-            measured = _measured(result, model, folder / plain.name)
+            measured = _measured(result, model, folder / plain.name, made.gravity)
             certificate = _certificate(result, model, target, made, measured)
             name = _certificate_of(target).name
             (folder / name).write_text(certificate.json_text(indent=1) + "\n", encoding="utf-8")
@@ -183,14 +188,17 @@ def write_export(result: Identification, target: Path) -> Certificate:
     return certificate
 
 
-def _measured(result: Identification, model: ExportedModel, file: Path) -> _Measured:
+def _measured(result: Identification, model: ExportedModel, file: Path, gravity: Array | None) -> _Measured:
     """Errors of a file on the record.
+
+    gravity : (3,) m/s², if not the model's: a payload is under the file's too
 
     Raises InputError: the file is not what it must be.
     """
     formulas = module_torque(module_of(model), model)
+    geometry = model.geometry if gravity is None else replace(model.geometry, gravity=gravity)
     try:
-        with loaded_back(file, model.geometry) as loaded:
+        with loaded_back(file, geometry) as loaded:
             return _Measured(errors_on_record(result, loaded.torque_of, formulas), loaded.by)
     except NotMeasured as reason:
         return _Measured([RecordError(None, None)] * model.joints, "nothing", str(reason))
@@ -312,6 +320,13 @@ def _link_file(result: Identification, model: ExportedModel, target: Path, kind:
     """Formats with bodies, whose friction is damping and dry friction."""
     standard, kept = feasible_standard(result, model, rotors=kind in HAS_ROTORS and model.base.rotors)
     model = model.of_the_instant  # there is no history in these formats
+    motions = motions_of(result)
+    tilted = tilted_base(model, standard, result.fitted.record.body.axis_along_gravity(0), motions)
+    tilts = {each.row: each.effect for each in model.torques if each.tilts_gravity}
+    model = replace(model, torques=tuple(each for each in model.torques if not each.tilts_gravity))
+    geometry = model.geometry
+    if tilted is not None:
+        geometry, standard = replace(geometry, gravity=tilted.gravity), tilted.standard
     rigid = InverseDynamics(model.geometry, [model.standard])
     whole = module_torque(module_of(model), model)
 
@@ -320,14 +335,17 @@ def _link_file(result: Identification, model: ExportedModel, target: Path, kind:
         return whole(bare) - rigid.torques(motion.q, motion.dq, motion.ddq)[0]
 
     bodied = replace(model, standard=standard)
-    parts = joint_parts(bodied, kind, motions_of(result), friction)
-    robot = LinkFile(model.geometry, bodies_of(standard), tuple(part.friction for part in parts))
+    parts = joint_parts(bodied, kind, motions, friction)
+    robot = LinkFile(geometry, bodies_of(standard), tuple(part.friction for part in parts))
     remarks: list[str] = []
     described = []
-    for part in parts:
+    for joint, part in enumerate(parts):
         exact = [name for name in part.kept if name != RIGID or kept]
         near = [*part.approximated, *([] if kept else [RIGID])]
-        described.append((exact, near, part.lost))
+        sorts = (exact, near, [*part.lost])
+        if tilted is not None and joint in tilts:
+            sorts[tilted.sort(joint)].append(tilts[joint])
+        described.append(sorts)
     if not kept:
         remarks.append(
             "the identified base parameters belong to no bodies with mass"
@@ -335,10 +353,12 @@ def _link_file(result: Identification, model: ExportedModel, target: Path, kind:
             + "; the nearest that do were taken"
         )
     if kind == "urdf":
-        gravity = " ".join(f"{value:g}" for value in model.geometry.gravity)
+        gravity = " ".join(repr(float(value)) for value in geometry.gravity)
         remarks.append(
             f"a URDF does not say which way gravity points: set it to {gravity} m/s² in the base frame"
         )
+    if tilted is not None:
+        remarks += tilted.in_words(model.geometry.names)
     if any(friction.is_polynomial for friction in robot.friction):
         remarks.append(
             "damping is a polynomial of the speed; versions of MuJoCo before that had one number refuse it"
@@ -349,7 +369,7 @@ def _link_file(result: Identification, model: ExportedModel, target: Path, kind:
         )
     text = WRITERS[kind](robot, c_name(target.stem))
 
-    return _Export({target.name: text}, described, tuple(remarks))
+    return _Export({target.name: text}, described, tuple(remarks), geometry.gravity)
 
 
 def motions_of(result: Identification) -> list[Motion]:

@@ -33,6 +33,7 @@ class ExportedTorque(Part):
 
     Formulas are of q, dq, ddq, direction (sign of dq), load (tau_out of eq. 6), torque (load and all friction before),
     t, temp, memory (state of presliding, or place in a gap), load_slope (derivative of load over q of the joint itself),
+    gravity_1 and gravity_2 (load at rest per m/s² of gravity along the two directions of `across`),
     motor_velocity, motor_acceleration, motor_load (the inverse of `motor_shares` times the joints' loads) and motor_share of
     `motor`. The sum is differentiated over time as often as `derivative` says.
     """
@@ -61,6 +62,11 @@ class ExportedModelDocument(Document):
     experiment: str = Field(description="name of the experiment", examples=["rx130l-joint3"])
     model: str = Field(description="the model, as requested", examples=["usual"])
     gravity: tuple[float, float, float] = Field(description="m/s², in the base frame")
+    across: tuple[tuple[float, float, float], tuple[float, float, float]] | None = Field(
+        default=None,
+        description="two directions across gravity in the base frame, of a base that is not level: what `gravity_1` and"
+        " `gravity_2` of formulas are along",
+    )
     links: tuple[ExportedLink, ...] = Field(description="base to tip")
     base: tuple[ExportedBaseParameter, ...] = Field(description="base parameters, as identified")
     motor_shares: tuple[tuple[float, ...], ...] = Field(

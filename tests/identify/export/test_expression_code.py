@@ -33,7 +33,17 @@ def test_every_effect_with_formulas_has_one_for_each_column_that_parses(name):
     if formulas is None:
         return
     further = dict.fromkeys(
-        ("direction", "memory", "load_slope", "motor_velocity", "motor_acceleration", "motor_share"), None
+        (
+            "direction",
+            "memory",
+            "load_slope",
+            "gravity_1",
+            "gravity_2",
+            "motor_velocity",
+            "motor_acceleration",
+            "motor_share",
+        ),
+        None,
     )
     values = {own: np.array([0.3]) for own in ("q", "dq", "ddq", "load", "torque", "t", "temp", *further)}
     for formula in formulas:
