@@ -7,6 +7,7 @@ from typing import Self
 
 from api.compensation_picture import draw
 from api.proof import Proof, read_errors
+from api.unfinished_run import close_unfinished
 from daq.files_as_read import FilesAsRead
 from daq.session_events import SessionState
 from daq.session_workflow import PayloadSession
@@ -35,6 +36,7 @@ class CompensationRun:
         """
         run = cls(proof, seed, made_from)
         run._recorded_first = proof.first_run()
+        close_unfinished(proof.folder)
         return run
 
     def without(self) -> PayloadSession:

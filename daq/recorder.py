@@ -188,11 +188,13 @@ class Recorder:
             sentence = f"{reason.words}, but: {'; '.join(problems)}"
             reason = StopReason(StopCause.DATA_IN_DOUBT, sentence)
         counters["problems"] = problems
-        self._log.close()
+        self._log.flush(to_disk=True)
         if self._provisional and self.file.gone:
             self.file.abandon()
         else:
             self.file.finish(reason.status, reason.words, counters, reason.cause.value)
+        # Last: its lock says that somebody is at work on the recording, and keeps others from recovering it meanwhile.
+        self._log.close()
         self._rows.close()
         self._frames.close()
 

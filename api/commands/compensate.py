@@ -65,6 +65,7 @@ def compensate(
     from api.compensation_run import CompensationRun
     from api.compensation_text import compensation_text
     from api.stored_experiments import resolve
+    from api.unfinished_run import unfinished_run
     from daq.files_as_read import FilesAsRead, rig_as_read
     from identify.recording import InputError, load_experiment
 
@@ -81,8 +82,12 @@ def compensate(
         who = operator or getpass.getuser()
         made = _new_proof(source, settings, plan, seconds, payload, model, add or [], part, share, who)
         run = CompensationRun(made, made_from=made_from)
+        for remark in _to_be_gone_on_with(source):
+            console.print(f"Remark: {remark}", highlight=False)
     else:
         made = _stored_proof(source, settings, proof, payload)
+        if (unfinished := unfinished_run(made.folder)) is not None:
+            console.print(f"Remark: {unfinished.words}", highlight=False)
         run = CompensationRun.continued(made, made_from=made_from)
     for remark in made.ahead.remarks:
         console.print(f"Remark: {remark}", highlight=False)
@@ -167,6 +172,27 @@ def _new_proof(
         drives=drive_digests(rig),
     )
     return Proof(next_folder(source.folder), asked, rig, motion, ahead)
+
+
+def _to_be_gone_on_with(source: "Experiment") -> list[str]:
+    """Earlier proofs of the experiment whose last run nobody wrote down the end of, and how each goes on."""
+    from api.proof import proof_folders
+    from api.unfinished_run import unfinished_run
+    from identify.recording import InputError
+
+    remarks: list[str] = []
+    for folder in proof_folders(source.folder):
+        try:
+            run = unfinished_run(folder)
+        except InputError:
+            continue  # damaged, which is said where that proof is asked for
+        if run is None:
+            continue
+        go_on = "This is another proof"
+        if run.drive == "with":
+            go_on = f"--continue {folder.name} drives it again"
+        remarks.append(f"proof {folder.name}: {run.words} {go_on}.")
+    return remarks
 
 
 def _stored_proof(source: "Experiment", rig: "Rig", number: str, payload: str | None) -> "Proof":

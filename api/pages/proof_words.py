@@ -10,6 +10,7 @@ from api.service.proofs import ProofState
 from api.service.service import Service
 from identify.results.compensation import CompensationDocument, JointFollowing
 
+ORDINAL = {"without": "first", "with": "second"}
 PARTS = {"whole": "the whole model", "friction": "friction alone"}
 
 
@@ -79,6 +80,9 @@ def proof_row(experiment: str, state: ProofState) -> ProofRow:
 
 def _outcome(state: ProofState) -> tuple[str, str]:
     """Colour and words of how far a proof is."""
+    if state.unfinished is not None and state.next is not None:
+        again = "to be run again" if not state.elsewhere else "to be continued on the command line"
+        return "warn", f"{ORDINAL[state.unfinished.drive]} run ended early, {again}"
     if state.elsewhere:
         return "idle", "to be continued on the command line"
     if state.result is None:

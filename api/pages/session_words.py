@@ -121,8 +121,10 @@ def _of_drive(service: Service, row: SessionRow, active: ActiveSession | None) -
         title = "The run was stopped." if state is SessionState.ABORTED else "A fault ended the run."
         return Outcome(kind, title, reason, "", back)
     if active is None and service.proofs.cut_off(row):
-        todo = "The service ended while it was recorded; prepare this run again."
-        return Outcome("warn", "The run was cut off.", todo, "", back)
+        unfinished = service.proofs.get(row.experiment, number).unfinished
+        ending = "" if unfinished is None else unfinished.words
+        todo = "Prepare this run again where the proof is."
+        return Outcome("warn", "The service ended while this run was recorded.", ending, todo, back)
     if active is not None and active.moves:
         return None
     go_on = NextStep("Continue the run", session_link(row.experiment, row.id))

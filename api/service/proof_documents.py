@@ -10,6 +10,17 @@ from identify.results.compensation import CompensationDocument
 from identify.results.reading import of_any_version
 
 
+class UnfinishedRunView(BaseModel):
+    """The run of a proof that ended last, where nobody wrote down what came of it, as after a kill."""
+
+    drive: Drive = Field(examples=["with"])
+    recording: str = Field(
+        description="inside the proof's folder; it is kept", examples=["incomplete/session-01.h5"]
+    )
+    seconds: float = Field(description="s of samples that it holds", examples=[4.2])
+    words: str = Field(description="what happened and what is kept")
+
+
 class ProofView(BaseModel):
     """One proof, and how far it is."""
 
@@ -29,6 +40,12 @@ class ProofView(BaseModel):
     created: str = Field(examples=["2026-11-28T09:00:00+00:00"])
     next: Drive | None = Field(
         description="the drive that comes next; null where both came to their end", examples=["without"]
+    )
+    unfinished: UnfinishedRunView | None = Field(
+        default=None,
+        description="the run that ended last, where nobody wrote down what came of it, as after a kill; `next` says what "
+        "is to be driven again",
+        examples=[None],
     )
     without: SessionSummary | None = Field(description="the drive without feedforward torque")
     with_torque: SessionSummary | None = Field(description="the drive with it")

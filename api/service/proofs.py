@@ -26,6 +26,8 @@ from api.proof import (
     read_settings,
 )
 from api.service.accounts import User
+from api.service.active_session import ActiveSession
+from api.service.bus_claims import BusClaims
 from api.service.database import SessionRow
 from api.service.experiment_store import ExperimentStore
 from api.service.job_documents import JobResult
@@ -37,6 +39,7 @@ from api.service.proof_drives import drive_of_proof
 from api.service.rig_operators import RigOperators
 from api.service.rig_store import RigStore
 from api.service.session_ids import Drive, drive_id
+from api.unfinished_run import UnfinishedRun, close_unfinished, unfinished_run
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.excitation.plan_limits import require_within_limits
 from daq.excitation.standard_plan import standard_plan
@@ -60,6 +63,7 @@ class ProofState:
     without, with_ : its drives as they were prepared last; None where they were not
     result         : what came of it; None until feedforward torque was sent
     elsewhere      : whether the run without feedforward torque was driven from the command line, where the second waits
+    unfinished     : the run that ended last, where nobody wrote down what came of it, as after a kill
     """
 
     number: str
@@ -68,6 +72,7 @@ class ProofState:
     with_: SessionRow | None
     result: CompensationDocument | None
     elsewhere: bool = False
+    unfinished: UnfinishedRun | None = None
 
     @property
     def next(self) -> Drive | None:
@@ -89,6 +94,7 @@ class Proofs:
         experiments: ExperimentStore,
         rigs: RigStore,
         operators: RigOperators,
+        claims: BusClaims,
         plans: PlanStore,
         jobs: JobRunner,
         clock: Callable[[], float],
@@ -96,6 +102,7 @@ class Proofs:
         self._experiments = experiments
         self._rigs = rigs
         self._operators = operators
+        self._claims = claims
         self._plans = plans
         self._jobs = jobs
         self._clock = clock
@@ -214,7 +221,8 @@ class Proofs:
         state = self.get(experiment, number)
         drives = [row.state if row is not None else "" for row in (state.without, state.with_)]
         compared = "" if state.result is None else state.result.recording_with
-        return "|".join([*drives, compared or ""])
+        unfinished = "" if state.unfinished is None else state.unfinished.recording
+        return "|".join([*drives, compared or "", unfinished])
 
     def words(self, experiment: str, number: str) -> tuple[str, ...]:
         """What the second drive sends and when it is stopped, joint by joint; none before the first was driven."""
@@ -261,6 +269,7 @@ class Proofs:
         if drive == "with" and state.without is not None:
             proof.require_torque_as_measured(self._recording(state.without))
         self._operators.take(state.settings.rig, user)
+        close_unfinished(proof.folder)
         row = SessionRow(
             experiment=experiment,
             id=drive_id(number, drive),
@@ -279,11 +288,18 @@ class Proofs:
 
     def cut_off(self, row: SessionRow) -> bool:
         """Whether the service ended while a drive was recorded."""
-        if row.file is None or SessionState(row.state).ended:
+        if row.file is None or SessionState(row.state).ended or self._has_its_bus(row):
             return False
         from daq.recovery import being_written
 
         return not being_written(self._recording(row))
+
+    def _has_its_bus(self, row: SessionRow) -> bool:
+        holder = self._claims.holder(row.rig or "")
+        return isinstance(holder, ActiveSession) and (holder.experiment, holder.id) == (
+            row.experiment,
+            row.id,
+        )
 
     # --- for the sessions
 
@@ -333,7 +349,9 @@ class Proofs:
                 self.conclude(with_)
                 result = read_conclusion(folder)
         elsewhere = without is None and result is None and first_recording(folder) is not None
-        return ProofState(number, read_settings(folder), without, with_, result, elsewhere)
+        under_way = any(row is not None and self._has_its_bus(row) for row in (without, with_))
+        unfinished = None if under_way else unfinished_run(folder)
+        return ProofState(number, read_settings(folder), without, with_, result, elsewhere, unfinished)
 
     def _folder(self, experiment: str, number: str) -> Path:
         for folder in proof_folders(self._experiments.folder(experiment)):

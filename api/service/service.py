@@ -103,7 +103,7 @@ def create_service(settings: ServiceSettings) -> Service:
     operators = RigOperators(claims, clock)
     plans = PlanStore(settings.data_folder / "plans")
     readiness = StopReadiness()
-    proofs = Proofs(experiments, rigs, operators, plans, jobs, clock)
+    proofs = Proofs(experiments, rigs, operators, claims, plans, jobs, clock)
     sessions = PayloadSessions(
         experiments, rigs, operators, claims, plans, models, proofs, audit, clock, readiness.could_stop_now
     )

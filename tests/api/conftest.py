@@ -1,6 +1,8 @@
 """A service on a data folder of its own, and clients of every role."""
 
 import io
+import re
+import subprocess
 import sys
 import warnings
 import zipfile
@@ -113,6 +115,33 @@ def start_service(data_folder: Path, clock: Clock) -> Iterator[Callable[..., Run
 def service(start_service: Callable[..., RunningService]) -> RunningService:
     """A service without accounts on this machine."""
     return start_service()
+
+
+@pytest.fixture
+def serve(data_folder: Path) -> Iterator[Callable[..., tuple[subprocess.Popen[str], str]]]:
+    """Starts `coulomb serve` on a free port; returns the process and its address."""
+    started: list[subprocess.Popen[str]] = []
+
+    def start(*arguments: str) -> tuple[subprocess.Popen[str], str]:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "api", "serve", "--port", "0", "--data", str(data_folder), *arguments],
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        started.append(process)
+        assert process.stderr is not None
+        line = process.stderr.readline()
+        found = re.search(r"serving (\S+)/ ", line)
+        assert found, line
+        return process, found[1]
+
+    yield start
+    for process in started:
+        if process.poll() is None:
+            process.kill()
+        process.wait()
+        assert process.stderr is not None
+        process.stderr.close()
 
 
 @dataclass(frozen=True)

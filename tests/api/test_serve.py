@@ -2,7 +2,6 @@
 
 import json
 import os
-import re
 import signal
 import subprocess
 import sys
@@ -31,31 +30,6 @@ def coulomb(*arguments, data, **options):
         check=False,
         **options,
     )
-
-
-@pytest.fixture
-def serve(data_folder):
-    """Starts `coulomb serve` on a free port; returns the process and its address."""
-    started = []
-
-    def start(*arguments):
-        process = subprocess.Popen(
-            [sys.executable, "-m", "api", "serve", "--port", "0", "--data", str(data_folder), *arguments],
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        started.append(process)
-        line = process.stderr.readline()
-        found = re.search(r"serving (\S+)/ ", line)
-        assert found, line
-        return process, found[1]
-
-    yield start
-    for process in started:
-        if process.poll() is None:
-            process.kill()
-        process.wait()
-        process.stderr.close()
 
 
 def test_the_service_answers_and_ends_when_told_to(serve):

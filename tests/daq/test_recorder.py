@@ -14,6 +14,7 @@ from daq import recorder
 from daq.raw_log import raw_log_of, text_of
 from daq.recorder import Ending, Recorder, RecorderOrder, record
 from daq.recording_file import SessionDescription
+from daq.recovery import being_written
 from daq.ring_buffer import RingWriter
 from daq.safety import StopCause, StopReason
 from drivers.frames import FRAME
@@ -244,6 +245,24 @@ def test_a_recording_taken_away_is_told_and_written_anew_unless_nobody_wants_it(
     assert session.order.path.exists() is not provisional
     if not provisional:
         assert len(session.recorded()[1]["cycle"]) == 50
+
+
+def test_nobody_may_take_a_recording_for_one_left_open_until_it_says_how_it_ended(bench, monkeypatch):
+    """Its log is locked that long: whoever recovers recordings meanwhile would write into it too."""
+    made = bench()
+    kept = made.open()
+    finish, seen = kept.file.finish, []
+
+    def watched(*ending):
+        seen.append(being_written(made.order.path))
+        finish(*ending)
+        seen.append(being_written(made.order.path))
+
+    monkeypatch.setattr(kept.file, "finish", watched)
+    kept.finish(DONE)
+    assert seen == [True, True]
+    assert not being_written(made.order.path)
+    assert made.recorded()[0]["status"] == "complete"
 
 
 def test_the_process_records_until_it_is_told_how_the_motion_ended(bench):

@@ -10,7 +10,7 @@ from api.service.access import service_of
 from api.service.database import SessionRow
 from api.service.job_documents import JobView
 from api.service.openapi import ResourceRoute, problems
-from api.service.proof_documents import ProofView
+from api.service.proof_documents import ProofView, UnfinishedRunView
 from api.service.proofs import ProofState
 from api.service.routes.experiments import ExperimentId, session_summary
 from api.service.routes.jobs import accepted
@@ -69,10 +69,18 @@ def _view(request: Request, experiment: str, state: ProofState) -> ProofView:
         operator=settings.operator,
         created=settings.created,
         next=state.next,
+        unfinished=_unfinished(state),
         without=_summary(request, experiment, state.without),
         with_torque=_summary(request, experiment, state.with_),
         result=state.result,
     )
+
+
+def _unfinished(state: ProofState) -> UnfinishedRunView | None:
+    run = state.unfinished
+    if run is None:
+        return None
+    return UnfinishedRunView(drive=run.drive, recording=run.recording, seconds=run.seconds, words=run.words)
 
 
 def _summary(request: Request, experiment: str, row: SessionRow | None) -> SessionSummary | None:

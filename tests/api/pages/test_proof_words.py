@@ -1,8 +1,11 @@
 """What the pages say of a proof, above all where it is no better."""
 
+from dataclasses import replace
+
 from api.pages.proof_words import change, changes, improved, joint_rows, proof_row
 from api.proof import ProofSettings
 from api.service.proofs import ProofState
+from api.unfinished_run import UnfinishedRun
 from identify.recording import Payload
 from identify.results.compensation import CompensationDocument, FollowingPart, JointFollowing
 
@@ -71,4 +74,10 @@ def test_a_proof_whose_first_run_was_driven_on_the_command_line_waits_there() ->
     assert [proof_row("arm", state).words for state in states] == [
         "to be continued on the command line",
         "to be run without it",
+    ]
+    second = UnfinishedRun("with", False, "incomplete/session-01.h5", 4.2, "the program was killed")
+    ended = [replace(state, unfinished=second) for state in states]
+    assert [proof_row("arm", state).words for state in ended] == [
+        "second run ended early, to be continued on the command line",
+        "second run ended early, to be run again",
     ]
