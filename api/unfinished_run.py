@@ -1,12 +1,9 @@
 """The run of a proof that came to no end anybody wrote down: who drove it was killed, or it was stopped before there was
 anything to compare. Its recording says it, whoever drove it: the command line or a service."""
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
-
-import h5py
 
 from api.proof import first_recording, read_conclusion
 from daq.experiment_folder import INCOMPLETE
@@ -63,7 +60,7 @@ def unfinished_run(folder: Path) -> UnfinishedRun | None:
             _drive(first), False, _inside(folder, path), 0.0, str(error).removeprefix(f"{path}: ")
         )
     reason = LEFT_OPEN if _left_open(state) else state.reason.rstrip(".")
-    seconds = state.rows * _cycle(path)
+    seconds = state.rows * state.cycle
     return UnfinishedRun(_drive(first), state.status == "complete", _inside(folder, path), seconds, reason)
 
 
@@ -99,9 +96,3 @@ def _inside(folder: Path, path: Path) -> str:
 
 def _left_open(state: RecordingState) -> bool:
     return state.status == "recording"
-
-
-def _cycle(path: Path) -> float:
-    """s between two rows."""
-    with h5py.File(path, "r", libver="latest", swmr=True) as file:
-        return float(json.loads(str(file.attrs["rig"]))["cycle"])

@@ -50,6 +50,8 @@ class RecordingState:
     """whether it was listed in the experiment just now"""
     lacks: str = ""
     """why it is not listed, and what to do about it"""
+    cycle: float = 0.0
+    """s between two rows; 0 where the recording does not say it"""
 
 
 _LOOKS, _BETWEEN_LOOKS = 20, 0.05
@@ -100,6 +102,7 @@ def _state_now(path: Path) -> RecordingState:
                 rows,
                 str(payload["name"]),
                 str(attributes.get("role", "identification")),
+                cycle=float(attributes.get("cycle", 0.0)),
             )
     except _UNREADABLE as error:
         raise InputError(f"{path}: cannot be read as a recording ({_in_words(error)})") from None
