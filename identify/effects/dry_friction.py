@@ -66,6 +66,7 @@ class Offset(Effect):
     source = "paper, eq. (6)"
     picture = OVER_SPEED
     confusable = ("viscous-asymmetric",)
+    in_link_files = "constant"
 
     def formulas(self, constants: Constants) -> tuple[str, ...] | None:
         return ("1.0",)

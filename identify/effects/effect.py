@@ -20,8 +20,8 @@ Simulated = Literal["instant", "state", "give", "command"]
 `state_after`, `columns_of_state`); as a give between motor and link, whose motions are states apart (`gives`);
 or as a shift of the command in time (`command_lead`)"""
 
-LinkFilePlace = Literal["damping", "dry", "stiffness", "quadratic", "cubic"]
-"""what a joint has in files of a robot's links: coefficients of q̇, sign(q̇), q, |q̇| q̇ and q̇³"""
+LinkFilePlace = Literal["damping", "dry", "stiffness", "quadratic", "cubic", "constant"]
+"""what a joint has in files of a robot's links: coefficients of q̇, sign(q̇), q, |q̇| q̇, q̇³ and 1"""
 
 
 class DeclaredLoad(Enum):

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 PLACES: dict[str, tuple[LinkFilePlace, ...]] = {
     "urdf": ("damping", "dry"),
     "sdf": ("damping", "dry", "stiffness"),
-    "xml": ("damping", "dry", "stiffness", "quadratic", "cubic"),
+    "xml": ("damping", "dry", "stiffness", "quadratic", "cubic", "constant"),
 }
 """what a joint has in each format"""
 NEVER_NEGATIVE: dict[str, tuple[LinkFilePlace, ...]] = {"sdf": ("stiffness",)}
@@ -81,7 +81,8 @@ def _has_place(kind: str, part: Torque) -> bool:
 def _fitted(
     joint: int, friction: list[tuple[Motion, Array]], kind: str, stiffness: float
 ) -> dict[LinkFilePlace, float]:
-    """What the format has for friction, none of it below zero, with the least squared error of this joint's friction torque.
+    """What the format has for friction, none of it below zero, and for a constant, with the least squared error of this joint's
+    friction torque.
 
     stiffness : of the spring that the file has beside it
     """
@@ -92,8 +93,11 @@ def _fitted(
         "dry": np.sign(dq),
         "quadratic": np.abs(dq) * dq,
         "cubic": dq**3,
+        "constant": np.ones(len(dq)),
     }
-    straight = _least_squares({place: columns[place] for place in ("damping", "dry")}, torque)
+    straight = _least_squares(
+        {place: columns[place] for place in ("damping", "dry", "constant") if place in PLACES[kind]}, torque
+    )
     curved = _least_squares({place: columns[place] for place in PLACES[kind] if place in columns}, torque)
     return (curved if curved[1] < WORTH_A_POLYNOMIAL * straight[1] else straight)[0]
 
@@ -101,16 +105,22 @@ def _fitted(
 def _least_squares(
     columns: dict[LinkFilePlace, Array], torque: Array
 ) -> tuple[dict[LinkFilePlace, float], float]:
-    """Coefficients, none below zero, and the norm of what they leave.
+    """Coefficients, none of friction below zero, and the norm of what they leave.
 
-    A constant stands beside them: what the format cannot hold must not be taken for friction.
+    A constant stands beside them also where the format has no place for one: it must not be taken for friction.
     """
+    rubbing: dict[LinkFilePlace, Array] = {p: column for p, column in columns.items() if p != "constant"}
     constant = np.ones(len(torque))
-    table = np.column_stack([*columns.values(), constant, -constant])
+    table = np.column_stack([*rubbing.values(), constant, -constant])
     size = np.maximum(np.linalg.norm(table, axis=0), 1e-300)
-    coefficients, left = nnls(table / size, torque)
-    listed = zip(columns, coefficients, size, strict=False)
-    return {place: float(value / norm) for place, value, norm in listed}, float(left)
+    values, left = nnls(table / size, torque)
+    values /= size
+    coefficients: dict[LinkFilePlace, float] = {
+        place: float(value) for place, value in zip(rubbing, values, strict=False)
+    }
+    if "constant" in columns:
+        coefficients["constant"] = float(values[-2] - values[-1])
+    return coefficients, float(left)
 
 
 def _motion_of(friction: list[tuple[Motion, Array]]) -> tuple[list[Array], list[Array]]:

@@ -1,7 +1,8 @@
 """Torques of a robot as its URDF, SDF or MJCF describes it: by Pinocchio or MuJoCo where they are installed, else by the
 reader of robots that `coulomb import` has.
 
-Friction is that of the format's own rule at speed: damping, dry friction by the sign of the velocity, a spring about zero.
+Friction is that of the format's own rule at speed: damping, dry friction by the sign of the velocity, a spring about zero. Of an
+MJCF the torque is the control of the joint's actuator, so that a constant force beside it counts.
 """
 
 from __future__ import annotations
@@ -83,6 +84,9 @@ def _by_mujoco(mujoco: ModuleType, path: Path) -> ArmTorque:
     model: Any = mujoco.MjModel.from_xml_string(path.read_text(encoding="utf-8"))
     dry = model.dof_frictionloss.copy()
     model.dof_frictionloss[:] = 0.0  # a soft constraint there: at speed it is the sign of the velocity
+    bias = np.zeros(model.nv)  # of actuators, whose control is what a motor must give
+    driven = model.jnt_dofadr[model.actuator_trnid[:, 0]]
+    bias[driven] = model.actuator_biasprm[:, 0]
     data = mujoco.MjData(model)
 
     def torque(q: Array, dq: Array, ddq: Array) -> Array:
@@ -91,7 +95,7 @@ def _by_mujoco(mujoco: ModuleType, path: Path) -> ArmTorque:
             data.qpos[:], data.qvel[:], data.qacc[:] = position, velocity, acceleration
             mujoco.mj_inverse(model, data)
             inverse[row] = data.qfrc_inverse
-        return inverse + dry * np.sign(dq)
+        return inverse + dry * np.sign(dq) - bias
 
     return torque
 
@@ -138,7 +142,9 @@ def _friction(root: ElementTree.Element) -> dict[str, JointFriction]:
             dry, stiffness, rotor = (
                 float(joint.get(name, 0)) for name in ("frictionloss", "stiffness", "armature")
             )
-            friction = JointFriction(damping[0], dry, stiffness, rotor, *damping[1:])
+            quadratic, cubic = (*damping[1:], 0.0, 0.0)[:2]
+            constant = -_bias(root, joint.get("name", ""))
+            friction = JointFriction(damping[0], dry, stiffness, rotor, quadratic, cubic, constant)
         elif root.tag == "sdf":
             names = ("damping", "friction", "spring_stiffness")
             friction = JointFriction(*(float(joint.findtext(f"axis/dynamics/{name}") or 0) for name in names))
@@ -148,6 +154,12 @@ def _friction(root: ElementTree.Element) -> dict[str, JointFriction]:
             friction = JointFriction(float(stated.get("damping", 0)), float(stated.get("friction", 0)))
         by_name[joint.get("name", "")] = friction
     return by_name
+
+
+def _bias(root: ElementTree.Element, joint: str) -> float:
+    """Constant force of a joint's actuator beside its control, N m or N."""
+    listed = [each for each in root.iterfind("actuator/general") if each.get("joint") == joint]
+    return sum(float(each.get("biasprm", "0").split()[0]) for each in listed)
 
 
 def arm_torque(path: Path, gravity: Array) -> tuple[ArmTorque, str]:

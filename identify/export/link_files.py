@@ -49,6 +49,7 @@ class JointFriction:
     rotor     : kg m² or kg, at the joint
     quadratic : N m s²/rad² or N s²/m², of |q̇| q̇
     cubic     : N m s³/rad³ or N s³/m³, of q̇³
+    constant  : N m or N, that the motor gives beside what moves the joint
     """
 
     damping: float = 0.0
@@ -57,6 +58,7 @@ class JointFriction:
     rotor: float = 0.0
     quadratic: float = 0.0
     cubic: float = 0.0
+    constant: float = 0.0
 
     @property
     def is_polynomial(self) -> bool:
@@ -66,7 +68,7 @@ class JointFriction:
     def torque(self, q: Array, dq: Array) -> Array:
         """(N,) torque of all but the rotor at positions and velocities (N,) of the joint."""
         over_speed = self.damping + self.quadratic * np.abs(dq) + self.cubic * dq**2
-        return over_speed * dq + self.dry * np.sign(dq) + self.stiffness * q
+        return over_speed * dq + self.dry * np.sign(dq) + self.stiffness * q + self.constant
 
 
 @dataclass(frozen=True)
@@ -156,7 +158,11 @@ def sdf(robot: LinkFile, name: str) -> str:
 
 
 def mjcf(robot: LinkFile, name: str) -> str:
-    """An MJCF model. Its dry friction is a soft constraint: a joint that it holds at rest creeps."""
+    """An MJCF model. Its dry friction is a soft constraint: a joint that it holds at rest creeps.
+
+    A constant torque is the bias of the joint's actuator, whose force is the control less that constant: the control is then
+    the torque that the motor must give. A motor without one is the same with a bias of nought.
+    """
     root = ElementTree.Element("mujoco", model=name)
     ElementTree.SubElement(root, "compiler", angle="radian", autolimits="true", inertiafromgeom="false")
     ElementTree.SubElement(root, "option", gravity=_text(robot.geometry.gravity), integrator="implicitfast")
@@ -187,7 +193,12 @@ def mjcf(robot: LinkFile, name: str) -> str:
             frictionloss=_number(friction.dry),
             stiffness=_number(friction.stiffness),
         )
-        ElementTree.SubElement(actuators, "motor", name=geometry.names[joint], joint=geometry.names[joint])
+        actuator = {"name": geometry.names[joint], "joint": geometry.names[joint]}
+        if friction.constant:
+            bias = {"gainprm": "1", "biastype": "affine", "biasprm": _number(-friction.constant)}
+            ElementTree.SubElement(actuators, "general", actuator | bias)
+        else:
+            ElementTree.SubElement(actuators, "motor", actuator)
     root.append(actuators)
     return _document(root)
 

@@ -363,6 +363,11 @@ def _link_file(result: Identification, model: ExportedModel, target: Path, kind:
         remarks.append(
             "damping is a polynomial of the speed; versions of MuJoCo before that had one number refuse it"
         )
+    if any(friction.constant for friction in robot.friction):
+        remarks.append(
+            "a constant torque is the bias of the joint's actuator, whose control is the torque that the motor must give; a force"
+            " that is applied in another way stands beside it"
+        )
     if kind == "xml":
         remarks.append(
             "frictionloss is a soft constraint of MuJoCo: a joint that dry friction should hold at rest creeps"

@@ -15,7 +15,7 @@ from identify.recording import Payload
 BARE = Payload(name="none", mass=0.0)
 VISCOUS = Torque("viscous", 0, 0, ("dq",), (3.0,), rubs=True, place="damping")
 DRY = Torque("coulomb", 0, 0, ("direction",), (2.0,), rubs=True, place="dry")
-OFFSET = Torque("offset", 0, 0, ("1",), (5.0,))
+OFFSET = Torque("offset", 0, 0, ("1",), (5.0,), place="constant")
 DRAG = Torque("viscous-cubic", 0, 0, ("dq**3",), (0.4,), rubs=True)
 
 
@@ -47,9 +47,11 @@ def unasked(motion: Motion) -> np.ndarray:
 def test_damping_and_dry_friction_stand_as_they_are_and_the_rotor_where_it_has_a_place(motions, kind, rotor):
     part = part_of([VISCOUS, DRY, OFFSET], kind, motions, unasked, [("elasticity", 0), ("delay", 1)])
     assert (part.friction.damping, part.friction.dry, part.friction.rotor) == (3.0, 2.0, rotor)
-    assert part.kept[1:] == ("viscous", "coulomb")
+    has_a_bias = kind == "xml"  # of the joint's actuator
+    assert part.friction.constant == (5.0 if has_a_bias else 0.0)
+    assert part.kept[1:] == ("viscous", "coulomb", *(["offset"] if has_a_bias else []))
     assert part.approximated == ()
-    assert part.lost == ("offset", "elasticity")  # the delay is another joint's
+    assert part.lost == (*([] if has_a_bias else ["offset"]), "elasticity")  # the delay is another joint's
 
 
 @pytest.mark.parametrize(
@@ -76,6 +78,19 @@ def test_friction_without_a_place_is_fitted_together_with_what_has_one(motions):
     assert part.friction.stiffness == 4.0
     assert part.approximated == ("viscous-cubic", "viscous", "coulomb")
     assert part.kept[1:] == ("joint-spring",)
+
+
+def test_friction_that_differs_between_the_directions_is_a_constant_where_there_is_one(motions):
+    """5 N m of offset, 3 N m forwards and 1 N m backwards: dry friction of 2 N m and 1 N m more of the constant."""
+    forwards = Torque("coulomb-asymmetric", 0, 0, ("max(0.0, direction)",), (1.0,), rubs=True)
+
+    def torque(motion: Motion) -> np.ndarray:
+        return np.where(motion.dq > 0, 3.0, -1.0) + 5.0
+
+    part = part_of([DRY, OFFSET, forwards], "xml", motions, torque)
+    assert (part.friction.dry, part.friction.constant) == pytest.approx((2.0, 6.0))
+    assert part.kept[1:] == ("offset",)
+    assert part_of([DRY, OFFSET, forwards], "sdf", motions, torque).friction.constant == 0.0
 
 
 def test_a_polynomial_is_taken_only_where_it_leaves_clearly_less(motions):

@@ -46,7 +46,7 @@ from tests.plants.single_joint import record, write_experiment
 NONE = Payload(name="none", mass=0.0)
 
 
-def random_link_file(description, seed, rotors=True, powers=False):
+def random_link_file(description, seed, rotors=True, powers=False, constants=False):
     """Bodies with mass and joints with friction, drawn at random."""
     geometry = Geometry.from_robot(description)
     random = np.random.default_rng(seed)
@@ -58,7 +58,10 @@ def random_link_file(description, seed, rotors=True, powers=False):
         bodies.append(Body(float(random.uniform(0.5, 5)), random.uniform(-0.3, 0.3, 3), inertia))
         values = random.uniform(0, 2, 6)
         values[4:] *= powers
-        friction.append(JointFriction(*values[:3], values[3] if rotors else 0.0, *values[4:]))
+        constant = float(random.uniform(-3, 3)) if constants else 0.0
+        friction.append(
+            JointFriction(*values[:3], values[3] if rotors else 0.0, *values[4:], constant=constant)
+        )
     return LinkFile(geometry, tuple(bodies), tuple(friction))
 
 
@@ -111,6 +114,23 @@ def test_mujoco_reads_the_mjcf_and_finds_the_same_torques(description, seed):
         found.append(data.qfrc_inverse.copy())
     exact = torque_of_robot(without)(motion_of(q, dq, ddq))
     assert np.array(found) == pytest.approx(exact, rel=1e-6, abs=1e-6)
+
+
+@settings(max_examples=15, deadline=None)
+@given(robots, st.integers(0, 2**32 - 1))
+def test_mujoco_moves_the_joints_with_the_motor_s_torque_where_a_constant_is_beside_it(description, seed):
+    """Forward dynamics: controls of the torque that is written accelerate the joints as they were to be."""
+    robot = random_link_file(description, seed, constants=True)
+    without = replace(robot, friction=tuple(replace(own, dry=0.0) for own in robot.friction))
+    model = mujoco.MjModel.from_xml_string(WRITERS["xml"](without, "arm"))
+    data = mujoco.MjData(model)
+    q, dq, ddq = random_motion(seed, 4, robot.geometry.joint_count)
+    torque = torque_of_robot(without)(motion_of(q, dq, ddq))
+    assert model.nu == robot.geometry.joint_count
+    for row in range(4):
+        data.qpos[:], data.qvel[:], data.ctrl[:] = q[row], dq[row], torque[row]
+        mujoco.mj_forward(model, data)
+        assert data.qacc == pytest.approx(ddq[row], rel=1e-6, abs=1e-6)
 
 
 def test_mujoco_s_dry_friction_is_that_of_the_file_at_speed_and_creeps_at_rest():
@@ -167,7 +187,7 @@ def test_the_certificate_s_figure_is_what_the_file_s_torques_give(plant, tmp_pat
     certificate = write_export(result, tmp_path / f"arm.{ending}")
     (joint,) = certificate.joints
     assert "load-friction" in joint.approximated
-    assert joint.lost == ("offset",)
+    assert joint.lost == (() if ending == "xml" else ("offset",))
     assert joint.relative_error_model is not None
     assert joint.relative_error_export is not None
     geometry = result.fitted.record.body.base.geometry
@@ -188,11 +208,10 @@ def test_the_certificate_s_figure_is_what_the_file_s_torques_give(plant, tmp_pat
 
 
 def test_mjcf_holds_friction_over_powers_of_the_speed_exactly(plant, tmp_path):
-    """Beside the offset, which the format has no place for, MuJoCo's torques are the model's."""
+    """MuJoCo's torques of the joint are the model's, less the actuator's own."""
     model = exported_model(identify(load_experiment(plant), "usual", ["viscous-quadratic", "viscous-cubic"]))
-    model = replace(model, torques=tuple(own for own in model.torques if own.effect != "offset"))
     (part,) = joint_parts(model, "xml", [], lambda motion: motion.q)
-    assert {"viscous", "coulomb", "viscous-quadratic", "viscous-cubic"} <= set(part.kept)
+    assert {"viscous", "coulomb", "viscous-quadratic", "viscous-cubic", "offset"} <= set(part.kept)
     assert part.approximated == part.lost == ()
     assert part.friction.is_polynomial
     q, dq, ddq = (np.random.default_rng(2).uniform(-1, 1, (20, 1)) for _ in range(3))
@@ -204,7 +223,8 @@ def test_mjcf_holds_friction_over_powers_of_the_speed_exactly(plant, tmp_path):
     for row in zip(q, dq, ddq, strict=True):
         data.qpos[:], data.qvel[:], data.qacc[:] = row
         mujoco.mj_inverse(simulated, data)
-        torque.append(data.qfrc_inverse + part.friction.dry * np.sign(row[1]))
+        dry = part.friction.dry * np.sign(row[1])
+        torque.append(data.qfrc_inverse + dry - simulated.actuator_biasprm[:, 0])
     module = module_of(model)
     friction = module.torque(q.T, dq.T, ddq.T) - module.rigid_torque(q.T, dq.T, ddq.T)
     bodies = torque_of_robot(replace(robot, friction=(JointFriction(rotor=part.friction.rotor),)))

@@ -94,7 +94,7 @@ def test_every_format_holds_the_machine_and_says_what_it_loses(result, tmp_path,
     for joint in certificate.joints:
         assert joint.relative_error_export is not None
         if ending in (".urdf", ".sdf", ".xml"):
-            assert joint.lost
+            assert joint.lost or (ending == ".xml" and joint.approximated)
         else:
             assert joint.lost == joint.approximated == ()
             assert joint.relative_difference < 1e-9

@@ -151,7 +151,7 @@ def by_mujoco(file: Path, gravity):
             data.qpos[:], data.qvel[:], data.qacc[:] = row
             mujoco.mj_inverse(model, data)
             found.append(data.qfrc_inverse.copy())
-        return np.array(found) + dry * np.sign(dq)
+        return np.array(found) + dry * np.sign(dq) - model.actuator_biasprm[:, 0]
 
     return torque
 
