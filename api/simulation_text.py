@@ -61,7 +61,7 @@ def _lines(document: SimulationDocument) -> Iterator[str]:
         elif effect.formed == "command":
             yield f"{effect.effect}@{effect.joint}: shifts the recorded command in time"
         elif effect.formed == "left-out":
-            yield f"{effect.effect}@{effect.joint}: left out in closed loop, where the controllers' torque acts at once"
+            yield f"{effect.effect}@{effect.joint}: left out"
     if document.inputs:
         yield f"Taken from the record after each start: {', '.join(document.inputs)}."
         yield "The measured motion gives the state at the start alone, whose speed is filtered from rows to either side."

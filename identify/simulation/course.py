@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.simulation.controller import Controllers
+from identify.simulation.dead_time import DeadTime, dead_times, parts_for
 from identify.simulation.forward_dynamics import Integrator, RigidTransmissions
 from identify.simulation.measured_motion import LARGEST_STEP, MeasuredMotion
 from identify.simulation.torque_model import LINK, LINK_SPEED, StateKey, TorqueModel, Windows
@@ -83,11 +84,18 @@ class _ClosedLoop:
                beginning lag by half a part, K/2 of whose length is taken from the damping: for a loop too stiff for it they
                are those of the part's middle, whereto the speed leads, and take nothing
     integral : (windows, joints), as it stands
+    sent     : what was commanded and has not acted yet
     """
 
     def __init__(
-        self, model: TorqueModel, motion: MeasuredMotion, controllers: Controllers, lead: float
+        self,
+        model: TorqueModel,
+        motion: MeasuredMotion,
+        controllers: Controllers,
+        lead: float,
+        sent: DeadTime,
     ) -> None:
+        self._sent = sent
         self._controllers, self._motion, self._lead = controllers, motion, lead
         self._reference = controllers.reference(motion)
         self._gain = model.fitted.record.experiment.drive_gain
@@ -101,7 +109,7 @@ class _ClosedLoop:
         integral = self.integral + self._lead * period * error
         command = self._controllers.command(error, integral, ahead, windows.dq)
         self.integral = self.integral + period * error
-        torque = command @ self._gain.T
+        torque = self._sent.acting(command @ self._gain.T)
         return torque, torque
 
 
@@ -136,7 +144,8 @@ def simulate_from(
     parts, lead = _parts_of_sample(model, windows, motion.period, controllers)
     driven: _RecordedTorque | _ClosedLoop = _RecordedTorque(model, motion, beside)
     if controllers is not None:
-        driven = _ClosedLoop(model, motion, controllers, lead)
+        sent = DeadTime(model, motion, first, motion.period / parts, 0.5 - lead)
+        driven = _ClosedLoop(model, motion, controllers, lead, sent)
         driven.integral = state.integral
     span = motion.span
     integrator: Integrator = RigidTransmissions(model, motion.period / parts)
@@ -238,6 +247,7 @@ def _parts_of_sample(
         return _whole(period * fastest), 0.0
     loops = controllers.opposing_rates(slope, model.fitted.record.experiment.drive_gain)
     parts = _whole(period * max(fastest, loops.fastest() / LARGEST_DECAY))
+    parts = max(parts, parts_for(dead_times(model), period))
     return parts, 0.0 if loops.bears_holding(period / parts) else 0.5
 
 

@@ -4,7 +4,8 @@ In a closed loop it need not be taken step by step. The loop forgets where it be
 simulated side by side, each begun at a guess, the measured state. Then each is begun anew where the one before it has ended,
 and so on until no beginning differs from the end before it any more: what stands then is what one simulation from the first row
 to the last would give, for it has taken the same steps from the same states (the "parareal" idea, Lions, Maday, Turinici 2001,
-with the fine integrator alone). Each round makes at least one more stretch right, whatever the loop.
+with the fine integrator alone). Each round makes at least one more stretch right, whatever the loop. A loop with a dead time is
+simulated step by step: torques that have not acted yet are no part of a beginning.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 
 from identify.simulation.controller import Controllers
 from identify.simulation.course import State, Trajectories, lost
+from identify.simulation.dead_time import dead_times
 from identify.simulation.measured_motion import MeasuredMotion
 from identify.simulation.rollout import roll_out
 from identify.simulation.torque_model import TorqueModel, Windows
@@ -36,7 +38,7 @@ SAME = 1e-9
 def free_run(model: TorqueModel, motion: MeasuredMotion, controllers: Controllers | None) -> Trajectories:
     """Simulate a record from its first row on; ends early where a joint is further off than its range of motion."""
     stretches = (len(motion) - 1) // max(1, round(STRETCH / motion.period))
-    if controllers is not None and stretches > 1:
+    if controllers is not None and stretches > 1 and not np.any(dead_times(model)):
         course = _side_by_side(model, motion, controllers, stretches)
         if course is not None:
             return course

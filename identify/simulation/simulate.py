@@ -145,6 +145,8 @@ def simulated(
         remarks += [unstable] if unstable else []
     formed = _formed(result, controllers is not None)
     remarks += _on_gives(result)
+    if controllers is not None:
+        remarks += _on_commands(result)
     listed = [motion for session_motions in motions.values() for motion in session_motions]
     remarks += [
         f"{name}: stands still in the whole record, so that the model has no inertia of it; it stays where it is"
@@ -222,15 +224,17 @@ def simulated(
 
 def _formed(result: Identification, closed: bool) -> tuple[EffectInSimulation, ...]:
     """How a simulation forms the torque of each effect."""
-    fitted = result.fitted
-    gives = give_fit(fitted).gives
+    given = give_fit(result.fitted)
+    gives, fitted = given.gives, given.fitted
     listed = []
-    for slot in fitted.slots:
+    for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True):
         effect = slot.term.effect
         how: Formed = effect.simulated_with(slot.values)
-        if (how == "give" and slot.term.joint not in gives) or (how == "command" and closed):
-            how = "left-out"
         state = {"give": "position and speed of the link", "state": effect.state_name}.get(how)
+        if how == "command" and closed and effect.command_lead(fitted.fit.chi[columns]) < 0.0:
+            how, state = "state", "commands that have not acted yet"
+        elif (how == "give" and slot.term.joint not in gives) or (how == "command" and closed):
+            how, state = "left-out", None
         joint = fitted.record.joint_names[slot.term.joint]
         listed.append(EffectInSimulation(effect=effect.name, joint=joint, formed=how, state=state))
     return tuple(listed)
@@ -250,6 +254,22 @@ def _on_gives(result: Identification) -> list[str]:
         " link could share"
         for slot in giving_slots(fitted)
         if slot.term.joint not in gives
+    ]
+
+
+def _on_commands(result: Identification) -> list[str]:
+    """Remarks on commands whose time has no part in a closed loop."""
+    fitted = give_fit(result.fitted).fitted
+    names = fitted.record.joint_names
+    listed = [
+        (slot.term, slot.term.effect.command_lead(fitted.fit.chi[columns]))
+        for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True)
+    ]
+    return [
+        f"{term.effect.name}@{names[term.joint]}: left out in closed loop: the command is recorded {1e3 * lead:.3g} ms after it"
+        " acts, which says how the record was made; no torque acts before its command"
+        for term, lead in listed
+        if lead > 0.0
     ]
 
 

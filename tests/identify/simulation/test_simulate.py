@@ -104,7 +104,7 @@ def test_with_the_known_controller_the_emps_drive_stays_on_its_reference(emps, t
     )
     experiment = load_experiment(emps)
     document = simulate(experiment, "usual", ["delay"], [1.0], gains, free_run=False)
-    assert {each.formed for each in document.formed if each.effect == "delay"} == {"left-out"}
+    assert {each.formed for each in document.formed if each.effect == "delay"} == {"state"}
     assert document.inputs == ("reference position",)
     free = simulate(experiment, "usual", [], [1.0], free_run=False)
     assert document.controller is not None
