@@ -17,7 +17,7 @@ from identify.effects.catalogue import effects
 from identify.effects.coverage import Coverage, JointLimits
 from identify.effects.model import Model, Term, coupled_motors, model_name, parse_addition, parse_model
 from identify.effects.motion import BlockMemory, JointMotion, JointSummary
-from identify.estimation.motor_motion import GearSignals, gear_motion, rows_on
+from identify.estimation.motor_motion import GearSignals, gear_motion, pair_motion, rows_on
 from identify.estimation.parameters import rotor_name
 from identify.estimation.rigid_body import RigidBody
 from identify.recording.errors import InputError
@@ -90,6 +90,7 @@ class RegressorModel:
             base_parameters(Geometry.from_robot(rig.robot)),
             tuple(self._payloads),
             rig.drive_gain,
+            tuple(axis.gear_ratio for axis in rig.axes),
         )
         base = self._body.base
         self._chi = (
@@ -278,6 +279,7 @@ class RegressorModel:
             period=self._rig.cycle,
             axis_along_gravity=body.axis_along_gravity(j),
             loaded_sessions=sum(payload.mass > 0.0 for payload in self._payloads[:sessions]),
+            joint_before=self._rig.axes[j - 1].joint if body.may_share_undeclared(j) else None,
         )
 
 
@@ -308,6 +310,12 @@ class _Views:
     def columns(self, term: Term, joint: int, constants: Mapping[str, float]) -> Array:
         """(N, parameters): the columns of a term on the rows of a joint."""
         owner = term.joint
+        if term.effect.rows == "pair":
+            planned = self._motion
+            pair = pair_motion(
+                self._body, owner, term.effect.beside, self(joint, joint), planned.dq, planned.ddq
+            )
+            return term.effect.columns(pair, constants)
         motion = self(owner if term.effect.rows == "gear" else joint, owner)
         if term.effect.rows != "gear" or not self._body.gears_apart[owner]:
             return term.effect.columns(motion, constants)

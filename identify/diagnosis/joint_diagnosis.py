@@ -105,7 +105,7 @@ class JointDiagnosis:
             justified=finding.justified,
             indistinguishable_from=self.rivals.get(effect.name, ()),
             caution=self.cautions.get(effect.name),
-            explanation=effect.explanation,
+            explanation=effect.explained(finding.candidate.summary),
             equation=effect.equation,
             variable=effect.variable,
             constants=finding.candidate.constants[finding.variant],

@@ -79,13 +79,11 @@ def admissible_values(
                     row[place[effect, term.joint] + index] = coefficient
             rows.append(row)
             least.append(relation.least)
-    for joint, on_motor in sorted({(t.joint, _of_shared_motor(t, summaries)) for t, *_ in columns}):
+    for joint, turned in sorted({(t.joint, _turns_with(t, summaries)) for t, *_ in columns}):
         friction = [
             (term, constants, slice(start, start + count))
             for (term, constants, count), start in zip(columns, starts[:-1], strict=True)
-            if term.joint == joint
-            and _of_shared_motor(term, summaries) == on_motor
-            and term.effect.dissipates
+            if term.joint == joint and _turns_with(term, summaries) == turned and term.effect.dissipates
         ]
         if friction:
             motion = steady_motion(summaries[joint])
@@ -102,11 +100,13 @@ def admissible_values(
     return Admissible(lower, upper, np.array(rows).reshape(-1, width), np.array(least))
 
 
-def _of_shared_motor(term: Term, summaries: Sequence[JointSummary]) -> bool:
-    """Whether a term is friction over the velocity of a motor that several joints share, not over its joint's own: each of
-    the two opposes its own motion."""
+def _turns_with(term: Term, summaries: Sequence[JointSummary]) -> str:
+    """Over whose velocity a term is friction: the joint's own, that of a motor that several joints share, or that of one which
+    no gain matrix declares. Each opposes its own motion."""
+    if term.effect.rows == "pair":
+        return term.effect.name
     shared = term.joint in summaries[term.joint].coupled_motors
-    return shared and term.effect.rows in ("gear", "motor")
+    return "motor" if shared and term.effect.rows in ("gear", "motor") else "joint"
 
 
 def _distinct(rows: Array) -> Array:

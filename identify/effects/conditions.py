@@ -174,6 +174,20 @@ def _shared_motor(summary: JointSummary) -> Obstacle | None:
     return Obstacle("the motor acts on this joint alone: its inertia and friction are the joint's own", None)
 
 
+def _joint_before(summary: JointSummary) -> Obstacle | None:
+    if summary.joint_before is not None:
+        return None
+    if summary.joint == 0:
+        return Obstacle(
+            "it is the first joint: there is none before it that it could share a motor with", None
+        )
+    return Obstacle(
+        "the speed of the joint before it cannot be added to its own: one slides and the other turns, or the drive gain matrix"
+        " says which motor they share",
+        None,
+    )
+
+
 SLOW_MOTION = Condition("slow motion", _slow)
 STRIBECK_SPEEDS = Condition("slow motion", _stribeck_speeds)
 FAST_MOTION = Condition("fast motion", _fast)
@@ -191,4 +205,5 @@ KNOWN_LOAD_OR_SESSIONS = Condition(
     "a known payload or a known external force, or several sessions", _known_load_or_sessions
 )
 SHARED_MOTOR = Condition("a drive gain matrix with off-diagonal terms", _shared_motor)
+JOINT_BEFORE = Condition("a joint before it of the same kind, and motion of both", _joint_before)
 ENCODER_ON_THE_MOTOR = Condition("an encoder on the motor's side")

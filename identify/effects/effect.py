@@ -90,10 +90,13 @@ class Effect(ABC):
     """what it is between motor and link, where a simulation has both as masses of their own"""
     inputs: tuple[str, ...] = ()
     """what a simulation takes from the record for it, beside what drives the motion"""
-    rows: Literal["joint", "gear", "motor", "robot"] = "joint"
+    rows: Literal["joint", "gear", "motor", "pair", "robot"] = "joint"
     """whose rows carry the columns: the joint's own; those of every joint that the joint's motor drives, in that motor's
     velocity and load ("gear": where motors share no axes that is the joint's own); the same of shared motors alone,
-    the columns being of each row already ("motor"); or all"""
+    the columns being of each row already ("motor"), those of the joint and the one before it, which turn one motor that no
+    gain matrix declares ("pair"); or all"""
+    beside: float = 0.0
+    """of a pair: how the motor of the joint before it turns the shared one, 1 or -1 turn per turn"""
     rotor: int | None = None
     """which parameter is the inertia of a shared motor's rotor, a part of what that motor's gear carries"""
 
@@ -104,6 +107,10 @@ class Effect(ABC):
     columns need the whole torque, else twice at most."""
     dissipates: bool = False
     """whether it is friction: all such effects of a joint together never drive it (`admissible_values`)"""
+
+    def explained(self, summary: JointSummary) -> str:
+        """The explanation with the names of the joints that it is about."""
+        return self.explanation
 
     @property
     def needs(self) -> tuple[str, ...]:

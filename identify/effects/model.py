@@ -177,6 +177,8 @@ def terms_of(effect: Effect, joints: Iterable[int], drive_gain: Array) -> list[T
     """The terms that an effect makes on these joints, each once."""
     if effect.rows == "robot":
         return [Term(effect, 0)]
+    if effect.rows == "pair":
+        return [Term(effect, joint) for joint in joints if joint > 0]
     if effect.rows in ("joint", "gear"):
         return [Term(effect, joint) for joint in joints]
     owners: list[int] = []

@@ -156,6 +156,8 @@ class JointSummary:
     lines_searched: int = 1
     """how many independent wave numbers were looked at to find them"""
     loaded_sessions: int = field(default=0)
+    joint_before: str | None = None
+    """name of the joint before it, where the two may share a motor that no gain matrix declares; else None"""
     coverage: Coverage | None = None
     """what the motion makes the joint do; None where nobody asked"""
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from identify.effects.model import Term
 from identify.effects.motion import BlockMemory, JointMotion
-from identify.estimation.motor_motion import GearSignals, gear_motion, rows_on
+from identify.estimation.motor_motion import GearSignals, gear_motion, pair_motion, rows_on
 from identify.estimation.record import PreparedBlock, Record
 from identify.recording import SessionEntry
 from identify.signals import MotionBlock
@@ -135,6 +135,10 @@ class JointContext:
     def columns(self, slot: Slot, joint: int) -> Array:
         """(N, parameters): the columns of a slot on the rows of a joint."""
         effect, owner = slot.term.effect, slot.term.joint
+        if effect.rows == "pair":
+            block, motion = self.block, self.motion(joint, joint)
+            pair = pair_motion(self.record.body, owner, effect.beside, motion, block.dq, block.ddq)
+            return effect.columns(pair, slot.values)
         if effect.rows != "gear" or not self.record.body.gears_apart[owner]:
             return effect.columns(self.motion(joint, owner), slot.values)
         return self.record.body.shares[joint, owner] * effect.columns(self.gear(owner), slot.values)

@@ -63,6 +63,22 @@ def gear_motion(body: RigidBody, joint: JointMotion, signals: GearSignals, rotor
     )
 
 
+def pair_motion(
+    body: RigidBody, owner: int, beside: float, joint: JointMotion, dq: Array, ddq: Array
+) -> JointMotion:
+    """The motion of a joint with the motor in it that joint `owner` and the one before it turn (`RigidBody.pair_turns`).
+
+    dq, ddq : (N, n) of all joints
+    """
+    turns = body.pair_turns(owner, beside)
+    return replace(
+        joint,
+        motor_velocity=dq @ turns,
+        motor_acceleration=ddq @ turns,
+        motor_share=float(turns[joint.joint]),
+    )
+
+
 def _direction(body: RigidBody, motor: int, signals: GearSignals) -> Array:
     """The sign of a motor's velocity; one that turns with a single joint turns where that joint does."""
     if motor in body.shared_motors:
@@ -77,6 +93,8 @@ def rows_on(body: RigidBody, term: Term) -> list[int]:
     """Joints whose rows carry the columns of a term."""
     if term.effect.rows == "robot":
         return list(range(body.joints))
+    if term.effect.rows == "pair":
+        return [term.joint - 1, term.joint]
     if term.effect.rows == "joint" or (term.effect.rows == "gear" and not body.gears_apart[term.joint]):
         return [term.joint]
     return [int(joint) for joint in np.flatnonzero(body.shares[:, term.joint])]

@@ -402,6 +402,9 @@ class Record:
             period=min(periods),
             axis_along_gravity=self.body.axis_along_gravity(joint),
             loaded_sessions=sum(entry.payload.mass > 0 for entry in entries),
+            joint_before=experiment.robot.joints[joint - 1].name
+            if self.body.may_share_undeclared(joint)
+            else None,
         )
 
     def __reduce__(self) -> tuple[Callable[..., "Record"], tuple[object, ...]]:

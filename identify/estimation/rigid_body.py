@@ -50,12 +50,17 @@ class RigidBody:
     base: BaseParameters
     payloads: tuple[Payload, ...]
     drive_gain: Array
+    motor_ratios: tuple[float, ...] = ()
+    """of each joint the turns of its motor per turn, or per metre; 1 where there are none"""
 
     @classmethod
     def of(cls, experiment: Experiment, rotors: bool = True) -> "RigidBody":
         """The rigid robot of an experiment; without its rotors where the torque is measured behind them."""
         geometry = Geometry.from_robot(experiment.robot)
-        return cls(base_parameters(geometry, rotors), tuple(experiment.payloads), experiment.drive_gain)
+        ratios = tuple(float(joint.motor_ratio) or 1.0 for joint in experiment.robot.joints)
+        return cls(
+            base_parameters(geometry, rotors), tuple(experiment.payloads), experiment.drive_gain, ratios
+        )
 
     @property
     def joints(self) -> int:
@@ -81,6 +86,23 @@ class RigidBody:
     def shared_motors(self) -> tuple[int, ...]:
         """Motors that turn with several joints; their rotors are no base parameters."""
         return tuple(m for m in range(self.joints) if m in coupled_motors(self.drive_gain, m))
+
+    def pair_turns(self, joint: int, beside: float) -> Array:
+        """(n,) how a motor turns with the joints, in units of the joint's own, that the joint and the one before it turn by
+        `beside` turn per turn of their motors."""
+        turns = np.zeros(self.joints)
+        ratios = self.motor_ratios or (1.0,) * self.joints
+        turns[joint], turns[joint - 1] = 1.0, beside * ratios[joint - 1] / ratios[joint]
+        return turns
+
+    def may_share_undeclared(self, joint: int) -> bool:
+        """Whether a joint and the one before it may share a motor that the drive gain matrix does not declare."""
+        slides = self.base.geometry.prismatic
+        return (
+            joint > 0
+            and bool(slides[joint] == slides[joint - 1])
+            and not np.any((self.shares[joint] != 0) & (self.shares[joint - 1] != 0))
+        )
 
     def gear_parameters(self, motor: int) -> NDArray[np.intp]:
         """(k,) indices of the base parameters that act on what the gear of a motor carries."""

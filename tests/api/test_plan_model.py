@@ -70,6 +70,15 @@ def test_six_coupled_axes_have_columns_on_every_row():
     assert np.isfinite(torque).all()
 
 
+def test_a_motor_that_no_gain_matrix_declares_is_planned_for_both_of_its_joints():
+    rig = Rig.load("tx40-simulated")
+    model = RegressorModel(rig, "usual", rig.payloads, ["shared-motor-difference@j3"])
+    motion = PlannedMotion.of(standard_plan(rig, 60.0), rig.payloads[2], 0.1)
+    names = [parameter.name for parameter in model.parameters]
+    on_rows = [{names[k] for k in row[0]} & {"FVD3", "FCD3"} for row in model.rows(motion)]
+    assert on_rows == [set(), {"FVD3", "FCD3"}, {"FVD3", "FCD3"}, set(), set(), set()]
+
+
 def test_friction_of_a_shared_motor_s_load_is_planned_on_every_row_that_it_turns():
     rig = Rig.load("tx40-simulated")
     model = RegressorModel(rig, "load-velocity", rig.payloads)

@@ -12,6 +12,7 @@ import pytest
 import yaml
 
 import identify
+from tests.plants.shared_belts import Belt, write_arm, write_gantry
 
 CLEAR = {
     "viscous-asymmetric": 0.5,
@@ -171,3 +172,37 @@ def test_emps_names_the_asymmetric_viscous_friction_first(emps):
     said = identify.diagnose(identify.load_experiment(emps)).document().joints[0]
     assert said.candidates[0].effect == "viscous-asymmetric"
     assert said.candidates[0].relative_error_after <= 0.031
+
+
+@pytest.mark.parametrize(
+    ("write", "belt", "parameters"),
+    [
+        (write_gantry, Belt(1, 1, 3.0, 5.0), {"FVS2": 3.0, "FCS2": 5.0}),
+        (write_gantry, Belt(1, -1, 0.0, 0.0, 2.0), {"IaD2": 2.0}),
+        (write_arm, Belt(2, -1, 2.0, 3.0), {"FVD3": 2.0, "FCD3": 3.0}),
+    ],
+)
+def test_a_motor_that_two_joints_share_undeclared_is_named_between_them_and_added(
+    tmp_path, write, belt, parameters
+):
+    folder = write(tmp_path / "belts", (belt,), seed=3)
+    found = identify.diagnose(identify.load_experiment(folder))
+    name = "shared-motor-sum" if belt.side > 0 else "shared-motor-difference"
+    one, two = [each.joint for each in found.document().joints][belt.own - 1 : belt.own + 1]
+    said = found.document().joint(two)
+    assert said is not None
+    assert [(each.joint, each.missing) for each in found.document().joints if each.missing] == [
+        (two, (name,))
+    ]
+    explanation = said.candidate(name).explanation
+    assert explanation.startswith(f"It looks like a shared motor or belt between {one} and {two}: ")
+    added = identify.identify(identify.load_experiment(folder), "usual", [f"{name}@{two}"]).document()
+    assert added.relative_error < 0.1 * found.fitted.fit.relative_error
+    values = {each.name: each.value for each in added.parameters}
+    assert {key: values[key] for key in parameters} == pytest.approx(parameters, rel=0.02)
+
+
+@pytest.mark.parametrize("write", [write_gantry, write_arm])
+def test_joints_with_a_motor_each_share_none(tmp_path, write):
+    found = identify.diagnose(identify.load_experiment(write(tmp_path / "alone", (), seed=3)))
+    assert [joint.verdict for joint in found.joints] == ["adequate"] * len(found.joints)

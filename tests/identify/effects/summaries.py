@@ -38,5 +38,6 @@ def summary_of(**changed: object) -> JointSummary:
         "load_lines": (2.0,),
         "lines_searched": 100,
         "loaded_sessions": 1,
+        "joint_before": "j0",
     }
     return JointSummary(**{**facts, **changed})  # type: ignore[arg-type]

@@ -32,6 +32,8 @@ def test_a_record_that_holds_everything_hides_nothing():
         ({"loaded_sessions": 0}, {"payload-mass", "payload-com"}),
         ({"loaded_sessions": 0, "sessions": (0,)}, {"payload-mass", "payload-com", "drive-gain"}),
         ({"coupled_motors": ()}, {"motor-inertia", "coupled-friction"}),
+        ({"joint_before": None}, {"shared-motor-sum", "shared-motor-difference"}),
+        ({"joint_before": None, "joint": 3}, {"shared-motor-sum", "shared-motor-difference"}),
         ({"position_lines": ()}, {"torque-ripple"}),
         ({"load_lines": ()}, {"current-ripple"}),
         ({"speed_quantiles": np.full(9, 0.5 * TOP_SPEED)}, {"stribeck", "load-stribeck"}),

@@ -129,3 +129,26 @@ def test_payloads_are_numbered_as_the_experiment_lists_them(pendulum):
     assert [pendulum.payload_index(payload) for payload in (BARE, DISK)] == [0, 1]
     assert pendulum.joints == 1
     assert pendulum.shared_motors == ()
+
+
+def several(kinds: list[str], gain: np.ndarray, ratios: tuple[float, ...] = ()) -> RigidBody:
+    geometry = geometry_of((0.0, -G, 0.0), [(kind, 0.3, 0.2, 0.0, 0.0) for kind in kinds])
+    return RigidBody(base_parameters(geometry), (BARE,), gain, ratios)
+
+
+def test_a_motor_that_two_joints_turn_does_so_by_the_ratio_of_their_gears():
+    body = several(["revolute"] * 3, np.eye(3), (80.0, 100.0, -50.0))
+    np.testing.assert_array_equal(body.pair_turns(1, 1.0), [0.8, 1.0, 0.0])
+    np.testing.assert_array_equal(body.pair_turns(2, -1.0), [0.0, 2.0, 1.0])
+    np.testing.assert_array_equal(several(["revolute"] * 2, np.eye(2)).pair_turns(1, -1.0), [-1.0, 1.0])
+
+
+def test_only_neighbours_of_one_kind_whose_gains_say_nothing_of_it_may_share_a_motor_undeclared():
+    wrist = np.array([[2.0, 0.0, 0.0], [0.0, 2.0, 1.0], [0.0, 0.0, 2.0]])
+    assert [several(["revolute"] * 3, wrist).may_share_undeclared(joint) for joint in range(3)] == [
+        False,
+        True,
+        False,
+    ]
+    scara = several(["revolute", "revolute", "prismatic"], np.eye(3))
+    assert [scara.may_share_undeclared(joint) for joint in range(3)] == [False, True, False]
