@@ -209,11 +209,17 @@ def dahl_state(motion: JointMotion, distance: float) -> Array:
 
 
 def play_position(motion: JointMotion, width: float) -> Array:
-    """Position of the link behind a gap of `width` (rad), pushed by the motor at either flank."""
-    piece, direction, origin = monotone_pieces(motion.q, motion.direction)
+    """Position of the link behind a gap of `width` (rad), pushed by the motor at either flank.
+
+    It follows from the positions alone, which are pushed where they turn; the direction, which turns where the recorded
+    positions do, says at which flank the link is at first.
+    """
+    moving = np.sign(motion.direction[motion.direction != 0])
+    first = float(moving[0]) if len(moving) else 1.0
+    piece, direction, origin = monotone_pieces(motion.q, np.append(first, np.diff(motion.q)))
     key = ("play", motion.joint, width)
     kept = motion.memory.recall(key, float(motion.time[0]))
-    value = motion.q[0] - 0.5 * width * direction[0] if kept is None else kept
+    value = motion.q[0] - 0.5 * width * first if kept is None else kept
     ends = np.append(origin[1:], motion.q[-1])
     at_start = np.empty(len(direction))
     for index, (heading, end) in enumerate(zip(direction, ends, strict=True)):

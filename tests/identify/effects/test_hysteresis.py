@@ -76,6 +76,20 @@ def test_pushed_by_motion_the_link_hangs_back_by_half_the_gap():
     assert np.all(np.abs(between) < 0.5 + 1e-9)
 
 
+def test_a_link_pushed_by_motion_follows_the_positions_whenever_their_direction_is_said_to_turn():
+    """By a loop of our own: the positions push it, and a reversal that is known a sample sooner changes nothing."""
+    random = np.random.default_rng(5)
+    q = np.cumsum(random.normal(0.0, 1e-3, 500)) + 0.02 * np.sin(np.arange(500) / 40)
+    direction = np.sign(np.gradient(np.roll(q, 3)))
+    direction[:2] = 0.0
+    seen = motion_of(q=q, direction=direction, load_slope_of=lambda: np.full(500, 3.0))
+    link = [q[0] - 0.005 * direction[2]]
+    for position in q[1:]:
+        link.append(min(max(link[-1], position - 0.005), position + 0.005))
+    place = Backlash().columns(seen, {"play": 0.01})[:, 0] / 3.0
+    np.testing.assert_allclose(place, (np.array(link) - q) / 0.01, atol=1e-12)
+
+
 def test_pushed_by_load_the_link_lies_against_the_flank_that_the_load_leans_on():
     seen = motion_of()
     columns = Backlash().columns(seen, {"flank_load": 8.0, "rotor_inertia": 0.5})
