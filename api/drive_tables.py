@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from api.compensation import require_same_robot, require_torque_of_motors
 from api.drive_table_curves import curve_over_speed, curve_over_turn
 from daq.drive_tables import ObjectWrite, write_tables
+from daq.experiment_folder import experiment_robot
 from daq.rig import Axis, Rig, ampere_per_unit
 from drivers.compensation_objects import CompensationObjects, CurrentRow, FrictionObjects, SpeedRow
 from drivers.profile import DriveProfile, load_profile, profile_names
@@ -42,6 +43,7 @@ def drive_tables(result: Identification, rig: Rig) -> DriveTablesDocument:
     """
     require_same_robot(result, rig)
     require_torque_of_motors(result)
+    _require_same_ratios(result, rig)
     profiles = _profiles_with_tables(rig)
     exported = exported_model(result).of_the_instant
     record = _record(exported, result, rig)
@@ -90,8 +92,7 @@ def tables_before(tables: DriveTablesDocument, rig: Rig) -> DriveTablesDocument:
 
     Raises InputError: it is another rig's, or nothing was written.
     """
-    if tables.rig != rig.name:
-        raise InputError(f"--back-to: the document is of rig {tables.rig}, not {rig.name}")
+    require_drives_of(tables, rig)
     listed = [each for joint in tables.joints for table in joint.tables for each in table.objects]
     if any(each.before is None for each in listed):
         raise InputError(
@@ -115,6 +116,39 @@ def tables_before(tables: DriveTablesDocument, rig: Rig) -> DriveTablesDocument:
         for joint in tables.joints
     )
     return tables.changed(experiment=None, model=None, written=False, joints=joints)
+
+
+def require_drives_of(tables: DriveTablesDocument, rig: Rig) -> None:
+    """Raises InputError: tables are of another rig, joint, node or drive, whose objects mean something else there."""
+    if tables.rig != rig.name:
+        raise InputError(f"the tables are of rig {tables.rig}, not {rig.name}; nothing was written")
+    theirs = [(joint.joint, joint.node, joint.drive) for joint in tables.joints]
+    ours = [
+        (axis.joint, axis.node, profile.name) for axis, profile in zip(rig.axes, rig.profiles, strict=True)
+    ]
+    if theirs != ours:
+        there, here = (
+            ", ".join(f"{joint} (node {node}, {drive})" for joint, node, drive in listed)
+            for listed in (theirs, ours)
+        )
+        raise InputError(
+            f"the tables are of the drives of {there}; rig {rig.name} has {here}: nothing was written; compute the tables of"
+            " these drives"
+        )
+
+
+def _require_same_ratios(result: Identification, rig: Rig) -> None:
+    """Raises InputError: a gear has another ratio than when the model was measured.
+
+    The drive gain, which is a product, may be the same, and then speeds and currents of the motor would both be wrong.
+    """
+    ratios = [joint.motor_ratio for joint in experiment_robot(rig).joints]
+    for joint, ours in zip(result.experiment.robot.joints, ratios, strict=True):
+        if "motor_ratio" in joint.model_fields_set and not np.isclose(joint.motor_ratio, ours, rtol=1e-6):
+            raise InputError(
+                f"experiment {result.experiment.name}, {joint.name}: its motor_ratio is {joint.motor_ratio:g}, in rig {rig.name}"
+                f" {ours:g}; tables over the motor's speed would be those of another gear"
+            )
 
 
 def require_tables(rig: Rig) -> None:
@@ -158,8 +192,9 @@ def written(
 
     about_to_write : called with the tables and what the drives hold before, once that is read and before anything is written
 
-    Raises InputError: a drive is not ready to be written to.
+    Raises InputError: the tables are of other drives, or a drive is not ready to be written to.
     """
+    require_drives_of(tables, rig)
     writes = [
         [_to_write(each) for table in joint.tables for each in table.objects] for joint in tables.joints
     ]

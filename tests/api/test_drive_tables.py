@@ -124,10 +124,31 @@ def test_tables_are_written_and_read_back_and_the_drive_uses_them(rig, result, t
         assert "0x2021:01" in drive_tables_text(back)
     with pytest.raises(InputError, match="does not say what the drives held before"):
         tables_before(tables, there)
-    with pytest.raises(InputError, match="is of rig"):
+    with pytest.raises(InputError, match="are of rig"):
         tables_before(again, there.model_copy(update={"name": "another"}))
+    for changed in ({"node": 9}, {"drive": "beckhoff-ax2000"}):
+        other = there.model_copy(update={"axes": (there.axes[0].model_copy(update=changed),)})
+        for attempt in (
+            lambda other=other: tables_before(again, other),
+            lambda other=other: write_to_drives(again, other),
+        ):
+            with pytest.raises(
+                InputError, match=r"of the drives of j3 \(node 3, simulated\); rig .* has j3"
+            ) as refused:
+                attempt()
+            assert "\n" not in str(refused.value)
     assert not tables.written
     assert "nothing was written" in drive_tables_text(tables)
+
+
+def test_a_rig_with_another_gear_and_the_same_drive_gain_is_refused(rig, result):
+    """Twice the ratio at half the torque constant: the same joint torque for a current, at twice the motor's speed."""
+    axis = rig.axes[0]
+    geared = {"gear_ratio": 2.0 * axis.gear_ratio, "torque_constant": 0.5 * axis.torque_constant}
+    other = rig.model_copy(update={"axes": (axis.model_copy(update=geared),)})
+    assert other.drive_gain == pytest.approx(rig.drive_gain)
+    with pytest.raises(InputError, match=r"j3: its motor_ratio is 95, in rig .* 190; .* another gear"):
+        drive_tables(result, other)
 
 
 def test_nothing_is_written_to_a_drive_with_power_and_a_refusal_leaves_all_as_it_was(rig):
