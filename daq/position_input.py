@@ -10,6 +10,10 @@ from drivers.frames import FrameReceiver
 from drivers.process_data import DriveStream
 from drivers.sync_producer import SYNC_ID
 
+AFTER_SILENCE = 0.01
+"""s, at most, that positions are waited for while those of the cycle before did not come either: behind simulated drives, for
+which time waits, one that is silent would hold up everything, a stop too"""
+
 
 class PositionInput:
     """The newest positions since the last SYNC on the bus.
@@ -27,10 +31,12 @@ class PositionInput:
             self._places[pdo.can_id] = (axis, entry.byte_offset, np.dtype(entry.kind))
         self._held: list[int | None] = [None] * len(streams)
         self._synchronised = False
+        self._came = True
 
     def take(self) -> list[int] | None:
         """(n) counts of this cycle; None where one did not come in time. Raises BusError when the bus fails."""
-        latest = time.monotonic() + self._patience
+        latest = time.monotonic() + (self._patience if self._came else min(self._patience, AFTER_SILENCE))
+        self._came = False
         self._read()
         while not self._synchronised or any(each is None for each in self._held):
             left = latest - time.monotonic()
@@ -41,6 +47,7 @@ class PositionInput:
         counts = [each for each in self._held if each is not None]
         self._held = [None] * len(self._held)
         self._synchronised = False
+        self._came = True
         return counts
 
     def _read(self) -> None:

@@ -231,16 +231,17 @@ class RigDrives:
         One that was only looked at is left as it was found: somebody else may be moving its axis.
         """
         try:
-            for drive in self.drives:
+            for axis, drive in zip(self.rig.axes, self.drives, strict=True):
                 if drive.is_as_found:
                     continue
                 with contextlib.suppress(DriverError), drive.sdo.hurried(_CLOSING_ANSWER, 1):
                     drive.disable()
+                    drive.leave_torque_mode(MODES[axis.mode])
+                    drive.end_setpoint_watch()
                     if self.rig.bus.interface != "virtual":
                         drive.watch_master(MASTER_NODE, 0)
                     drive.set_nmt_state("PRE-OPERATIONAL")
                     drive.produce_heartbeat(0)
-                    drive.end_setpoint_watch()
         finally:
             self.network.close()
             if self.output is not None:

@@ -45,7 +45,7 @@ class TorqueSetpoints(SetpointStream):
         self._positions = positions
         self._engaged = self._freeze = False
         self._reached: list[Sequence[int]] = []
-        self._anchor: Sequence[int] | None = None  # counts, where the axes were when they were told to stop
+        self._anchor: Sequence[int] | None = None  # counts, where axes are kept whatever their targets
         self._torques = [0] * len(streams)
         self._error = [0.0] * len(streams)
         self._late, self._missing = late, 0
@@ -58,6 +58,13 @@ class TorqueSetpoints(SetpointStream):
         self._reached, self._anchor = [], None
         self._freeze = False
         self._engaged = True
+
+    def hold(self, counts: Sequence[int], phase: Phase = Phase.STANDSTILL) -> None:
+        """As in every session; while axes are held by torque these are targets for the drives, which are about to hold them
+        again, and the loop holds them where it did: another reference would be a jump of its torque."""
+        if self._engaged and self._anchor is None and self._reached:
+            self._anchor = self._reached[-1]
+        super().hold(counts, phase)
 
     def release(self) -> None:
         """The drives hold the axes themselves."""

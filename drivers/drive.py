@@ -335,6 +335,16 @@ class Drive(ManagedNode):
         if self._has(cia402.TORQUE_OFFSET):
             self._hold(cia402.TORQUE_OFFSET, 0, "int16", 0, "clearing the torque offset")
 
+    def leave_torque_mode(self, mode: Mode) -> None:
+        """Without power: `mode` again, and nought as target torque (0x6071), where the drive is in cyclic torque mode.
+
+        A session that was stopped leaves it there, with the last torque; whoever gave it power next would move the axis by it.
+        Raises DriveError when the drive refuses.
+        """
+        if self.mode() == Mode.CYCLIC_SYNCHRONOUS_TORQUE:
+            self._hold(cia402.TARGET_TORQUE, 0, "int16", 0, "clearing the target torque")
+            self.set_mode(mode)
+
     def watch_setpoints(self, stream: DriveStream, timeout: float) -> str:
         """Let the drive stop by itself when no setpoint comes for `timeout` (s); in words what it does then.
 

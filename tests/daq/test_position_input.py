@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 import pytest
 
-from daq.position_input import PositionInput
+from daq.position_input import AFTER_SILENCE, PositionInput
 from drivers.frames import FRAME
 from drivers.process_data import DriveStream, MappedEntry, ProcessData, lay_out
 
@@ -74,3 +76,29 @@ def test_without_a_new_sync_there_are_no_new_positions(bus, positions):
     assert positions.take() == [1, 2]
     bus.there = [tpdo(1, 1), tpdo(2, 2)]
     assert positions.take() is None
+
+
+def test_a_drive_that_is_silent_is_not_waited_for_in_full_again_until_it_answers(bus):
+    """Behind simulated drives time waits for seconds: in every cycle that would hold up a stop for minutes."""
+    patient = PositionInput(bus, [stream_of(1)], patience=0.2)
+    waited = []
+    bus.wait = lambda timeout: (waited.append(timeout), time.sleep(timeout))
+    for come in ([], [], [SYNC, tpdo(1, 4)], []):
+        bus.there = come
+        waited.append("take")
+        patient.take()
+    longest = [max(map(float, each), default=0.0) for each in _between(waited)]
+    assert longest[0] == pytest.approx(0.2, rel=0.1)
+    assert longest[1] <= AFTER_SILENCE
+    assert longest[2] == 0.0
+    assert longest[3] == pytest.approx(0.2, rel=0.1)
+
+
+def _between(waited):
+    groups = []
+    for each in waited:
+        if each == "take":
+            groups.append([])
+        else:
+            groups[-1].append(each)
+    return groups

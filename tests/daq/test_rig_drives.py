@@ -6,8 +6,9 @@ import pytest
 from daq.rig_drives import MASTER_NODE, RESTARTED, RigDrives, take_power
 from daq.safety import StopCause
 from drivers.bus import BusSettings, open_bus
-from drivers.cia402 import Command, State
+from drivers.cia402 import Command, Mode, State
 from drivers.emergency import Emergency
+from drivers.process_data import TARGET_TORQUE
 from drivers.simulated import process_image as slot
 
 
@@ -102,6 +103,47 @@ def test_power_is_taken_on_leaving_from_a_drive_that_was_touched_and_from_no_oth
     touch(drives.drives[0])
     drives.close()
     assert node.drive.machine.state is left
+
+
+def in_torque_mode(node, torque: int) -> None:
+    """A drive with power that takes a torque, as a session in torque mode has it."""
+    image = node.drive.image
+    image[slot.MODE] = int(Mode.CYCLIC_SYNCHRONOUS_TORQUE)
+    node.drive.take_mode()
+    for command in (Command.SHUTDOWN, Command.SWITCH_ON, Command.ENABLE_OPERATION):
+        image[slot.CONTROLWORD] = command.value
+        node.drive.take_controlword()
+    image[slot.TARGET_TORQUE] = torque
+    assert node.drive.machine.enabled
+
+
+def test_a_stopped_session_leaves_no_drive_in_torque_mode_and_the_next_one_starts_as_the_first(
+    still_rig, powered
+):
+    (node,) = powered.nodes
+    for _ in range(2):
+        drives = RigDrives(still_rig)
+        drives.configure(TARGET_TORQUE)
+        (drive,) = drives.drives
+        before = drive.sdo.read(0x1400, 5, "uint16", "looking")
+        assert before == 20  # ms, of the rig file
+        in_torque_mode(node, 250)
+        drives.close()
+        image = node.drive.image
+        assert not node.drive.machine.enabled
+        assert (image[slot.MODE_DISPLAY], image[slot.TARGET_TORQUE]) == (8, 0)
+        looking = RigDrives(still_rig)
+        assert looking.drives[0].sdo.read(0x1400, 5, "uint16", "looking") == 0
+        looking.close()
+
+
+def test_a_drive_whose_session_was_killed_in_torque_mode_is_put_back_by_who_takes_its_power(
+    still_rig, powered
+):
+    (node,) = powered.nodes
+    in_torque_mode(node, -300)
+    assert take_power(still_rig).off
+    assert (node.drive.image[slot.MODE_DISPLAY], node.drive.image[slot.TARGET_TORQUE]) == (8, 0)
 
 
 def test_power_is_taken_from_a_drive_whose_master_has_gone(still_rig, powered):

@@ -81,6 +81,18 @@ def test_a_position_is_held_against_the_target_that_was_to_be_reached_by_then_an
     assert axis.cycle(30) == (0x0F, 40, 3)
 
 
+def test_targets_for_the_drives_to_hold_again_are_no_jump_for_the_loop_that_still_holds_the_axis(axis):
+    axis.setpoints.hold([0])
+    axis.setpoints.engage([50.0])
+    axis.setpoints.follow(Trajectory(np.full((2, 1), 100, np.int32), np.full(2, Phase.PLAN, np.uint8)))
+    for _ in range(5):
+        axis.cycle(70)
+    before = axis.cycle(70)
+    assert before == (0x0F, 100, 50 + 2 * 30)
+    axis.setpoints.hold([70])  # where the axis is: the drives' own loops begin there
+    assert [axis.cycle(70) for _ in range(3)] == [(0x0F, 70, 110)] * 3
+
+
 def test_from_a_stop_on_an_axis_is_braked_where_it_is_and_a_cut_leaves_no_torque(axis):
     axis.setpoints.hold([0])
     axis.setpoints.engage([50.0])

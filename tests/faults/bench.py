@@ -25,6 +25,7 @@ from daq.rig import Rig
 from daq.ring_buffer import RingReader
 from daq.safety import StopCause, StopReason
 from daq.samples import SessionRows
+from daq.torque_offset import SentAhead
 
 PATIENCE = 60.0
 """s of the wall clock for a session of a few simulated seconds"""
@@ -142,6 +143,7 @@ def run(
     before: Mischief | None = None,
     checked: Mischief | None = None,
     triggered: Mischief | None = None,
+    ahead: SentAhead | None = None,
 ) -> Outcome:
     """Drive the plan; the outcome once the acquisition has ended.
 
@@ -149,13 +151,15 @@ def run(
     meanwhile : called at every SYNC with the simulated rig, to do mischief
     before, checked : mischief before the rig is checked, and between the check and arming
     triggered : mischief when the drive's first planned fault begins
+    ahead : what is sent beside the targets
     """
     plan = plan or short_plan()
     trace = Trace()
     parent, theirs = Pipe()
     recorder, to_recorder = Pipe()
     name = f"bench-{id(trace):x}"
-    order = AcquisitionOrder(rig, rig.payload("none"), plan_counts(rig, plan), f"{name}-r", f"{name}-f", 1)
+    counts = plan_counts(rig, plan)
+    order = AcquisitionOrder(rig, rig.payload("none"), counts, f"{name}-r", f"{name}-f", 1, ahead)
     plants: list[Any] = []
     real = daq.acquisition.simulated_rig
 

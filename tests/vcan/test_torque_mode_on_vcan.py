@@ -16,18 +16,14 @@ import pytest
 import yaml
 
 from daq.excitation.standard_plan import standard_plan
-from daq.plan_setpoints import plan_counts
 from daq.rig import Rig
-from daq.torque_loop import AxisDynamics, TorqueLoop, design
-from daq.torque_offset import SentAhead, per_mille
 from drivers.bus import open_bus
 from drivers.canopen_network import CanopenNetwork
 from drivers.cia402 import Mode, State
 from drivers.drive import Drive
 from tests.daq import session_parent
+from tests.daq.held_over_the_bus import held_over_the_bus
 
-INERTIA, WEIGHT = 31.0, 204.0
-"""kg m², N m: of the arm behind the drive"""
 RPDO_TIMEOUT = 0x8250
 
 
@@ -62,21 +58,6 @@ def drive_on_the_bus(rig_file) -> Iterator[None]:
     process.stdout.close()
 
 
-def held_over_the_bus(rig: Rig) -> SentAhead:
-    """The loop's torque alone, along the plan of `session_parent`."""
-    gains = design(AxisDynamics((INERTIA, INERTIA), WEIGHT), rig.cycle)
-    scale = np.diag(rig.position_matrix) / np.diag(rig.drive_gain) * per_mille(rig)
-    loop = TorqueLoop(
-        scale * gains.proportional,
-        scale * gains.integral,
-        scale * gains.derivative,
-        np.array([1800]),
-        np.array([gains.crossover]),
-    )
-    counts = np.zeros((len(plan_counts(rig, standard_plan(rig, session_parent.SECONDS))), 1), np.int16)
-    return SentAhead(counts, np.array([np.inf]), np.full(counts.shape, np.nan), loop)
-
-
 def emergency(listener: can.BusABC, node: int, code: int) -> bool:
     """Whether an EMCY of this code comes; a minute is waited for it."""
     latest = time.monotonic() + 60.0
@@ -93,7 +74,7 @@ def test_an_axis_held_over_the_bus_stops_by_its_drive_s_own_watch_when_every_pro
 ):
     rig = Rig.load(rig_file)
     ahead = tmp_path / "ahead.pickle"
-    ahead.write_bytes(pickle.dumps(held_over_the_bus(rig)))
+    ahead.write_bytes(pickle.dumps(held_over_the_bus(rig, standard_plan(rig, session_parent.SECONDS))))
     parent = subprocess.Popen(
         [sys.executable, session_parent.__file__, str(tmp_path / "experiment"), str(rig_file), str(ahead)],
         stdout=subprocess.PIPE,
