@@ -168,6 +168,12 @@ def _known_load_or_sessions(summary: JointSummary) -> Obstacle | None:
     )
 
 
+def _several_sessions(summary: JointSummary) -> Obstacle | None:
+    if len(summary.sessions) > 1:
+        return None
+    return Obstacle("one session alone: a constant of its own is the offset", "record a second session")
+
+
 def _shared_motor(summary: JointSummary) -> Obstacle | None:
     if summary.coupled_motors:
         return None
@@ -204,6 +210,7 @@ KNOWN_PAYLOAD = Condition("a session with a known payload", _payload)
 KNOWN_LOAD_OR_SESSIONS = Condition(
     "a known payload or a known external force, or several sessions", _known_load_or_sessions
 )
+SEVERAL_SESSIONS = Condition("several sessions", _several_sessions)
 SHARED_MOTOR = Condition("a drive gain matrix with off-diagonal terms", _shared_motor)
 JOINT_BEFORE = Condition("a joint before it of the same kind, and motion of both", _joint_before)
 ENCODER_ON_THE_MOTOR = Condition("an encoder on the motor's side")

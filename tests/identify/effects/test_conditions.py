@@ -30,7 +30,10 @@ def test_a_record_that_holds_everything_hides_nothing():
         ({"temperature_range": None}, {"friction-temperature"}),
         ({"temperature_range": (22.0, 22.5)}, {"friction-temperature"}),
         ({"loaded_sessions": 0}, {"payload-mass", "payload-com"}),
-        ({"loaded_sessions": 0, "sessions": (0,)}, {"payload-mass", "payload-com", "drive-gain"}),
+        (
+            {"loaded_sessions": 0, "sessions": (0,)},
+            {"payload-mass", "payload-com", "drive-gain", "session-offset"},
+        ),
         ({"coupled_motors": ()}, {"motor-inertia", "coupled-friction"}),
         ({"joint_before": None}, {"shared-motor-sum", "shared-motor-difference"}),
         ({"joint_before": None, "joint": 3}, {"shared-motor-sum", "shared-motor-difference"}),
