@@ -101,6 +101,8 @@ def _what(fault: Mapping[str, Any]) -> str:
     match fault:
         case {"type": "string_pattern_mismatch", "ctx": {"pattern": str(pattern)}}:
             return words_of(pattern)
+        case {"type": "extra_forbidden"}:
+            return "is no field of this request; see /docs for those that are"
         case _:
             return fault["msg"]
 

@@ -2,9 +2,10 @@
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, Field
 
 from api.service import text_forms
+from api.service.request_document import RequestDocument
 from identify.recording.plain_text import Printable
 
 Word = Annotated[str, Field(min_length=1, max_length=200)]
@@ -56,10 +57,8 @@ class RecordDescription(BaseModel):
     command: list[str] = Field(description="probable commands", examples=[["Motorstrom [mA]"]])
 
 
-class JointOfRecord(BaseModel):
+class JointOfRecord(RequestDocument):
     """Where the record of one joint stands, and its place in the robot."""
-
-    model_config = ConfigDict(extra="forbid")
 
     name: Printable | None = Field(default=None, min_length=1, max_length=64)
     position: Word
@@ -86,10 +85,8 @@ class JointOfRecord(BaseModel):
     )
 
 
-class CarriedPayload(BaseModel):
+class CarriedPayload(RequestDocument):
     """What the robot carried."""
-
-    model_config = ConfigDict(extra="forbid")
 
     name: Printable = Field(default="none", min_length=1, max_length=100)
     mass: float = Field(default=0.0, ge=0, le=1e5, allow_inf_nan=False, description="kg")
@@ -98,10 +95,8 @@ class CarriedPayload(BaseModel):
     )
 
 
-class CanLogImport(BaseModel):
+class CanLogImport(RequestDocument):
     """How logs of a CAN bus become sessions, by the mapping of a rig."""
-
-    model_config = ConfigDict(extra="forbid")
 
     rig: Word = Field(description="id of the rig whose drives were logged", examples=["rx130l-joint3"])
     name: Printable = Field(
@@ -120,10 +115,8 @@ class CanLogImport(BaseModel):
     )
 
 
-class RecordImport(BaseModel):
+class RecordImport(RequestDocument):
     """How files become the sessions of a new experiment."""
-
-    model_config = ConfigDict(extra="forbid")
 
     name: Printable = Field(
         default="records",

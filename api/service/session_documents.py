@@ -7,13 +7,14 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from api.service import text_forms
 from api.service.job_documents import JobView
+from api.service.request_document import RequestDocument
 from api.service.session_payload import SessionPayload
 
 Metre = Annotated[float, Field(ge=-100, le=100, allow_inf_nan=False)]
 InertiaMoment = Annotated[float, Field(ge=-1e6, le=1e6, allow_inf_nan=False)]
 
 
-class TypedPayload(BaseModel):
+class TypedPayload(RequestDocument):
     """A payload in the last link's frame: its name alone if the rig knows it, else what it weighs and
     where.
     """

@@ -97,3 +97,56 @@ def test_every_pattern_of_a_request_has_words_that_say_what_would_be_right(docum
     asked.append(document["components"]["schemas"])
     assert set(patterns(asked)) - set(WORDS) == set()
     assert len(set(patterns(asked))) > 5
+
+
+def schemas_of_bodies(document):
+    """(call, name of the schema) of every JSON body, and of the parts it is made of."""
+
+    def parts(schema):
+        if isinstance(schema, dict):
+            if "$ref" in schema:
+                yield schema["$ref"].rpartition("/")[2]
+            for each in schema.values():
+                yield from parts(each)
+        elif isinstance(schema, list):
+            for each in schema:
+                yield from parts(each)
+
+    for name, operation in operations(document):
+        content = operation.get("requestBody", {}).get("content", {}).get("application/json")
+        waiting, seen = list(parts(content)), set()
+        while waiting:
+            schema = waiting.pop()
+            if schema in seen:
+                continue
+            seen.add(schema)
+            yield name, schema
+            waiting += parts(document["components"]["schemas"][schema])
+
+
+def test_no_body_takes_a_field_that_it_does_not_know(document):
+    open_ones = [
+        f"{name}: {schema}"
+        for name, schema in schemas_of_bodies(document)
+        if document["components"]["schemas"][schema].get("type") == "object"
+        and document["components"]["schemas"][schema].get("additionalProperties") is not False
+    ]
+    assert open_ones == []
+    assert len(set(schemas_of_bodies(document))) > 15
+
+
+@pytest.mark.parametrize(
+    ("method", "address", "body"),
+    [
+        ("post", "/experiments", {"name": "arm", "rig": "rx130l-joint3-simulated"}),
+        ("post", "/plans", {"rig": "rx130l-joint3-simulated", "name": "plan"}),
+        ("post", "/sign-in", {"name": "ada", "password": "correct horse battery"}),
+    ],
+)
+def test_an_unknown_field_is_refused_in_one_line_that_names_it(service, method, address, body):
+    client = service.client(Role.OPERATOR)
+    answer = client.request(method, address, json=body | {"secnods": 20})
+    assert answer.status_code == 422, answer.text
+    detail = answer.json()["detail"]
+    assert detail.startswith("body.secnods: is no field of this request")
+    assert "\n" not in detail

@@ -10,6 +10,7 @@ from api.service.account_documents import Me
 from api.service.accounts import Role, User
 from api.service.openapi import ResourceRoute, problems
 from api.service.problems import Problem, not_found
+from api.service.request_document import RequestDocument
 from identify.recording.errors import InputError
 
 router = APIRouter(tags=["accounts"], route_class=ResourceRoute)
@@ -18,7 +19,7 @@ UserName = Annotated[str, Path(pattern=text_forms.USER_NAME)]
 Password = Annotated[str, Field(min_length=10, max_length=1000, examples=["correct horse battery"])]
 
 
-class Credentials(BaseModel):
+class Credentials(RequestDocument):
     """What a person types to sign in."""
 
     name: Annotated[str, Field(max_length=64, examples=["ada"])]
@@ -33,7 +34,7 @@ class UserSummary(BaseModel):
     created: float = Field(description="s since 1970", examples=[1795360000.0])
 
 
-class NewUser(BaseModel):
+class NewUser(RequestDocument):
     """A user to be created."""
 
     name: Annotated[str, Field(pattern=text_forms.USER_NAME, examples=["grace"])]
@@ -41,21 +42,21 @@ class NewUser(BaseModel):
     role: Role = Field(default=Role.VIEWER, examples=[Role.OPERATOR])
 
 
-class UserChange(BaseModel):
+class UserChange(RequestDocument):
     """What changes of a user; what is left out stays."""
 
     role: Role | None = Field(default=None, examples=[Role.ADMIN])
     password: Password | None = None
 
 
-class OwnPassword(BaseModel):
+class OwnPassword(RequestDocument):
     """One's own password, old and new."""
 
     old: Annotated[str, Field(max_length=1000, examples=["correct horse battery"])]
     new: Annotated[str, Field(min_length=10, max_length=1000, examples=["staple battery horse"])]
 
 
-class TokenRequest(BaseModel):
+class TokenRequest(RequestDocument):
     """A bearer token to be made; its scope is at most one's own role."""
 
     label: Annotated[str, Field(min_length=1, max_length=100, examples=["notebook"])]

@@ -3,7 +3,7 @@
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Request, Response
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from api.service import access, text_forms
 from api.service.access import service_of
@@ -11,6 +11,7 @@ from api.service.job_documents import JobView
 from api.service.openapi import ResourceRoute, problems
 from api.service.plan_documents import MadePlanView
 from api.service.problems import Problem
+from api.service.request_document import RequestDocument
 from api.service.routes.experiments import ExperimentId
 from api.service.routes.jobs import accepted
 from api.service.routes.models import JointName, ModelId
@@ -29,7 +30,7 @@ JudgeMotion = Annotated[
 ]
 
 
-class OfJoint(BaseModel):
+class OfJoint(RequestDocument):
     """Which joint is meant."""
 
     joint: JointName

@@ -3,7 +3,7 @@
 from typing import Annotated
 
 from fastapi import APIRouter, Path, Query, Request, Response
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from api.service import access, text_forms
 from api.service.access import client_address, service_of
@@ -11,6 +11,7 @@ from api.service.drive_table_documents import TablesWriting
 from api.service.job_documents import JobView
 from api.service.openapi import ResourceRoute, problems
 from api.service.problems import Problem
+from api.service.request_document import RequestDocument
 from api.service.routes.experiments import ExperimentId
 from api.service.routes.jobs import accepted
 from identify.results.drive_tables import DriveTablesDocument
@@ -20,10 +21,8 @@ router = APIRouter(tags=["drive tables"], route_class=ResourceRoute)
 WritingNumber = Annotated[str, Path(pattern=text_forms.NUMBER)]
 
 
-class TablesOfModel(BaseModel):
-    """Which model's tables, for which rig. A field that is none of these is refused: it would not do what it says."""
-
-    model_config = ConfigDict(extra="forbid")
+class TablesOfModel(RequestDocument):
+    """Which model's tables, for which rig."""
 
     rig: Annotated[str, Field(pattern=text_forms.NAME, examples=["rx130l-joint3-simulated"])]
     model: Annotated[

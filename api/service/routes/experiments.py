@@ -3,12 +3,13 @@
 from typing import Annotated, Literal, cast
 
 from fastapi import APIRouter, File, Form, Path, Request, Response, UploadFile
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from api.service import access, text_forms
 from api.service.experiment_documents import ExperimentSummary, ExperimentView, Imported
 from api.service.job_documents import JobView
 from api.service.openapi import ResourceRoute, problems
+from api.service.request_document import RequestDocument
 from api.service.routes.jobs import accepted
 from api.service.session_catalogue import CatalogueEntry
 from api.service.session_documents import SessionSummary
@@ -21,7 +22,7 @@ ExperimentId = Annotated[str, Path(pattern=text_forms.SMALL_ID)]
 SessionId = Annotated[str, Path(pattern=text_forms.SESSION_ID)]
 
 
-class NewExperiment(BaseModel):
+class NewExperiment(RequestDocument):
     """An experiment to be created on a rig; robot, gains and known payloads come from the rig's file."""
 
     name: Annotated[

@@ -3,7 +3,7 @@
 from typing import Annotated
 
 from fastapi import APIRouter, Path, Query, Request, Response
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from api.service import access, text_forms
 from api.service.access import service_of
@@ -11,6 +11,7 @@ from api.service.job_documents import JobView
 from api.service.model_documents import Comparison, Pending, ResultsView, Stepped, StoryView, VersionView
 from api.service.openapi import ResourceRoute, problems
 from api.service.problems import Problem
+from api.service.request_document import RequestDocument
 from api.service.routes.experiments import ExperimentId
 from api.service.routes.jobs import accepted
 
@@ -24,19 +25,18 @@ EffectName = Annotated[
 JointName = Annotated[str, Field(max_length=64, min_length=1, examples=["j3"])]
 
 
-class FitRequest(BaseModel):
+class FitRequest(RequestDocument):
     """A model to be fitted: `rigid`, `usual`, `load-velocity` or `rigid+EFFECT,EFFECT…`, and effects to
     add.
     """
 
     model: ModelName = "usual"
-    add: Annotated[
-        list[Annotated[str, Field(max_length=130, pattern=text_forms.EFFECT_AT_JOINT)]],
-        Field(max_length=200, examples=[["stribeck@j3"]]),
-    ] = []
+    add: list[Annotated[str, Field(max_length=130, pattern=text_forms.EFFECT_AT_JOINT)]] = Field(
+        default=[], max_length=200, examples=[["stribeck@j3"]]
+    )
 
 
-class EffectChange(BaseModel):
+class EffectChange(RequestDocument):
     """An effect to add or remove, on one joint or on all."""
 
     effect: EffectName

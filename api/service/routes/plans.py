@@ -4,7 +4,7 @@ from typing import Annotated
 
 import numpy as np
 from fastapi import APIRouter, Path, Query, Request, Response
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from api.service import access, text_forms
 from api.service.access import service_of
@@ -12,6 +12,7 @@ from api.service.job_documents import JobView
 from api.service.openapi import ResourceRoute, problems
 from api.service.plan_documents import PlanPreview, PlanSummary, PlanView
 from api.service.problems import Problem, not_found
+from api.service.request_document import RequestDocument
 from api.service.routes.jobs import accepted
 from daq.excitation.excitation_plan import ExcitationPlan
 from identify.recording.plain_text import Printable
@@ -21,7 +22,7 @@ router = APIRouter(tags=["plans"], route_class=ResourceRoute)
 PlanId = Annotated[str, Path(pattern=text_forms.SMALL_ID)]
 
 
-class PlanRequest(BaseModel):
+class PlanRequest(RequestDocument):
     """A plan to be made within a rig's limits."""
 
     rig: Annotated[str, Field(pattern=text_forms.NAME, examples=["rx130l-joint3-simulated"])]

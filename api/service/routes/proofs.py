@@ -3,7 +3,7 @@
 from typing import Annotated, Literal
 
 from fastapi import APIRouter, Path, Request, Response
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from api.service import access, text_forms
 from api.service.access import service_of
@@ -12,6 +12,7 @@ from api.service.job_documents import JobView
 from api.service.openapi import ResourceRoute, problems
 from api.service.proof_documents import ProofView, UnfinishedRunView
 from api.service.proofs import ProofState
+from api.service.request_document import RequestDocument
 from api.service.routes.experiments import ExperimentId, session_summary
 from api.service.routes.jobs import accepted
 from api.service.session_documents import SessionSummary
@@ -22,10 +23,8 @@ router = APIRouter(tags=["proofs"], route_class=ResourceRoute)
 ProofNumber = Annotated[str, Path(pattern=text_forms.NUMBER)]
 
 
-class NewProof(BaseModel):
-    """What is to be proved, and on what. A field that is none of these is refused: it would not do what it says."""
-
-    model_config = ConfigDict(extra="forbid")
+class NewProof(RequestDocument):
+    """What is to be proved, and on what."""
 
     rig: Annotated[str, Field(pattern=text_forms.NAME, examples=["rx130l-joint3-simulated"])]
     plan: Annotated[str, Field(pattern=text_forms.SMALL_ID, examples=["joint3-sinusoids"])]

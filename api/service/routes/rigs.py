@@ -4,13 +4,14 @@ import json
 from typing import Annotated
 
 from fastapi import APIRouter, Path, Request
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from api.service import access, text_forms
 from api.service.access import client_address, service_of
 from api.service.accounts import Role
 from api.service.openapi import ResourceRoute, problems
 from api.service.problems import Problem, not_found
+from api.service.request_document import RequestDocument
 from api.service.rig_documents import HomingView, ResetJointView, RigSummary, RigView, Stopped
 
 router = APIRouter(tags=["rigs"], route_class=ResourceRoute)
@@ -18,13 +19,13 @@ router = APIRouter(tags=["rigs"], route_class=ResourceRoute)
 RigId = Annotated[str, Path(pattern=text_forms.NAME)]
 
 
-class HandOver(BaseModel):
+class HandOver(RequestDocument):
     """To whom the rig goes."""
 
     to: Annotated[str, Field(pattern=text_forms.USER_NAME, examples=["grace"])]
 
 
-class HomingOrder(BaseModel):
+class HomingOrder(RequestDocument):
     """Which joint is to be homed, and how."""
 
     joint: str = Field(examples=["j3"])

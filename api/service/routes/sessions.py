@@ -3,7 +3,7 @@
 from typing import Annotated, Literal
 
 from fastapi import APIRouter, Request, Response
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from api.service import access, text_forms
 from api.service.access import client_address, service_of
@@ -11,6 +11,7 @@ from api.service.database import SessionRow
 from api.service.job_documents import JobView
 from api.service.openapi import ResourceRoute, problems
 from api.service.problems import Problem
+from api.service.request_document import RequestDocument
 from api.service.rig_documents import Stopped
 from api.service.routes.experiments import ExperimentId, SessionId, session_summary
 from api.service.session_documents import ChangedSession, RigCheckView, SessionSummary, TypedPayload
@@ -19,7 +20,7 @@ from identify.recording.experiment_file import Payload
 router = APIRouter(tags=["sessions"], route_class=ResourceRoute)
 
 
-class NewSession(BaseModel):
+class NewSession(RequestDocument):
     """A payload session to be prepared."""
 
     rig: Annotated[str, Field(pattern=text_forms.NAME, examples=["rx130l-joint3-simulated"])]
@@ -28,7 +29,7 @@ class NewSession(BaseModel):
     role: Literal["identification", "validation"] = "identification"
 
 
-class Weighing(BaseModel):
+class Weighing(RequestDocument):
     """What the scale says, typed by the operator; without a mass the scale on the serial port is asked."""
 
     mass: Annotated[
@@ -36,11 +37,8 @@ class Weighing(BaseModel):
     ] = None
 
 
-class SessionChange(BaseModel):
-    """What is to be changed of a measured session; what is left out stays. A field that is none of these is refused: it would not
-    do what it says."""
-
-    model_config = ConfigDict(extra="forbid")
+class SessionChange(RequestDocument):
+    """What is to be changed of a measured session; what is left out stays."""
 
     excluded: Annotated[
         str | None,
