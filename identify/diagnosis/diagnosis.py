@@ -293,7 +293,9 @@ def _conclude(
     missing = tuple(term for term in missing if term.key not in held)
     before, after = first.predictions[joint], final.predictions[joint]
     outcome = verdict(mean_error(before), mean_error(bounded(after)), floor, structure, bool(missing))
-    variable, free = first.best_free_function(joint)
+    function = first.best_free_function(joint)
+    variable, free = function.variable, function.error
+    parameters = sum(each.complexity for key, each in evidence.items() if key[1] == joint)
     failing = unseen if outcome == "adequate" and fails_on_unseen(after, unseen) else []
     outcome = "unexplained" if failing else outcome
     where = where_it_fails([*before, *failing])
@@ -301,7 +303,8 @@ def _conclude(
     part = _part_of_free(missing, forward, joint, free)
     error = final.selection.held_out_error(joint)
     over = of_one_variable and left_over(variable, structure, mean_error(bounded(after)))
-    if imitated(error, free, len(missing), of_one_variable, over) and part < NEARLY_ALL:
+    lead = function.lead_over(parameters)
+    if imitated(error, free, len(missing), of_one_variable, over, lead) and part < NEARLY_ALL:
         keeps_its_name = part > MOST and missing[0].effect.variable == variable
         outcome, missing = "unexplained", missing[:1] if keeps_its_name else ()
         where = tuple(sorted(where, key=lambda row: row.variable != variable))

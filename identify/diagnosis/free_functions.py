@@ -4,8 +4,12 @@ Where a free function of, say, position explains at one stroke what several effe
 approach, the cause depends on that variable in a way that the catalogue does not know; then the effects imitate it.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
+from identify.diagnosis.deciding_constants import DROP_PER_PARAMETER
+from identify.diagnosis.finding import gained
 from identify.effects.effect import Constants, Effect
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter
@@ -79,3 +83,21 @@ class FreeLoad(_FreeFunction):
 
 
 FREE_FUNCTIONS: tuple[Effect, ...] = (FreePosition(), FreeSpeed(), FreeLoad())
+
+
+@dataclass(frozen=True)
+class FreeFunction:
+    """How a free function of one variable fares beside a model.
+
+    error, without : relative held-out error with it, and without
+    parameters     : number of its columns
+    """
+
+    variable: str
+    error: float
+    without: float
+    parameters: int
+
+    def lead_over(self, parameters: int) -> float:
+        """Square of the relative error by which it must do better than effects with fewer parameters, as any wider candidate."""
+        return gained(DROP_PER_PARAMETER * max(self.parameters - parameters, 0)) * self.without**2

@@ -211,6 +211,12 @@ def _evidence_bound(p_value: float) -> float:
     return odds / (1.0 + odds)
 
 
+def probability_left(p_value: float) -> float:
+    """The least probability that a p-value leaves for what it speaks against, were that as probable as not beforehand."""
+    odds = _odds_against(p_value)
+    return odds / (1.0 + odds)
+
+
 def _odds_against(p_value: float) -> float:
     """The least odds for nothing that a p-value leaves, whatever the effect's size: −e p ln p, one from 1/e on."""
     return 1.0 if p_value >= 1 / np.e else float(-np.e * p_value * np.log(max(p_value, 1e-300)))

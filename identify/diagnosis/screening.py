@@ -11,7 +11,7 @@ from identify.diagnosis.candidates import Candidate, find_candidates
 from identify.diagnosis.closed_loop import loop_evidence
 from identify.diagnosis.deciding_constants import DROP_PER_PARAMETER
 from identify.diagnosis.finding import Finding, gained
-from identify.diagnosis.free_functions import FREE_FUNCTIONS
+from identify.diagnosis.free_functions import FREE_FUNCTIONS, FreeFunction
 from identify.diagnosis.selection import Selection
 from identify.diagnosis.turning import late_turns, possible_turns
 from identify.effects.model import USUAL, Term
@@ -95,14 +95,15 @@ class Screening:
             functions[slot.term.joint][slot.term.effect.name] = columns
         return selection.on(observation), functions
 
-    def best_free_function(self, joint: int) -> tuple[str, float]:
-        """The variable whose free function leaves the least held-out error of a joint, and that error."""
+    def best_free_function(self, joint: int) -> FreeFunction:
+        """The free function of one variable that leaves the least held-out error of a joint."""
         selection, functions = self._free
-        errors = {
-            name: selection.held_out_error(joint, columns) for name, columns in functions[joint].items()
-        }
-        best = min(errors, key=lambda name: errors[name])
-        return best, errors[best]
+        without = selection.held_out_error(joint)
+        listed = [
+            FreeFunction(name, selection.held_out_error(joint, columns), without, len(columns))
+            for name, columns in functions[joint].items()
+        ]
+        return min(listed, key=lambda function: function.error)
 
     def doubted(self, joint: int, missing: Sequence[Term]) -> str | None:
         """The variable over which a free function explains what missing effects of a fixed shape do not; None where there
@@ -182,7 +183,7 @@ class Screening:
         return 0.0
 
     def replacement(self, term: Term, rivals: Sequence[str]) -> tuple[Term, int] | None:
-        """An effect that would do clearly better in the place of a term of the model, and its joint.
+        """An effect that does better in the place of a term of the model, and its joint.
 
         rivals : effects that explained the data alike when the term was added
         """

@@ -22,6 +22,7 @@ from identify.diagnosis.deciding_constants import (
 from identify.diagnosis.evidence import GroupEvidence, group_evidence
 from identify.diagnosis.finding import Finding, gained, steady
 from identify.diagnosis.held_out import FoldedProducts, HeldOut, Trial, folds_of_motion, folds_of_sessions
+from identify.diagnosis.probability import probability_left
 from identify.effects.effect import DeclaredLoad
 from identify.estimation import forked
 from identify.estimation.observation import Observation
@@ -305,15 +306,20 @@ class Selection:
         return lead <= bought * best.before.total or not self._decided(best, finding)
 
     def _decided(self, finding: Finding, other: Finding) -> bool:
-        """Whether a finding certainly explains what another does not: its columns beside the other's (encompassing;
+        """Whether a finding explains what another does not."""
+        return self._beside(finding, other) < SIGNIFICANCE
+
+    def _beside(self, finding: Finding, other: Finding) -> float:
+        """Evidence of a finding's columns beside another's: a small p-value where the other is not the cause alone (encompassing;
         Davidson, MacKinnon 1981, Econometrica 49(3), for models of which none contains the other)."""
         base = self.base(declared=not (finding.candidate.beside_ratio and other.candidate.beside_ratio))
         base = np.union1d(base, other.candidate.columns(self.observation, other.variant))
         columns = finding.candidate.columns(self.observation, finding.variant)
-        return self._p_value(finding.candidate.judged, base, columns) < SIGNIFICANCE
+        return self._p_value(finding.candidate.judged, base, columns)
 
     def rivals(self, finding: Finding, findings: Sequence[Finding]) -> tuple[str, ...]:
-        """Effects that explain the data alike: nearly the gain, and the evidence does not decide against them."""
+        """Effects that explain the data alike: nearly the gain, and what the finding explains beside them leaves them more than
+        `SIGNIFICANCE` of the probability, which is larger than the p-value."""
         if finding.comparable_gain <= 0:
             return ()
         return tuple(
@@ -321,7 +327,7 @@ class Selection:
             for other in findings
             if other is not finding
             and other.comparable_gain >= NEARLY_ALL * finding.comparable_gain
-            and not self._decided(finding, other)
+            and probability_left(self._beside(finding, other)) >= SIGNIFICANCE
         )
 
     def _strongest(self, joint: int, findings: Sequence[Finding], least: float) -> Choice | None:
@@ -381,21 +387,28 @@ class Selection:
         return True
 
     def replacement(self, joint: int, columns: Index, complexity: int) -> Addition | None:
-        """The candidate that would do clearly better in the place of some columns of the model, or as well and simpler."""
-        listed = [c for c in self.candidates if c.judged == joint and c.beside_ratio]
-        base = np.setdiff1d(self.base(), columns)
-        present, *others = self.motion.evaluate(
-            joint, base, [Trial((columns,)), *(c.trial(self.observation) for c in listed)]
-        )
+        """The candidate that does better on unseen motion in the place of some columns of the model: by what a parameter must
+        bring where it has as many, by anything where it has fewer.
+
+        Which of two effects was found first, beside fewer others, is no evidence for it.
+        """
         better = []
-        for candidate, other in zip(listed, others, strict=True):
-            excess = candidate.complexity(self.observation, other.variant) - complexity
-            if excess > 0 or other.total >= (1.0 if excess else 1 - 2 * LEAST_DROP) * present.total:
-                continue
-            extra = np.setdiff1d(candidate.columns(self.observation, other.variant), base)
-            estimates = group_evidence(self.observation, joint, base, extra).estimates
-            if not candidate.outside(estimates, other.variant).any():
-                better.append((other.total, candidate, other.variant))
+        for beside_ratio in (True, False):
+            listed = [c for c in self.candidates if c.judged == joint and c.beside_ratio == beside_ratio]
+            listed = [c for c in listed if c.declared_load is not DeclaredLoad.QUESTIONED]
+            base = np.setdiff1d(self.base(declared=not beside_ratio), columns)
+            least = gained(DROP_PER_PARAMETER) * self.motion.alone(joint, base).total
+            present, *others = self.motion.evaluate(
+                joint, base, [Trial((columns,)), *(c.trial(self.observation) for c in listed)]
+            )
+            for candidate, other in zip(listed, others, strict=True):
+                excess = candidate.complexity(self.observation, other.variant) - complexity
+                if excess > 0 or present.total - other.total <= (0.0 if excess else least):
+                    continue
+                extra = np.setdiff1d(candidate.columns(self.observation, other.variant), base)
+                estimates = group_evidence(self.observation, joint, base, extra).estimates
+                if not candidate.outside(estimates, other.variant).any():
+                    better.append((other.total / present.total, candidate, other.variant))
         for _, candidate, variant in sorted(better, key=lambda row: row[0]):
             if not self._refuted(joint, [(candidate, variant)]):
                 return candidate, variant

@@ -13,17 +13,25 @@ WITHOUT_MOTION = {"time", "frequency", "moments"}
 """Structure that comes and goes without regard to the motion, which a noise floor from repeats counts as noise."""
 
 
-def imitated(after: float, free: float, missing: int, of_one_variable: bool, left_over: bool = False) -> bool:
+def imitated(
+    after: float,
+    free: float,
+    missing: int,
+    of_one_variable: bool,
+    left_over: bool = False,
+    lead: float = 0.0,
+) -> bool:
     """Whether effects of the catalogue only imitate a dependence on one variable that it does not know.
 
     after           : relative held-out error with the missing effects
     free            : the same with the best free function of one variable instead
     of_one_variable : whether all the missing effects are functions of that same variable
     left_over       : whether they leave something over it: of the cause there is nothing left, so that several imitate
+    lead            : by how much the square of `free` must be less than that of `after`, for the parameters it has more
 
-    Several effects are believed if together they do better than one free function.
+    Several effects are believed if together they do better than one free function, or as well with fewer parameters.
     """
-    several = missing > 1 and (free < after or (of_one_variable and left_over))
+    several = missing > 1 and (after**2 - free**2 > lead or (of_one_variable and left_over))
     return missing > 0 and (free**2 < MOST * after**2 or several)
 
 

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from identify.diagnosis.free_functions import FREE_FUNCTIONS, LOAD_KNOTS, SPEED_KNOTS, hats
+from identify.diagnosis.deciding_constants import DROP_PER_PARAMETER
+from identify.diagnosis.free_functions import FREE_FUNCTIONS, LOAD_KNOTS, SPEED_KNOTS, FreeFunction, hats
 from tests.identify.effects.motions import motion_of
 from tests.identify.effects.summaries import summary_of
 
@@ -52,3 +53,10 @@ def test_a_record_without_load_or_motion_has_knots_all_the_same():
     assert position == {"knot_00": 0.0}
     assert speed["top"] > 0.0
     assert load["to"] > load["from"] == 3.0
+
+
+def test_a_free_function_must_lead_by_a_part_of_the_error_for_each_parameter_that_it_has_more():
+    function = FreeFunction("dq", 0.01, 0.02, 18)
+    drop = 15 * DROP_PER_PARAMETER
+    assert function.lead_over(3) == pytest.approx(0.02**2 - ((1 - drop) * 0.02) ** 2)
+    assert function.lead_over(18) == function.lead_over(20) == 0.0

@@ -13,6 +13,7 @@ from identify.diagnosis.probability import (
     joint_probabilities,
     needed,
     probabilities,
+    probability_left,
     shares,
 )
 from identify.diagnosis.structure import Structure
@@ -272,3 +273,9 @@ def test_a_name_under_an_unexplained_verdict_is_even_at_most():
     before = held_out(*[1.0] * 10)
     certain = {"spring": finding(before, held_out(*[0.5] * 10), "spring", p_value=1e-300)}
     assert joint_probabilities([], 4000.0, certain, {}, [], "unexplained").effects["spring"] == 0.5
+
+
+def test_a_p_value_leaves_more_probability_than_it_is_itself():
+    assert probability_left(0.01) == pytest.approx(0.1113, abs=1e-4)  # Sellke, Bayarri, Berger 2001, table 1
+    assert probability_left(0.5) == 0.5
+    assert probability_left(0.0) == pytest.approx(0.0, abs=1e-300)

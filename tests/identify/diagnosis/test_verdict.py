@@ -48,6 +48,12 @@ def test_several_effects_are_believed_if_they_do_better_than_one_free_function()
     assert not imitated(0.010, 0.0099, 1, False)
 
 
+def test_one_free_function_must_lead_several_effects_by_what_its_further_parameters_must_bring():
+    lead = 0.010**2 - 0.0098**2
+    assert imitated(0.010, 0.0097, 2, False, lead=lead)
+    assert not imitated(0.010, 0.0099, 2, False, lead=lead)
+
+
 def test_several_effects_of_one_variable_that_leave_something_over_it_imitate_the_cause():
     assert imitated(0.004, 0.010, 2, True, left_over=True)
     assert not imitated(0.004, 0.010, 4, True, left_over=False)
