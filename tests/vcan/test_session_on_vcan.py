@@ -21,7 +21,6 @@ import yaml
 from api.compensation import torque_ahead
 from api.compensation_run import CompensationRun
 from api.compensation_text import compensation_text
-from api.drive_tables import cleared_tables, drive_tables, written
 from api.proof import Proof, next_folder
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.excitation.standard_plan import standard_plan
@@ -37,7 +36,6 @@ from drivers.cia402 import State
 from drivers.drive import Drive
 from identify.identification import identify
 from identify.recording import load_experiment
-from tests.api.driven_arm import write_driven_arm
 from tests.api.proof_settings import proof_settings
 from tests.daq.session_parent import gone
 
@@ -198,24 +196,6 @@ def test_the_model_sent_ahead_over_the_kernels_can_lowers_the_following_error(ri
     (joint,) = proof.joints
     assert joint.rms_with < 0.8 * joint.rms_without
     assert joint.peak_with < joint.peak_without
-
-
-def test_the_drives_own_tables_are_written_and_cleared_over_the_kernels_can(rig_file, mount, tmp_path):
-    settings = yaml.safe_load(rig_file.read_text(encoding="utf-8"))
-    settings["axes"][0]["drive"] = "simulated"
-    path = tmp_path / "rig.yaml"
-    path.write_text(yaml.safe_dump(settings), encoding="utf-8")
-    rig = Rig.load(str(path))
-    write_driven_arm(tmp_path / "arm", rig, ("none",))
-    mount("none", path)
-    tables = written(drive_tables(identify(load_experiment(tmp_path / "arm"), "usual"), rig), rig)
-    (table,) = tables.joints[0].tables
-    assert len(table.objects) == 25
-    assert {each.before for each in table.objects} == {0.0}
-    friction, cogging = written(cleared_tables(rig), rig).joints[0].tables
-    held = {each.object: each.value for each in table.objects}
-    assert [each.before for each in friction.objects] == [held[each.object] for each in friction.objects]
-    assert len(cogging.objects) == 32
 
 
 def test_a_session_in_real_time_keeps_the_period_on_average_and_stores_its_jitter(rig, mount, tmp_path):
