@@ -92,6 +92,9 @@ class DriveGain(Effect):
     def replaces_payload_ratio(self, constants: Constants) -> bool:
         return not constants  # one ratio for all known loads is what the payload ratios would say again
 
+    def of_sessions(self, constants: Constants) -> bool:
+        return bool(constants)
+
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         if not constants:
             return motion.known_load[:, None]

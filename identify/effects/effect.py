@@ -154,6 +154,10 @@ class Effect(ABC):
         """What is added to the fitted values when they are reported: 1 where they are deviations of a ratio from 1."""
         return 0.0
 
+    def of_sessions(self, constants: Constants) -> bool:
+        """Whether its values are of single sessions of the record, so that it is no part of a model of the machine."""
+        return False
+
     def assumed(self, friction: float, speed: float) -> tuple[float, ...] | None:
         """Values of the parameters that a plan takes before anything was measured; None for nothing of the effect.
 

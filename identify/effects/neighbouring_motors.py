@@ -51,6 +51,10 @@ class SharedMotorSum(Effect):
         between = f"between {summary.joint_before} and {summary.name}"
         return self.explanation.replace("between the joint and the one before it", between)
 
+    def formulas(self, constants: Constants) -> tuple[str, ...] | None:
+        listed = ("motor_velocity", "sign(motor_velocity)", "motor_acceleration")
+        return tuple(f"motor_share * {each}" for each in (listed if constants["rotor"] else listed[:2]))
+
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         velocity, acceleration = motion.motor_velocity, motion.motor_acceleration
         listed = [velocity, np.sign(velocity), acceleration]

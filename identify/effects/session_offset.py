@@ -38,6 +38,9 @@ class SessionOffset(Effect):
             EffectParameter(f"offset_change[{name.removeprefix('session_')}]", unit) for name in constants
         )
 
+    def of_sessions(self, constants: Constants) -> bool:
+        return True
+
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         out = np.zeros((len(motion.q), len(constants)))
         slot = constants.get(f"session_{motion.session}")

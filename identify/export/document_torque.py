@@ -86,6 +86,7 @@ def document_torque(path: Path) -> TorqueOf:
 
         def values(torque: ExportedTorque) -> Array:
             row, motor = joints.index(torque.joint), joints.index(torque.motor)
+            turns = shares[:, motor] if torque.turns is None else np.array(torque.turns)
             signals: dict[str, Array] = {
                 "q": q[:, row],
                 "dq": dq[:, row],
@@ -95,10 +96,10 @@ def document_torque(path: Path) -> TorqueOf:
                 "t": motion.t,
                 "temp": np.full(len(q), 20.0) if motion.temperature is None else motion.temperature[:, row],
                 "direction": np.asarray(np.sign(dq[:, row]), float),
-                "motor_velocity": np.asarray(dq @ shares[:, motor], float),
-                "motor_acceleration": np.asarray(ddq @ shares[:, motor], float),
+                "motor_velocity": np.asarray(dq @ turns, float),
+                "motor_acceleration": np.asarray(ddq @ turns, float),
                 "motor_load": motors[:, motor],
-                "motor_share": np.asarray(shares[row, motor]),
+                "motor_share": np.asarray(turns[row]),
             }
             if torque.presliding_distance is not None:
                 signals["memory"] = _memory(q[:, row], dq[0, row], torque.presliding_distance)

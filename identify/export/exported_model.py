@@ -68,6 +68,7 @@ class Torque:
     memory    : the state that formulas call `memory`
     derivative : how many times the sum is differentiated over time
     tilts_gravity : whether it is that of a base which is not level; values are then m/s² along `ExportedModel.directions`
+    turns     : (n,) of a motor that no gain matrix declares: its velocity is turns · dq; empty where it is `motor`'s own
     """
 
     effect: str
@@ -80,6 +81,7 @@ class Torque:
     memory: Memory | None = None
     derivative: int = 0
     tilts_gravity: bool = False
+    turns: tuple[float, ...] = ()
 
     @property
     def formula(self) -> str:
@@ -210,6 +212,12 @@ def exported_model(result: Identification) -> ExportedModel:
                 " exported model"
             )
             continue
+        if effect.of_sessions(slot.values):
+            remarks.append(
+                f"{effect.name} belongs to single sessions of the record, not to the machine: it is no part of the exported"
+                " model, whose error on these sessions is larger for that"
+            )
+            continue
         formulas = effect.formulas(slot.values)
         values = tuple(float(value) for value in estimates)
         if isinstance(effect, LoadVelocity) and structured is not None:
@@ -222,6 +230,8 @@ def exported_model(result: Identification) -> ExportedModel:
         rubs = effect.dissipates or isinstance(effect, LoadVelocity)
         if effect.rows == "gear" and record.body.gears_apart[joint]:
             formulas = of_motor(formulas, load.rotor(joint))
+        pair = effect.rows == "pair"
+        turns = tuple(record.body.pair_turns(joint, effect.beside).tolist()) if pair else ()
         for row in rows_of(record, slot.term):
             memory = _memory(effect.name, row, slot.values)
             on_row = _under_gravity(formulas, record.body, row)
@@ -239,6 +249,7 @@ def exported_model(result: Identification) -> ExportedModel:
                         memory,
                         order,
                         GRAVITY[0] in formulas,
+                        turns,
                     )
                 )
     if not np.any(chi):

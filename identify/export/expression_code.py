@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-
-import numpy as np
-from numpy.typing import NDArray
 
 from identify.export.exported_model import ExportedModel, Torque
 
@@ -130,15 +127,19 @@ def torque_text(model: ExportedModel, torque: Torque, dialect: Dialect) -> str:
         signal: name.format(row=torque.row, motor=torque.motor, state=state)
         for signal, name in dialect.signals.items()
     }
-    names["motor_load"] = _sum_of_loads(model.load_shares[torque.motor], dialect)
+    names["motor_load"] = _sum_over_joints(model.load_shares[torque.motor], "load", dialect)
     names["motor_share"] = literal(float(model.shares[torque.row, torque.motor]))
+    if torque.turns:
+        names["motor_velocity"] = _sum_over_joints(torque.turns, "dq", dialect)
+        names["motor_acceleration"] = _sum_over_joints(torque.turns, "ddq", dialect)
+        names["motor_share"] = literal(torque.turns[torque.row])
     return render(torque.formula, names, dialect)
 
 
-def _sum_of_loads(shares: NDArray[np.float64], dialect: Dialect) -> str:
-    """What the gear of a motor carries of the joints' loads, in a language."""
+def _sum_over_joints(shares: Iterable[float], signal: str, dialect: Dialect) -> str:
+    """What a motor has of the joints' signals of a name, a share of each, in a language."""
     parts = [
-        f"{literal(float(share))} * {dialect.signals['load'].format(row=joint)}"
+        f"{literal(float(share))} * {dialect.signals[signal].format(row=joint)}"
         for joint, share in enumerate(shares)
         if share != 0
     ]

@@ -22,7 +22,7 @@ from identify.dynamics.geometry import Geometry
 from identify.dynamics.inverse_dynamics import InverseDynamics
 from identify.dynamics.standard_parameters import PARAMETERS_PER_JOINT
 from identify.dynamics.urdf import read_urdf
-from identify.export.link_files import JointFriction
+from identify.export.link_files import JointFriction, SharedMotor
 from identify.recording import InputError
 
 Array = NDArray[np.float64]
@@ -84,6 +84,9 @@ def _by_mujoco(mujoco: ModuleType, path: Path) -> ArmTorque:
     model: Any = mujoco.MjModel.from_xml_string(path.read_text(encoding="utf-8"))
     dry = model.dof_frictionloss.copy()
     model.dof_frictionloss[:] = 0.0  # a soft constraint there: at speed it is the sign of the velocity
+    turns = _tendon_turns(model)
+    tendon_dry = turns * model.tendon_frictionloss[:, None]
+    model.tendon_frictionloss[:] = 0.0
     bias = np.zeros(model.nv)  # of actuators, whose control is what a motor must give
     driven = model.jnt_dofadr[model.actuator_trnid[:, 0]]
     bias[driven] = model.actuator_biasprm[:, 0]
@@ -95,9 +98,18 @@ def _by_mujoco(mujoco: ModuleType, path: Path) -> ArmTorque:
             data.qpos[:], data.qvel[:], data.qacc[:] = position, velocity, acceleration
             mujoco.mj_inverse(model, data)
             inverse[row] = data.qfrc_inverse
-        return inverse + dry * np.sign(dq) - bias
+        return inverse + dry * np.sign(dq) + np.sign(dq @ turns.T) @ tendon_dry - bias
 
     return torque
+
+
+def _tendon_turns(model: Any) -> Array:
+    """(tendons, n) how each fixed tendon of a MuJoCo model moves with the joints."""
+    turns = np.zeros((model.ntendon, model.nv))
+    for tendon, (first, count) in enumerate(zip(model.tendon_adr, model.tendon_num, strict=True)):
+        joints = model.wrap_objid[first : first + count]
+        turns[tendon, model.jnt_dofadr[joints]] = model.wrap_prm[first : first + count]
+    return turns
 
 
 def arm_torque_by_own_reader(path: Path, gravity: Array) -> ArmTorque:
@@ -111,13 +123,15 @@ def arm_torque_by_own_reader(path: Path, gravity: Array) -> ArmTorque:
     robot = read_urdf(path, gravity=(gravity if stated is None else stated).tolist())
     friction = _friction(root)
     joints = [friction[joint.name] for joint in robot.robot.joints]
+    motors = _shared_motors(root, [joint.name for joint in robot.robot.joints])
     standard = robot.standard.copy()
     standard[PARAMETERS_PER_JOINT - 1 :: PARAMETERS_PER_JOINT] = [joint.rotor for joint in joints]
     arm = InverseDynamics(Geometry.from_robot(robot.robot), [standard])
 
     def torque(q: Array, dq: Array, ddq: Array) -> Array:
         (rigid,) = arm.torques(q, dq, ddq)
-        return rigid + _of_joints(joints, q, dq)
+        shared = sum((motor.torque(dq, ddq) for motor in motors), np.zeros(q.shape))
+        return rigid + _of_joints(joints, q, dq) + shared
 
     return torque
 
@@ -154,6 +168,17 @@ def _friction(root: ElementTree.Element) -> dict[str, JointFriction]:
             friction = JointFriction(float(stated.get("damping", 0)), float(stated.get("friction", 0)))
         by_name[joint.get("name", "")] = friction
     return by_name
+
+
+def _shared_motors(root: ElementTree.Element, names: Sequence[str]) -> list[SharedMotor]:
+    """Motors that several joints turn: the fixed tendons of an MJCF."""
+    motors = []
+    for tendon in root.iterfind("tendon/fixed"):
+        by_joint = {joint.get("joint"): float(joint.get("coef", 0)) for joint in tendon.iterfind("joint")}
+        values = [float(tendon.get(name, 0)) for name in ("damping", "frictionloss", "armature")]
+        turns = tuple(by_joint.get(name, 0.0) for name in names)
+        motors.append(SharedMotor(tendon.get("name", ""), turns, *values))
+    return motors
 
 
 def _bias(root: ElementTree.Element, joint: str) -> float:

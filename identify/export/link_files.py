@@ -72,12 +72,37 @@ class JointFriction:
 
 
 @dataclass(frozen=True)
+class SharedMotor:
+    """A motor that several joints turn.
+
+    turns   : (n,) its velocity is turns · q̇; its torque acts on each joint by as much
+    damping : N m s/rad or N s/m
+    dry     : N m or N
+    rotor   : kg m² or kg
+    """
+
+    name: str
+    turns: tuple[float, ...]
+    damping: float = 0.0
+    dry: float = 0.0
+    rotor: float = 0.0
+
+    def torque(self, dq: Array, ddq: Array) -> Array:
+        """(N, n) on the joints, of their velocities and accelerations (N, n)."""
+        turns = np.array(self.turns)
+        speed = dq @ turns
+        moved = self.damping * speed + self.dry * np.sign(speed) + self.rotor * (ddq @ turns)
+        return np.outer(moved, turns)
+
+
+@dataclass(frozen=True)
 class LinkFile:
-    """A robot as it is written to a file."""
+    """A robot as it is written to a file; shared motors have a place in MJCF alone."""
 
     geometry: Geometry
     bodies: tuple[Body, ...]
     friction: tuple[JointFriction, ...]
+    motors: tuple[SharedMotor, ...] = ()
 
 
 def bodies_of(standard: Array) -> tuple[Body, ...]:
@@ -161,7 +186,8 @@ def mjcf(robot: LinkFile, name: str) -> str:
     """An MJCF model. Its dry friction is a soft constraint: a joint that it holds at rest creeps.
 
     A constant torque is the bias of the joint's actuator, whose force is the control less that constant: the control is then
-    the torque that the motor must give. A motor without one is the same with a bias of nought.
+    the torque that the motor must give. A motor without one is the same with a bias of nought. A motor that several joints
+    turn is a fixed tendon.
     """
     root = ElementTree.Element("mujoco", model=name)
     ElementTree.SubElement(root, "compiler", angle="radian", autolimits="true", inertiafromgeom="false")
@@ -200,7 +226,24 @@ def mjcf(robot: LinkFile, name: str) -> str:
         else:
             ElementTree.SubElement(actuators, "motor", actuator)
     root.append(actuators)
+    if robot.motors:
+        _tendons(ElementTree.SubElement(root, "tendon"), robot)
     return _document(root)
+
+
+def _tendons(parent: ElementTree.Element, robot: LinkFile) -> None:
+    for motor in robot.motors:
+        tendon = ElementTree.SubElement(
+            parent,
+            "fixed",
+            name=motor.name,
+            damping=_number(motor.damping),
+            frictionloss=_number(motor.dry),
+            armature=_number(motor.rotor),
+        )
+        for name, turns in zip(robot.geometry.names, motor.turns, strict=True):
+            if turns:
+                ElementTree.SubElement(tendon, "joint", joint=name, coef=_number(turns))
 
 
 def _polynomial(friction: JointFriction) -> str:

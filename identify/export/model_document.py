@@ -50,6 +50,7 @@ def model_document(model: ExportedModel) -> ExportedModelDocument:
                 values=torque.values,
                 presliding_distance=_distance(torque, "fading"),
                 play=_distance(torque, "play"),
+                turns=torque.turns or None,
                 derivative=torque.derivative,
             )
             for torque in model.torques

@@ -27,6 +27,7 @@ from identify.export.loaded_back import NotMeasured, loaded_back
 from identify.export.model_document import model_document
 from identify.export.python_code import python_code
 from identify.export.record_error import Motion, RecordError, errors_of_model, errors_on_record
+from identify.export.shared_motors import motors_apart, shared_motor_remarks
 from identify.export.structured_text import structured_text
 from identify.export.tilted_base import tilted_base
 from identify.identification import Identification, identify
@@ -324,6 +325,8 @@ def _link_file(result: Identification, model: ExportedModel, target: Path, kind:
     tilted = tilted_base(model, standard, result.fitted.record.body.axis_along_gravity(0), motions)
     tilts = {each.row: each.effect for each in model.torques if each.tilts_gravity}
     model = replace(model, torques=tuple(each for each in model.torques if not each.tilts_gravity))
+    apart = motors_apart(model, kind)
+    model = apart.rest
     geometry = model.geometry
     if tilted is not None:
         geometry, standard = replace(geometry, gravity=tilted.gravity), tilted.standard
@@ -336,12 +339,14 @@ def _link_file(result: Identification, model: ExportedModel, target: Path, kind:
 
     bodied = replace(model, standard=standard)
     parts = joint_parts(bodied, kind, motions, friction)
-    robot = LinkFile(geometry, bodies_of(standard), tuple(part.friction for part in parts))
-    remarks: list[str] = []
+    robot = LinkFile(geometry, bodies_of(standard), tuple(part.friction for part in parts), apart.motors)
+    remarks = shared_motor_remarks(model)
     described = []
     for joint, part in enumerate(parts):
         exact = [name for name in part.kept if name != RIGID or kept]
         near = [*part.approximated, *([] if kept else [RIGID])]
+        near += sorted(effect for effect, row in apart.near if row == joint and effect not in near)
+        exact += sorted(effect for effect, row in apart.kept if row == joint and effect not in near)
         sorts = (exact, near, [*part.lost])
         if tilted is not None and joint in tilts:
             sorts[tilted.sort(joint)].append(tilts[joint])

@@ -35,7 +35,7 @@ class ExportedTorque(Part):
     t, temp, memory (state of presliding, or place in a gap), load_slope (derivative of load over q of the joint itself),
     gravity_1 and gravity_2 (load at rest per m/s² of gravity along the two directions of `across`),
     motor_velocity, motor_acceleration, motor_load (the inverse of `motor_shares` times the joints' loads) and motor_share of
-    `motor`. The sum is differentiated over time as often as `derivative` says.
+    `motor`, or of a motor that turns as `turns` says. The sum is differentiated over time as often as `derivative` says.
     """
 
     effect: str = Field(description="name of the effect", examples=["viscous"])
@@ -50,6 +50,11 @@ class ExportedTorque(Part):
         default=None,
         description="rad or m: width of the gap, of an effect whose memory is the link's place in it, from -0.5 to 0.5, moved"
         " against the travel",
+    )
+    turns: tuple[float, ...] | None = Field(
+        default=None,
+        description="of a motor that no gain matrix declares: its velocity is the sum of these times the joints' velocities, and"
+        " its share on `joint` is that joint's number here",
     )
     derivative: int = Field(default=0, description="how many times the sum is differentiated over time")
 

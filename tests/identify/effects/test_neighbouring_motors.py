@@ -7,6 +7,7 @@ import pytest
 
 from identify.effects.admissible import admissible_values
 from identify.effects.catalogue import effects
+from identify.effects.expression import parse
 from identify.effects.model import Term, parse_addition
 from identify.effects.neighbouring_motors import SharedMotorDifference, SharedMotorSum
 from tests.identify.effects.motions import motion_of
@@ -27,6 +28,16 @@ def test_columns_are_friction_of_the_motor_and_its_rotor_where_it_is_asked_for(k
     for constants in effect.grid(summary_of()):
         width = effect.columns(motion, constants).shape[1]
         assert len(effect.parameters_of(summary_of(), constants)) == width
+
+
+@pytest.mark.parametrize("rotor", [0.0, 1.0])
+def test_formulas_are_the_columns(rotor):
+    rate = {"motor_velocity": np.array([2.0, -0.5]), "motor_acceleration": np.array([1.0, 3.0])}
+    columns = SharedMotorSum().columns(motion_of(**rate, motor_share=-0.5), {"rotor": rotor})
+    signals = {**rate, "motor_share": np.array(-0.5)}
+    formulas = SharedMotorSum().formulas({"rotor": rotor})
+    values = [parse(formula, signals)(signals) for formula in formulas]
+    np.testing.assert_array_equal(np.column_stack(values), columns)
 
 
 def test_the_explanation_names_both_joints():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import identify
+from identify.effects.actuation import DriveGain
 from identify.effects.session_offset import SessionOffset
 from tests.identify.effects.motions import motion_of
 from tests.identify.effects.summaries import summary_of
@@ -22,6 +23,13 @@ def test_each_later_session_has_a_constant_of_its_own():
     for session, row in ((0, [0.0, 0.0]), (2, [1.0, 0.0]), (3, [0.0, 1.0])):
         columns = effect.columns(motion_of(session=session), constants)
         np.testing.assert_array_equal(np.unique(columns, axis=0), [row])
+
+
+def test_it_is_of_the_sessions_and_not_of_the_machine_as_a_gain_that_changed_between_them_is():
+    (constants,) = SessionOffset().grid(summary_of(sessions=(0, 1)))
+    assert SessionOffset().of_sessions(constants)
+    assert DriveGain().of_sessions({"session_1": 0.0})
+    assert not DriveGain().of_sessions({})
 
 
 def test_one_session_alone_has_no_other():

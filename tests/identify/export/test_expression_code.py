@@ -27,6 +27,7 @@ def test_every_effect_with_formulas_has_one_for_each_column_that_parses(name):
         "power": 2.0,
         "wave_number": 20.0,
         "flank_load": 5.0,
+        "rotor": 1.0,
     }
     constants = {"wave_number": 20.0} if "ripple" in name else tried
     formulas = effect.formulas(constants)

@@ -24,7 +24,7 @@ from identify.export.link_file_torque import (
     arm_torque_by_program,
     program_here,
 )
-from identify.export.link_files import WRITERS, Body, JointFriction, LinkFile, frame
+from identify.export.link_files import WRITERS, Body, JointFriction, LinkFile, SharedMotor, frame
 from identify.recording import InputError
 from tests.identify.dynamics.random_robots import random_motion, robots
 from tests.identify.dynamics.random_robots import robot as described
@@ -72,6 +72,37 @@ def test_a_file_says_to_our_own_reader_and_to_its_program_what_was_written(descr
         if (program := program_here(file.suffix)) is not None:
             opened, name = arm_torque_by_program(program, file, gravity)
             assert opened(q, dq, ddq) == pytest.approx(exact, rel=1e-8, abs=1e-8), name
+
+
+def test_motors_that_several_joints_turn_are_read_by_us_and_by_mujoco_as_written(tmp_path):
+    """Their torque written out here: on each joint what the motor gives, times how it turns with the joint."""
+    arm = described(
+        (0.0, 0.0, -9.81),
+        [
+            ("revolute", 0.0, 0.0, 0.0, 0.0),
+            ("revolute", 1.2, 0.3, 0.0, 0.1),
+            ("revolute", -0.4, 0.2, 0.0, 0.0),
+        ],
+    )
+    robot = random_link_file(arm, 5)
+    motors = (
+        SharedMotor("first", (0.5, 1.0, 0.0), damping=0.7, dry=1.1, rotor=0.2),
+        SharedMotor('second "&"', (0.0, -2.0, 1.0), damping=0.4, dry=0.3),
+    )
+    q, dq, ddq = random_motion(3, 6, 3)
+    exact = torque_of_robot(robot)(motion_of(q, dq, ddq))
+    speed, change = 0.5 * dq[:, 0] + dq[:, 1], 0.5 * ddq[:, 0] + ddq[:, 1]
+    moved = 0.7 * speed + 1.1 * np.sign(speed) + 0.2 * change
+    exact += np.column_stack([0.5 * moved, moved, 0.0 * moved])
+    speed = dq[:, 2] - 2.0 * dq[:, 1]
+    moved = 0.4 * speed + 0.3 * np.sign(speed)
+    exact += np.column_stack([0.0 * moved, -2.0 * moved, moved])
+    file = tmp_path / "arm.xml"
+    file.write_text(WRITERS["xml"](replace(robot, motors=motors), "arm"))
+    assert arm_torque_by_own_reader(file, np.zeros(3))(q, dq, ddq) == pytest.approx(exact, rel=1e-8, abs=1e-8)
+    if program_here(".xml") is not None:
+        opened, _ = arm_torque_by_program("mujoco", file, np.zeros(3))
+        assert opened(q, dq, ddq) == pytest.approx(exact, rel=1e-8, abs=1e-8)
 
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
