@@ -58,6 +58,7 @@ def drive_tables_page(
         "rig_id": rig_id,
         "other_rig": service.catalogue.other_rig(experiment, rig_id) if rig_id else None,
         "tables": tables,
+        "fault": service.drive_tables.fault(experiment, rig_id, shown.version.id) if rig_id else None,
         "of_joint": joint_tables(tables, name) if tables is not None else None,
         "why_not": _why_not(service, rig_id) if rig_id else "",
         "rows": [writing_row(experiment, each) for each in writings],

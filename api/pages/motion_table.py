@@ -130,6 +130,7 @@ def motion_panel(use: ModelUse, experiment: str, version: str, joint: str) -> Co
         "motion_beside_usual": any(row.usual != NO_FIGURE for row in rows or ()),
         "motion_driven": None if document is None else driven_words(document),
         "motion_problem": problem,
+        "motion_fault": use.simulation_fault(experiment, version),
         "motion_link": f"{experiment_link(experiment, 'use/simulation')}?{query}",
         "motion_choices": CHOICES,
     }

@@ -86,7 +86,12 @@ class DriveTableWritings:
             user=user.name,
             experiment=experiment,
             asked=(settings, version.id),
+            about=JobResult(model=version.id, rig=rig),
         )
+
+    def fault(self, experiment: str, rig: str, model: str) -> str | None:
+        """Why the last job that was to choose the tables of a model's version for a rig made nothing, if so."""
+        return self._jobs.faults(experiment, "drive-tables", model).get(JobResult(rig=rig))
 
     def tables(self, experiment: str, rig: str, model: str | None = None) -> DriveTablesDocument | None:
         """What the drives are to hold, or None where nobody asked yet. Raises the problem 404."""

@@ -207,18 +207,20 @@ class JobRunner:
         tasks = [self._tasks.get(row.id) for row in rows]
         return [task.job if task else _job_of(row) for task, row in zip(tasks, rows, strict=True)]
 
-    def newest_about(self, experiment: str, kind: str, model: str) -> dict[str | None, Job]:
-        """The newest jobs of a kind that are about a model version, one for each format, also from before a restart."""
+    def faults(self, experiment: str, kind: str, model: str) -> dict[JobResult, str]:
+        """Why the newest jobs of a kind made nothing that are about a model version, by what else they are about (a format, a
+        rig); only of those that made nothing, also from before a restart."""
         query = (
             select(JobRow).where(JobRow.experiment == experiment, JobRow.kind == kind).order_by(*NEWEST_FIRST)
         )
-        newest: dict[str | None, Job] = {}
+        newest: dict[JobResult, Job] = {}
         with self._database.transaction() as session:
             for row in session.scalars(query):
                 job = _job_of(row)
                 if job.result.model == model:
-                    newest.setdefault(job.result.format, job)
-        return newest
+                    newest.setdefault(JobResult(format=job.result.format, rig=job.result.rig), job)
+        made_nothing = (JobState.FAILED, JobState.LOST)
+        return {about: job.words for about, job in newest.items() if job.state in made_nothing}
 
     def unfinished(self, experiment: str) -> list[Job]:
         """Jobs of an experiment that are not final, the one under way first."""

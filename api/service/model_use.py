@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal, get_args
 
 from api.service.experiment_store import ExperimentStore
 from api.service.free_run_curves import FreeRunCurves, read_runs
-from api.service.job_documents import JobResult, JobState
+from api.service.job_documents import JobResult
 from api.service.jobs import Job, JobRunner
 from api.service.model_story import ModelStory
 from api.service.problems import Problem
@@ -75,6 +75,7 @@ class ModelUse:
             store,
             user=user,
             experiment=experiment,
+            about=JobResult(model=model),
         )
 
     def simulation(self, experiment: str, model: str) -> SimulationDocument | None:
@@ -112,10 +113,12 @@ class ModelUse:
 
     def export_faults(self, experiment: str, model: str) -> dict[str | None, str]:
         """By format why the last job that was to write a version in it made nothing; only of those that did not."""
-        newest = self._jobs.newest_about(experiment, "export", model)
-        return {
-            form: job.words for form, job in newest.items() if job.state in (JobState.FAILED, JobState.LOST)
-        }
+        faults = self._jobs.faults(experiment, "export", model)
+        return {about.format: reason for about, reason in faults.items()}
+
+    def simulation_fault(self, experiment: str, model: str) -> str | None:
+        """Why the last job that was to run a version forward made nothing, if so."""
+        return self._jobs.faults(experiment, "simulate", model).get(JobResult())
 
     def certificate(self, experiment: str, model: str, ending: Ending) -> Certificate:
         """What the exported file keeps and costs. Raises the problem 404."""

@@ -99,6 +99,29 @@ def test_tables_are_computed_shown_written_and_taken_back(bench, service, finish
     assert other.post("/experiments/arm/drive-tables/writings", json={"rig": BENCH}).status_code == 409
 
 
+def test_why_no_tables_were_computed_stays_on_the_page_until_they_are(bench, service, finished):
+    http, _, _, _ = bench
+    client = Client("", http=http)
+    record = min(service.service.experiments.folder("arm").glob("session-*.*"))
+    kept = record.read_bytes()
+    record.write_bytes(b"this is no recording")
+    failed = finished(http, client.compute_drive_tables("arm", BENCH))
+    assert failed["state"] == "failed"
+    assert failed["result"] == {"model": "m1", "rig": BENCH}
+
+    def shown() -> str:
+        return http.get("/pages/experiments/arm/drive-tables", params={"rig": BENCH}).text
+
+    for _ in range(2):
+        assert (
+            f"data-tables-fault>The last time no tables were computed: experiments/arm/{record.name}"
+            in shown()
+        )
+    record.write_bytes(kept)
+    assert finished(http, client.compute_drive_tables("arm", BENCH))["state"] == "done"
+    assert "data-tables-fault" not in shown()
+
+
 def test_a_changed_rig_file_and_a_refusing_drive_leave_everything_as_it_was(
     bench, service, finished, monkeypatch
 ):

@@ -306,9 +306,6 @@ def test_what_a_job_was_about_and_why_it_failed_outlive_a_restart(database, cloc
         follower.last()
         clock.advance(1.0)
     jobs.close()
-    newest = JobRunner(database, clock).newest_about("arm", "export", "m1")
-    assert {form: (job.state, job.words) for form, job in newest.items()} == {
-        "c": (JobState.FAILED, "session-00.csv line 7: not a number"),
-        "fmu": (JobState.DONE, "done"),
-    }
-    assert JobRunner(database, clock).newest_about("arm", "export", "m2") == {}
+    faults = JobRunner(database, clock).faults("arm", "export", "m1")
+    assert faults == {JobResult(format="c"): "session-00.csv line 7: not a number"}
+    assert JobRunner(database, clock).faults("arm", "export", "m2") == {}

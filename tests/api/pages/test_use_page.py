@@ -42,7 +42,10 @@ def test_motion_is_predicted_when_asked_for_and_stands_beside_the_torque(importe
     (job,) = set(re.findall(r"job=([0-9a-f]+)", answer.text))
     failed = finished(client, {"id": job, "state": "queued"})
     assert failed["state"] == "failed"
-    assert failed["words"] == "the loop cannot be closed with the gains of the drives: no recording holds any"
+    words = "the loop cannot be closed with the gains of the drives: no recording holds any"
+    assert failed["words"] == words
+    for _ in range(2):  # and it stays there
+        assert f"data-motion-fault>The last prediction was not made: {words}" in client.get(address).text
     assert with_gains(client, experiment, None).json()["detail"].startswith("Choose the file with")
     refused = with_gains(client, experiment, "joints: 5\n")
     assert refused.status_code == 422
