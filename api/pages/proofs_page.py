@@ -148,6 +148,7 @@ def proof_page(
             "proof": proof_row(experiment, state),
             "drives": [_drive(service, state, drive, title) for drive, title in DRIVES],
             "next": state.next,
+            "operator": service.operators.operator(state.settings.rig),
             "unfinished": state.unfinished.words if state.unfinished is not None else "",
             "remarks": state.result.remarks if state.result else service.proofs.remarks(experiment, proof),
             "all_joints": [

@@ -9,7 +9,7 @@ from api.pages.figures.following_error import Following
 from api.pages.proofs_page import ResultView, _drive, _payloads, _plans, _result
 from api.pages.stored_models import StoredExperiment
 from api.proof import FollowingErrors
-from api.service.accounts import Role
+from api.service.accounts import Role, User
 from api.service.database import SessionRow
 from api.service.proofs import ProofState
 from daq.session_events import SessionState
@@ -165,9 +165,46 @@ def test_plans_of_these_joints_and_payloads_of_both_are_offered(laboratory, stor
     assert offered["disk 7 kg"] == 6.97
 
 
-def test_a_page_that_waits_is_drawn_again_once_a_drive_has_gone_further(laboratory, monkeypatch):
+def test_a_page_that_waits_is_drawn_again_once_a_drive_has_gone_further(laboratory, state, monkeypatch):
     viewer = laboratory.client(Role.VIEWER)
     monkeypatch.setattr(laboratory.service.proofs, "progress", lambda experiment, proof: "new")
+    monkeypatch.setattr(laboratory.service.proofs, "remarks", lambda experiment, proof: ())
     address = f"/pages/experiments/{ARM}/proofs/00/news"
+    # before the first run too: another operator may have prepared it
+    for of, asks in ((state(), True), (state(SessionState.DONE), True), (state(concluded=result()), False)):
+        monkeypatch.setattr(laboratory.service.proofs, "get", lambda experiment, proof, of=of: of)
+        monkeypatch.setattr(laboratory.service.proofs, "errors", lambda experiment, proof: None)
+        assert (f'hx-get="{address}?seen=new"' in viewer.get(address.removesuffix("/news")).text) is asks
     assert "hx-refresh" not in viewer.get(address, params={"seen": "new"}).headers
     assert viewer.get(address, params={"seen": ""}).headers["hx-refresh"] == "true"
+
+
+def test_a_run_is_continued_by_who_operates_the_rig_and_watched_by_everybody_else(
+    laboratory, state, monkeypatch
+):
+    service = laboratory.service
+    monkeypatch.setattr(service.proofs, "get", lambda experiment, proof: state(SessionState.RUNNING))
+    monkeypatch.setattr(service.proofs, "progress", lambda experiment, proof: "moves")
+    monkeypatch.setattr(service.proofs, "remarks", lambda experiment, proof: ())
+    clients = {
+        "ada": laboratory.client(Role.OPERATOR, "ada"),
+        "grace": laboratory.client(Role.OPERATOR, "grace"),
+        "vera": laboratory.client(Role.VIEWER, "vera"),
+    }
+
+    def continued_by():
+        pages = {
+            name: client.get(f"/pages/experiments/{ARM}/proofs/00").text for name, client in clients.items()
+        }
+        assert all("The first run is under way." in text for text in pages.values())
+        told = {name for name, text in pages.items() if "ada operates the rig." in text}
+        offered = {name for name, text in pages.items() if "Continue the run</a>" in text}
+        assert all(("See the run</a>" in text) is (name not in offered) for name, text in pages.items())
+        return offered, told
+
+    # after a restart of the service nobody operates the rig until an operator goes on
+    assert continued_by() == ({"ada", "grace"}, set())
+    ada = User("ada", Role.OPERATOR, "token")
+    service.operators.take(RIG, ada)
+    assert continued_by() == ({"ada"}, {"grace", "vera"})
+    service.operators.release(RIG, ada)
