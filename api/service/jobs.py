@@ -1,6 +1,7 @@
 """Long work as jobs: queued, computed in processes, with progress and cancel."""
 
 import logging
+import math
 import queue
 import secrets
 import threading
@@ -9,7 +10,7 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from sqlalchemy import literal_column, select, update
+from sqlalchemy import select, update
 
 from api.computing import Computing
 from api.service.database import LONGEST_WORDS, Database, JobRow
@@ -24,8 +25,6 @@ GRACE = 2.0
 """s that a cancelled computation has to stop by itself before its process is ended."""
 POLL = 0.2
 """s between looks at whether a silent computation was cancelled."""
-NEWEST_FIRST = (JobRow.created.desc(), literal_column("jobs.rowid").desc())
-"""order of jobs; those of one instant as they were stored"""
 REMEMBERED = 200
 """Ended jobs kept in memory; older ones are read from the database."""
 MOST_OF_A_USER, MOST = 10, 100
@@ -97,6 +96,7 @@ class JobRunner:
         self._queue: queue.Queue[_Task | None] = queue.Queue()
         self._experiment_locks: dict[str | None, threading.Lock] = {}
         self._lock = threading.Lock()
+        self._last_instant = -math.inf
         self._listeners: set[Listener] = set()
         self._threads = [
             threading.Thread(target=self._run, name=f"jobs-{n}", daemon=True) for n in range(simultaneous)
@@ -154,7 +154,7 @@ class JobRunner:
             state=JobState.QUEUED,
             fraction=0.0,
             words="waiting for its turn",
-            created=self._clock(),
+            created=self._instant(),
             result=about or JobResult(),
         )
         task = _Task(job, function, arguments, store, repeated, clean_up, asked)
@@ -172,6 +172,12 @@ class JobRunner:
             session.add(JobRow(**_row(job)))
         self._queue.put(task)
         return job
+
+    def _instant(self) -> float:
+        """The time, and later than that of the job before, so that the order of jobs is that of their times."""
+        with self._lock:
+            self._last_instant = max(self._clock(), math.nextafter(self._last_instant, math.inf))
+            return self._last_instant
 
     def refuse_more(self, user: str, more: int = 1) -> None:
         """Raises the problem 429 where the user, or all together, would have more jobs than they may with `more` of them."""
@@ -199,7 +205,7 @@ class JobRunner:
 
     def jobs(self, *, experiment: str | None = None, limit: int = 100) -> list[Job]:
         """The newest jobs first."""
-        query = select(JobRow).order_by(*NEWEST_FIRST).limit(limit)
+        query = select(JobRow).order_by(JobRow.created.desc()).limit(limit)
         if experiment is not None:
             query = query.where(JobRow.experiment == experiment)
         with self._database.transaction() as session:
@@ -211,7 +217,9 @@ class JobRunner:
         """Why the newest jobs of a kind made nothing that are about a model version, by what else they are about (a format, a
         rig); only of those that made nothing, also from before a restart."""
         query = (
-            select(JobRow).where(JobRow.experiment == experiment, JobRow.kind == kind).order_by(*NEWEST_FIRST)
+            select(JobRow)
+            .where(JobRow.experiment == experiment, JobRow.kind == kind)
+            .order_by(JobRow.created.desc())
         )
         newest: dict[JobResult, Job] = {}
         with self._database.transaction() as session:
