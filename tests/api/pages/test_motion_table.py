@@ -48,8 +48,8 @@ def joint(name, position, speed, usual, usual_speed):
 
 
 def model_use(**answers) -> ModelUse:
-    """As far as a test asks it."""
-    return cast(ModelUse, SimpleNamespace(**answers))
+    """As far as a test asks it; no prediction failed."""
+    return cast(ModelUse, SimpleNamespace(**{"simulation_fault": lambda *of: None, **answers}))
 
 
 @pytest.fixture
