@@ -107,7 +107,7 @@ def answering(listening):
     service.uploads._reader = ConfinedReader(ProcessLimits(4 * GIBIBYTE, 20.0, 256, 2 * GIBIBYTE))
     token = listening.client(Role.OPERATOR).headers["Authorization"]
     headers = {"Authorization": token}
-    ended, waits = threading.Event(), []
+    asked, ended, waits = threading.Event(), threading.Event(), []
 
     def ask():
         with httpx.Client(base_url=listening.address, headers=headers) as asking:
@@ -115,11 +115,13 @@ def answering(listening):
                 began = time.monotonic()
                 assert asking.get("/me").status_code == 200
                 waits.append(time.monotonic() - began)
+                asked.set()
 
     def upload(content):
         asking = threading.Thread(target=ask)
         asking.start()
         try:
+            assert asked.wait(60.0)  # an upload may be refused before anybody else has asked
             with httpx.Client(base_url=listening.address, headers=headers, timeout=120.0) as sending:
                 return sending.post("/experiments/import", files={"file": ("a.zip", content)})
         finally:
