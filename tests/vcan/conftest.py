@@ -82,20 +82,20 @@ def bus() -> BusSettings:
 class FakeDrive:
     """`coulomb fake-drive` in a process of its own."""
 
-    def __init__(self, rig: Path):
+    def __init__(self, rig: Path, *options: str):
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "api", "fake-drive", str(rig)],
+            [sys.executable, "-m", "api", "fake-drive", str(rig), *options],
             stdout=subprocess.PIPE,
             text=True,
             env=os.environ | {"PYTHONUNBUFFERED": "1"},
         )
         assert self.process.stdout is not None
-        words = self.process.stdout.readline()
-        assert words.startswith(f"fake-drive: nodes {NODE} on socketcan channel vcan0"), words
+        self.words = self.process.stdout.readline()
+        assert "fake-drive: nodes " in self.words
 
-    def stop(self) -> int:
+    def stop(self, seconds: float = 10) -> int:
         self.process.send_signal(signal.SIGTERM)
-        status = self.process.wait(10)
+        status = self.process.wait(seconds)
         assert self.process.stdout is not None
         self.process.stdout.close()
         return status
@@ -107,5 +107,14 @@ def fake_drive(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FakeDrive]:
     rig = tmp_path_factory.mktemp("vcan") / "rig.yaml"
     rig.write_text(RIG, encoding="utf-8")
     drive = FakeDrive(rig)
+    assert drive.words.startswith(f"fake-drive: nodes {NODE} on socketcan channel vcan0"), drive.words
     yield drive
     assert drive.stop() == 0
+
+
+@pytest.fixture
+def drive_on_the_bus(rig_file: Path) -> Iterator[None]:
+    """The drive of the test module's own `rig_file`, without payload."""
+    drive = FakeDrive(rig_file, "--payload", "none")
+    yield
+    drive.stop(20)

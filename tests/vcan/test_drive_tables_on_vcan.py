@@ -3,13 +3,8 @@
 What the drive holds is asked for by SDO uploads that are put together here, after CiA 301, on a socket of the test's own.
 """
 
-import os
-import signal
 import struct
-import subprocess
-import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import can
@@ -45,21 +40,6 @@ def rig_file(tmp_path) -> Path:
     path = tmp_path / "rig.yaml"
     path.write_text(yaml.safe_dump(settings), encoding="utf-8")
     return path
-
-
-@pytest.fixture
-def drive_on_the_bus(rig_file) -> Iterator[None]:
-    process = subprocess.Popen(
-        [sys.executable, "-m", "api", "fake-drive", str(rig_file), "--payload", "none"],
-        stdout=subprocess.PIPE,
-        text=True,
-        env=os.environ | {"PYTHONUNBUFFERED": "1"},
-    )
-    assert "fake-drive: nodes " in process.stdout.readline()
-    yield
-    process.send_signal(signal.SIGTERM)
-    process.wait(20)
-    process.stdout.close()
 
 
 def uploaded(bus: can.BusABC, index: int, subindex: int) -> int:

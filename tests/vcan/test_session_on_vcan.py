@@ -5,7 +5,6 @@ The sessions take the pace of the drive's answers, so that they mean the same on
 
 import json
 import os
-import signal
 import socket
 import subprocess
 import sys
@@ -38,6 +37,7 @@ from identify.identification import identify
 from identify.recording import load_experiment
 from tests.api.proof_settings import proof_settings
 from tests.daq.session_parent import gone
+from tests.vcan.conftest import FakeDrive
 
 NODE = 5
 SECONDS = 19.0
@@ -68,25 +68,15 @@ def rig(rig_file) -> Rig:
 @pytest.fixture(scope="module")
 def mount(rig_file):
     """Puts the drive on the bus with a payload: mount(name); the one before is taken off."""
-    processes = []
+    drives = []
 
     def take_off():
-        while processes:
-            process = processes.pop()
-            process.send_signal(signal.SIGTERM)
-            process.wait(20)
-            process.stdout.close()
+        while drives:
+            drives.pop().stop(20)
 
     def put_on(payload: str, file: Path = rig_file) -> None:
         take_off()
-        process = subprocess.Popen(
-            [sys.executable, "-m", "api", "fake-drive", str(file), "--payload", payload],
-            stdout=subprocess.PIPE,
-            text=True,
-            env=os.environ | {"PYTHONUNBUFFERED": "1"},
-        )
-        processes.append(process)
-        assert "fake-drive: nodes " in process.stdout.readline()
+        drives.append(FakeDrive(file, "--payload", payload))
 
     yield put_on
     take_off()

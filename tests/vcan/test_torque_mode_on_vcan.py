@@ -7,7 +7,6 @@ import struct
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import can
@@ -41,21 +40,6 @@ def rig_file(tmp_path) -> Path:
     path = tmp_path / "rig.yaml"
     path.write_text(yaml.safe_dump(rig), encoding="utf-8")
     return path
-
-
-@pytest.fixture
-def drive_on_the_bus(rig_file) -> Iterator[None]:
-    process = subprocess.Popen(
-        [sys.executable, "-m", "api", "fake-drive", str(rig_file), "--payload", "none"],
-        stdout=subprocess.PIPE,
-        text=True,
-        env=os.environ | {"PYTHONUNBUFFERED": "1"},
-    )
-    assert "fake-drive: nodes " in process.stdout.readline()
-    yield
-    process.send_signal(signal.SIGTERM)
-    process.wait(20)
-    process.stdout.close()
 
 
 def emergency(listener: can.BusABC, node: int, code: int) -> bool:
