@@ -3,29 +3,18 @@ no number somewhere: exported right to every format."""
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from identify.dynamics.geometry import Geometry
-from identify.dynamics.inverse_dynamics import InverseDynamics
-from identify.dynamics.payload import payload_torque
 from identify.export.exported_model import exported_model
 from identify.export.formula_torque import module_of, module_torque
 from identify.export.record_error import Motion
 from identify.export.write import KINDS, write_export
 from identify.identification import identify
-from identify.recording.experiment_file import ExperimentFile
-from identify.recording.samples import RawSamples
-from identify.recording.session import SessionEntry
-from tests.identify.estimation.simulated_arm import MemoryExperiment
 from tests.identify.export.identified_torque import of_the_model
+from tests.identify.export.recorded_machine import recorded_machine
 
-RATE, SECONDS = 200.0, 4.0
 NAMES = ("if", "1st-axis", 'für <z> & "x" */ *)')
-LINK = [0.3, 0.01, 0.02, 0.4, 0.01, 0.35, 0.2, 0.1, 0.3, 3.0, 0.3]
-"""XX … M, Ia"""
 
 
 @pytest.fixture(scope="module")
@@ -34,49 +23,14 @@ def result(tmp_path_factory):
     effect.write_text(
         "name: root\ncolumns: ['sqrt(dq)', '1 / q * 0.01']\nexplanation: A root of the speed forwards.\n"
     )
-    described = ExperimentFile.model_validate(
-        {
-            "format": 1,
-            "name": 'odd "machine" */ (* ü',
-            "robot": {
-                "gravity": [0.0, 0.0, -9.81],
-                "joints": [
-                    {"name": NAMES[0], "type": "revolute", "alpha": 0.0, "d": 0.0, "r": 0.3},
-                    {"name": NAMES[1], "type": "revolute", "alpha": 1.2, "d": 0.1, "r": 0.0},
-                    {"name": NAMES[2], "type": "prismatic", "alpha": -0.7, "d": 0.2, "r": 0.1},
-                ],
-                "drive_gain_matrix": [[20.0, 0.0, 0.0], [0.0, -30.0, 8.0], [0.0, 0.0, 25.0]],
-            },
-            "payloads": [
-                {"name": "none", "mass": 0.0},
-                {"name": "lump", "mass": 1.5, "com": [0.05, 0.02, 0.1]},
-            ],
-            "sessions": [{"file": "s0.csv", "payload": "none"}, {"file": "s1.csv", "payload": "lump"}],
-        }
-    )
-    geometry = Geometry.from_robot(described.robot)
-    random = np.random.default_rng(3)
-    raw, entries = {}, []
-    for session, payload in zip(described.sessions, described.payloads, strict=True):
-        time = np.arange(round(SECONDS * RATE)) / RATE
-        omega = 2 * np.pi * np.array([0.3, 0.7, 1.1])
-        angle = omega * time[:, None, None] + random.uniform(0, 2 * np.pi, (3, 3))
-        q = 0.3 * np.sin(angle).sum(-1)
-        dq, ddq = 0.3 * (omega * np.cos(angle)).sum(-1), -0.3 * (omega**2 * np.sin(angle)).sum(-1)
-        (torque,) = InverseDynamics(geometry, [np.array(LINK * 3)]).torques(q, dq, ddq)
-        torque = torque + payload_torque(geometry, payload, q, dq, ddq) + 2.0 * dq + 1.5 * np.sign(dq)
-        gain = np.array(described.robot.drive_gain_matrix)
-        raw[session.file] = RawSamples(time, q, torque @ np.linalg.inv(gain).T)
-        entries.append(SessionEntry(session.file, Path("memory") / session.file, payload, "identification"))
-    experiment = MemoryExperiment(
-        described.name,
-        Path("memory/experiment.yaml"),
-        described.robot,
-        tuple(entries),
-        described.payloads,
-        described.signals,
-        (effect,),
-        raw=raw,
+    joints = [
+        {"name": NAMES[0], "type": "revolute", "alpha": 0.0, "d": 0.0, "r": 0.3},
+        {"name": NAMES[1], "type": "revolute", "alpha": 1.2, "d": 0.1, "r": 0.0},
+        {"name": NAMES[2], "type": "prismatic", "alpha": -0.7, "d": 0.2, "r": 0.1},
+    ]
+    gain = [[20.0, 0.0, 0.0], [0.0, -30.0, 8.0], [0.0, 0.0, 25.0]]
+    experiment = recorded_machine(
+        'odd "machine" */ (* ü', joints, gain, seconds=4.0, swing=0.3, seed=3, effects=[effect]
     )
     return identify(experiment, "usual", ["root@1st-axis", "presliding@if", "coupled-friction"])
 

@@ -2,32 +2,21 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
 
-from identify.dynamics.geometry import Geometry
-from identify.dynamics.inverse_dynamics import InverseDynamics
-from identify.dynamics.payload import payload_torque
 from identify.export.exported_model import exported_model
 from identify.export.record_error import Motion
 from identify.export.tilted_base import tilted_base
 from identify.export.write import write_export
 from identify.identification import identify
-from identify.recording.experiment_file import ExperimentFile
-from identify.recording.samples import RawSamples
-from identify.recording.session import SessionEntry
-from tests.identify.estimation.simulated_arm import MemoryExperiment
 from tests.identify.export.derivatives import along_the_record, in_formats, with_values
 from tests.identify.export.identified_torque import of_the_model
+from tests.identify.export.recorded_machine import LINK, recorded_machine
 
-RATE, SECONDS = 200.0, 5.0
 G = 9.81
-LINK = [0.3, 0.01, 0.02, 0.4, 0.01, 0.35, 0.2, 0.1, 0.3, 3.0, 0.3]
-"""XX … M, Ia"""
 TILT = np.array([0.7, -0.4])
 """m/s² along the two directions across gravity"""
 
@@ -42,46 +31,8 @@ UPRIGHT, LYING, ACROSS, SLIDE = (
 def simulated(frames):
     """A robot with a session without and one with a payload."""
     joints = [{"name": f"j{j + 1}", "d": 0.1, "r": 0.05, **frame} for j, frame in enumerate(frames)]
-    n = len(joints)
-    described = ExperimentFile.model_validate(
-        {
-            "format": 1,
-            "name": "tilted",
-            "robot": {
-                "gravity": [0.0, 0.0, -G],
-                "joints": joints,
-                "drive_gain_matrix": (20.0 * np.eye(n)).tolist(),
-            },
-            "payloads": [
-                {"name": "none", "mass": 0.0},
-                {"name": "lump", "mass": 1.5, "com": [0.05, 0.02, 0.1]},
-            ],
-            "sessions": [{"file": "s0.csv", "payload": "none"}, {"file": "s1.csv", "payload": "lump"}],
-        }
-    )
-    geometry = Geometry.from_robot(described.robot)
-    random = np.random.default_rng(8)
-    raw, entries = {}, []
-    for session, payload in zip(described.sessions, described.payloads, strict=True):
-        time = np.arange(round(SECONDS * RATE)) / RATE
-        omega = 2 * np.pi * np.array([0.3, 0.7, 1.1])
-        angle = omega * time[:, None, None] + random.uniform(0, 2 * np.pi, (n, 3))
-        q = 0.4 * np.sin(angle).sum(-1)
-        dq, ddq = 0.4 * (omega * np.cos(angle)).sum(-1), -0.4 * (omega**2 * np.sin(angle)).sum(-1)
-        (torque,) = InverseDynamics(geometry, [np.array(LINK * n)]).torques(q, dq, ddq)
-        torque = torque + payload_torque(geometry, payload, q, dq, ddq) + 2.0 * dq + 1.5 * np.sign(dq)
-        raw[session.file] = RawSamples(time, q, torque / 20.0)
-        entries.append(SessionEntry(session.file, Path("memory") / session.file, payload, "identification"))
-    return MemoryExperiment(
-        described.name,
-        Path("memory/experiment.yaml"),
-        described.robot,
-        tuple(entries),
-        described.payloads,
-        described.signals,
-        (),
-        raw=raw,
-    )
+    gain = 20.0 * np.eye(len(joints))
+    return recorded_machine("tilted", joints, gain, seconds=5.0, swing=0.4, seed=8)
 
 
 def tilted(frames, *beside):

@@ -2,47 +2,18 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 from identify.simulation.course import State, simulate_from
-from identify.simulation.measured_motion import MeasuredMotion
-from identify.simulation.torque_model import TorqueModel, Windows
+from identify.simulation.torque_model import Windows
+from tests.identify.simulation.one_body import INERTIA, Body, recorded
 
-INERTIA, PERIOD, ROWS = 3.0, 4e-3, 60
-
-
-class Body(TorqueModel):
-    """One joint with an inertia alone."""
-
-    def __init__(self):
-        self.gives, self.joints, self.linear, self.stateful, self.meets = {}, 1, True, [], False
-        self.command_lead = []
-        self.fitted = SimpleNamespace(record=SimpleNamespace(experiment=None))
-
-    def torque_and_load(self, windows, acceleration):
-        return INERTIA * acceleration, INERTIA * acceleration
+PERIOD, ROWS = 4e-3, 60
 
 
 def test_a_torque_beside_the_recorded_one_drives_each_window_by_itself():
-    column = np.zeros((ROWS, 1))
-    motion = MeasuredMotion(
-        period=PERIOD,
-        time=PERIOD * np.arange(ROWS),
-        q=np.linspace(0.0, 9.0, ROWS)[:, None],
-        dq=column,
-        ddq=column,
-        direction=column,
-        torque=column + 6.0,
-        command=column,
-        external=None,
-        temperature=None,
-        resting=np.zeros((ROWS, 1), bool),
-        recorded=column,
-        extra={},
-    )
+    motion = recorded(PERIOD, ROWS, 6.0)
     first, speed = np.array([0, 5]), np.array([[0.5], [1.0]])
     windows = Windows(motion.time[first], np.zeros((2, 1)), speed, np.sign(speed))
     state = State(windows, np.zeros((2, 1)), np.zeros((2, 1)))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,45 +15,17 @@ from identify.recording.session import SessionEntry
 from identify.simulation.controller import Controllers
 from identify.simulation.course import State, simulate_from
 from identify.simulation.dead_time import DeadTime, dead_times, parts_for
-from identify.simulation.measured_motion import MeasuredMotion
 from identify.simulation.simulate import simulate
-from identify.simulation.torque_model import TorqueModel, Windows
+from identify.simulation.torque_model import Windows
 from tests.identify.estimation.simulated_arm import MemoryExperiment
+from tests.identify.simulation.one_body import INERTIA, Body, recorded
 
-INERTIA, PERIOD, ROWS, LATE = 3.0, 1e-3, 80, 0.02
-
-
-class Body(TorqueModel):
-    """One joint with an inertia alone, whose torque acts late."""
-
-    def __init__(self, lead):
-        self.gives, self.joints, self.linear, self.stateful, self.meets = {}, 1, True, [], False
-        self.command_lead = [(0, lead)]
-        experiment = SimpleNamespace(drive_gain=np.eye(1))
-        self.fitted = SimpleNamespace(record=SimpleNamespace(experiment=experiment))
-
-    def torque_and_load(self, windows, acceleration):
-        return INERTIA * acceleration, INERTIA * acceleration
+PERIOD, ROWS, LATE = 1e-3, 80, 0.02
 
 
 def still(torque):
     """A measured motion whose recorded torque was that before it began."""
-    column = np.zeros((ROWS, 1))
-    return MeasuredMotion(
-        period=PERIOD,
-        time=PERIOD * np.arange(ROWS),
-        q=np.linspace(0.0, 9.0, ROWS)[:, None],
-        dq=column,
-        ddq=column,
-        direction=column,
-        torque=column + torque,
-        command=column,
-        external=None,
-        temperature=None,
-        resting=np.zeros((ROWS, 1), bool),
-        recorded=column,
-        extra={"qref1": column[:, 0]},
-    )
+    return recorded(PERIOD, ROWS, torque, extra={"qref1": np.zeros(ROWS)})
 
 
 def loop(velocity):
