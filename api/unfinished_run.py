@@ -3,17 +3,14 @@ anything to compare. Its recording says it, whoever drove it: the command line o
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 from api.proof import first_recording, read_conclusion
+from api.proof_drive import ORDINAL, Drive
 from daq.experiment_folder import INCOMPLETE
 from daq.recovery import RecordingState, being_written, recording_state, recover_recording
 from identify.recording.errors import InputError
 
-Drive = Literal["without", "with"]
-
 LEFT_OPEN = "the program that recorded it was killed, or the power failed"
-_ORDINAL = {"without": "first", "with": "second"}
 
 
 @dataclass(frozen=True)
@@ -36,7 +33,7 @@ class UnfinishedRun:
     @property
     def words(self) -> str:
         """What happened and what is kept, in two sentences."""
-        run = f"The {_ORDINAL[self.drive]} run"
+        run = f"The {ORDINAL[self.drive]} run"
         kept = f"{self.seconds:.1f} s of samples are kept in {self.recording}"
         if self.complete:
             return f"{run} came to its end, and the program that drove it ended before it compared the two. {kept}."

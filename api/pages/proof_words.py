@@ -6,11 +6,11 @@ from urllib.parse import urlencode
 from api.pages.layout import experiment_link
 from api.pages.number_format import number
 from api.pages.rendering import Context
+from api.proof_drive import ORDINAL
 from api.service.proofs import ProofState
 from api.service.service import Service
 from identify.results.compensation import CompensationDocument, JointFollowing
 
-ORDINAL = {"without": "first", "with": "second"}
 PARTS = {"whole": "the whole model", "friction": "friction alone"}
 
 

@@ -22,11 +22,11 @@ from api.pages.rendering import PREFIX, page
 from api.pages.rigs_of_experiment import rig_of_choice, rigs_of_experiment
 from api.pages.session_words import outcome
 from api.pages.stored_models import StoredExperiment
+from api.proof_drive import Drive
 from api.service import access
 from api.service.database import SessionRow
 from api.service.proofs import ProofState
 from api.service.service import Service
-from api.service.session_ids import Drive
 from daq.rig import Rig
 from daq.session_events import SessionState
 from identify.results.compensation import JointFollowing

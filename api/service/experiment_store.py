@@ -16,6 +16,7 @@ from pathlib import Path
 
 from sqlalchemy import delete, select
 
+from api.proof_drive import Drive
 from api.service.confined_reader import ConfinedReader
 from api.service.database import (
     LONGEST_STATE,
@@ -28,7 +29,7 @@ from api.service.folder_description import INCOMPLETE, FolderDescription, Record
 from api.service.problems import not_found
 from api.service.process_limits import GIBIBYTE, LimitExceeded, ProcessLimits
 from api.service.proof_drives import drive_of_proof
-from api.service.session_ids import Drive, drive_id, session_id
+from api.service.session_ids import drive_id, session_id
 from api.stored_experiments import EXPERIMENT_ID
 from daq.rig import RIGS
 from identify.recording import ExperimentFile, InputError, write_experiment

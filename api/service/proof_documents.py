@@ -4,8 +4,8 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, Field
 
+from api.proof_drive import Drive
 from api.service.session_documents import SessionSummary
-from api.service.session_ids import Drive
 from identify.results.compensation import CompensationDocument
 from identify.results.reading import of_any_version
 

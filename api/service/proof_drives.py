@@ -1,8 +1,9 @@
 """The two drives of a proof among the sessions of the index: how they are told from others."""
 
 from api.proof import FOLDER
+from api.proof_drive import Drive
 from api.service.database import SessionRow
-from api.service.session_ids import DRIVE_ID, Drive
+from api.service.session_ids import DRIVE_ID
 
 
 def drive_of_proof(row: SessionRow) -> tuple[str, Drive] | None:

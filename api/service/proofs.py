@@ -25,6 +25,7 @@ from api.proof import (
     read_errors,
     read_settings,
 )
+from api.proof_drive import Drive
 from api.service.accounts import User
 from api.service.active_session import ActiveSession
 from api.service.bus_claims import BusClaims
@@ -38,7 +39,7 @@ from api.service.problems import Problem, not_found
 from api.service.proof_drives import drive_of_proof
 from api.service.rig_operators import RigOperators
 from api.service.rig_store import RigStore
-from api.service.session_ids import Drive, drive_id
+from api.service.session_ids import drive_id
 from api.unfinished_run import UnfinishedRun, close_unfinished, unfinished_run
 from daq.excitation.excitation_plan import ExcitationPlan
 from daq.excitation.plan_limits import require_within_limits

@@ -1,10 +1,8 @@
 """How sessions are called in the index: measured ones after their files, drives of proofs after their proof."""
 
 import re
-from typing import Literal
 
-Drive = Literal["without", "with"]
-"""of a proof's plan: without feedforward torque, then with it"""
+from api.proof_drive import Drive
 
 DRIVE_ID = re.compile(r"proof-(\d{2,})-(without|with)")
 _LIKE_A_DRIVE = re.compile(rf"(?:file-)*{DRIVE_ID.pattern}")

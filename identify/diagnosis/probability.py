@@ -207,13 +207,15 @@ def joint_probabilities(
 
 def _evidence_bound(p_value: float) -> float:
     """The most that a p-value, corrected for all that was tried, leaves for an effect; even at `SIGNIFICANCE`."""
-    odds = _odds_against(SIGNIFICANCE) / max(_odds_against(p_value), 1e-300)
-    return odds / (1.0 + odds)
+    return _probability(_odds_against(SIGNIFICANCE) / max(_odds_against(p_value), 1e-300))
 
 
 def probability_left(p_value: float) -> float:
     """The least probability that a p-value leaves for what it speaks against, were that as probable as not beforehand."""
-    odds = _odds_against(p_value)
+    return _probability(_odds_against(p_value))
+
+
+def _probability(odds: float) -> float:
     return odds / (1.0 + odds)
 
 

@@ -1,13 +1,12 @@
 """A motor or belt that two neighbouring joints share without a gain matrix that says so: it turns with the sum or the difference
 of their motors' speeds."""
 
-import numpy as np
-
 from identify.effects.conditions import JOINT_BEFORE
 from identify.effects.effect import Constants, Effect
 from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter
 from identify.effects.picture import OVER_SPEED
+from identify.effects.transmission import MOTOR_FORMULAS, motor_columns
 
 
 class SharedMotorSum(Effect):
@@ -45,20 +44,17 @@ class SharedMotorSum(Effect):
         return [{"rotor": 0.0}, {"rotor": 1.0}]
 
     def parameters_of(self, summary: JointSummary, constants: Constants) -> tuple[EffectParameter, ...]:
-        return self.parameters if constants["rotor"] else self.parameters[:2]
+        return self.parameters[: _count(constants)]
 
     def explained(self, summary: JointSummary) -> str:
         between = f"between {summary.joint_before} and {summary.name}"
         return self.explanation.replace("between the joint and the one before it", between)
 
     def formulas(self, constants: Constants) -> tuple[str, ...] | None:
-        listed = ("motor_velocity", "sign(motor_velocity)", "motor_acceleration")
-        return tuple(f"motor_share * {each}" for each in (listed if constants["rotor"] else listed[:2]))
+        return MOTOR_FORMULAS[: _count(constants)]
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
-        velocity, acceleration = motion.motor_velocity, motion.motor_acceleration
-        listed = [velocity, np.sign(velocity), acceleration]
-        return motion.motor_share * np.column_stack(listed if constants["rotor"] else listed[:2])
+        return motor_columns(motion)[:, : _count(constants)]
 
 
 class SharedMotorDifference(SharedMotorSum):
@@ -75,3 +71,8 @@ class SharedMotorDifference(SharedMotorSum):
     )
     beside = -1.0
     confusable = ("shared-motor-sum", "coupled-friction")
+
+
+def _count(constants: Constants) -> int:
+    """How many columns there are: friction, and the rotor where it has one."""
+    return 3 if constants["rotor"] else 2

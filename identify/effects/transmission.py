@@ -10,9 +10,21 @@ from identify.effects.motion import Array, JointMotion, JointSummary
 from identify.effects.parameter import EffectParameter
 from identify.effects.picture import OVER_ACCELERATION, OVER_SPEED
 
+MOTOR_FORMULAS = (
+    "motor_share * motor_velocity",
+    "motor_share * sign(motor_velocity)",
+    "motor_share * motor_acceleration",
+)
+"""of viscous and dry friction and of the rotor of a motor, as `motor_columns` has them"""
 LARGEST_DEFLECTION = 0.05
 """Part of the range of motion by which link and motor can be apart, by play or by wind-up under the largest load. The columns
 are of the first order in it; a large one is a torque over position or load, which springs and other effects make."""
+
+
+def motor_columns(motion: JointMotion) -> Array:
+    """(N, 3): viscous friction, dry friction and rotor of the motor of a motion, on the joint that it is of."""
+    velocity = motion.motor_velocity
+    return motion.motor_share * np.column_stack([velocity, np.sign(velocity), motion.motor_acceleration])
 
 
 class Elasticity(Effect):
@@ -125,12 +137,7 @@ class CoupledFriction(Effect):
     confusable = ("viscous", "coulomb", "motor-inertia")
 
     def formulas(self, constants: Constants) -> tuple[str, ...] | None:
-        return (
-            "motor_share * motor_velocity",
-            "motor_share * sign(motor_velocity)",
-            "motor_share * motor_acceleration",
-        )
+        return MOTOR_FORMULAS
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
-        velocity = motion.motor_velocity
-        return motion.motor_share * np.column_stack([velocity, np.sign(velocity), motion.motor_acceleration])
+        return motor_columns(motion)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, cast
@@ -11,6 +11,7 @@ from typing import Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.estimation.context import Slot
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.fitting import Progress
 from identify.estimation.small_algebra import single_threaded
@@ -227,11 +228,11 @@ def _formed(result: Identification, closed: bool) -> tuple[EffectInSimulation, .
     given = give_fit(result.fitted)
     gives, fitted = given.gives, given.fitted
     listed = []
-    for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True):
+    for slot, lead in _with_command_leads(fitted):
         effect = slot.term.effect
         how: Formed = effect.simulated_with(slot.values)
         state = {"give": "position and speed of the link", "state": effect.state_name}.get(how)
-        if how == "command" and closed and effect.command_lead(fitted.fit.chi[columns]) < 0.0:
+        if how == "command" and closed and lead < 0.0:
             how, state = "state", "commands that have not acted yet"
         elif (how == "give" and slot.term.joint not in gives) or (how == "command" and closed):
             how, state = "left-out", None
@@ -261,16 +262,18 @@ def _on_commands(result: Identification) -> list[str]:
     """Remarks on commands whose time has no part in a closed loop."""
     fitted = give_fit(result.fitted).fitted
     names = fitted.record.joint_names
-    listed = [
-        (slot.term, slot.term.effect.command_lead(fitted.fit.chi[columns]))
-        for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True)
-    ]
     return [
-        f"{term.effect.name}@{names[term.joint]}: left out in closed loop: the command is recorded {1e3 * lead:.3g} ms after it"
-        " acts, which says how the record was made; no torque acts before its command"
-        for term, lead in listed
+        f"{slot.term.effect.name}@{names[slot.term.joint]}: left out in closed loop: the command is recorded"
+        f" {1e3 * lead:.3g} ms after it acts, which says how the record was made; no torque acts before its command"
+        for slot, lead in _with_command_leads(fitted)
         if lead > 0.0
     ]
+
+
+def _with_command_leads(fitted: FittedModel) -> Iterator[tuple[Slot, float]]:
+    """The effects of a model, and by how many s each shifts the command in time; 0 for those that do not."""
+    for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True):
+        yield slot, slot.term.effect.command_lead(fitted.fit.chi[columns])
 
 
 def _inputs(result: Identification, closed: bool) -> tuple[str, ...]:

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from fastapi import APIRouter, Path, Request, Response
 from pydantic import Field
 
+from api.proof_drive import Drive
 from api.service import access, text_forms
 from api.service.access import service_of
 from api.service.database import SessionRow
@@ -16,7 +17,6 @@ from api.service.request_document import RequestDocument
 from api.service.routes.experiments import ExperimentId, session_summary
 from api.service.routes.jobs import accepted
 from api.service.session_documents import SessionSummary
-from api.service.session_ids import Drive
 
 router = APIRouter(tags=["proofs"], route_class=ResourceRoute)
 
