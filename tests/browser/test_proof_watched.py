@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Route, expect
 
 import api.service.drive_work as drive_work
 from api.service.accounts import Role, User
@@ -23,6 +23,16 @@ def prepare_a_proof(page: Page) -> None:
 def compute_tables(page: Page) -> None:
     page.get_by_role("button", name="Compute the tables").click()
     expect(page.get_by_role("button", name="Write and read back")).to_be_visible(timeout=PATIENCE)
+
+
+def answered_after_news(route: Route) -> None:
+    """Let an answer wait until the page was told by its news, twice, that it is out of date: one that was drawn anew at the
+    first is not told again."""
+    answer = route.fetch()
+    for _ in range(2):
+        with route.request.frame.page.expect_response(lambda each: "hx-refresh" in each.headers):
+            pass
+    route.fulfill(response=answer)
 
 
 def test_others_at_the_rig_see_a_run_of_a_proof_cannot_disturb_it_and_can_stop_it(
@@ -54,15 +64,17 @@ def test_others_at_the_rig_see_a_run_of_a_proof_cannot_disturb_it_and_can_stop_i
     grace.page.goto(proof)
     grace.page.get_by_role("button", name="Prepare the first run").click()
     expect(refusal).to_contain_text("ada operates the rig bench")
+    ada.page.route(re.compile(r"/drives/without$"), answered_after_news)
     ada.page.get_by_role("button", name="Prepare the first run").click()
     expect(ada.page).to_have_url(re.compile(r"/sessions/proof-00-without"))
     # the page that still offered to prepare it draws itself anew
     expect(grace.page.get_by_role("link", name="See the run")).to_be_visible()
     expect(grace.page.locator(".rail-now")).to_contain_text("ada operates the rig. You can watch")
+    # while nothing changes: the page of the proof draws itself anew at every step of the run
+    grace.page.goto(tables)
     run_a_session(ada.page, "0")
     expect(ada.page.locator("[data-live-state]")).to_contain_text("The robot moves")
 
-    grace.page.goto(tables)
     grace.page.on("dialog", lambda dialog: dialog.accept())
     grace.page.get_by_role("button", name="Write and read back").click()
     expect(refusal).to_contain_text("ada operates the rig bench")

@@ -140,6 +140,26 @@ document.addEventListener("htmx:beforeOnLoad", (event) => {
   elt.removeAttribute("hx-get");
   elt.replaceChildren(message);
 });
+// What somebody asked for goes before news: a fresh page that a poll brings meanwhile would break it off, or take the place of
+// the page that it leads to. It is drawn afterwards, where the page stays.
+const ACT = { underWay: 0, leadsAway: false, news: false };
+const isAct = ({ requestConfig }) => requestConfig.verb !== "get";
+document.addEventListener("htmx:beforeSend", ({ detail }) => {
+  if (isAct(detail)) ACT.underWay += 1;
+});
+document.addEventListener("htmx:beforeOnLoad", (event) => {
+  const { xhr } = event.detail;
+  if (xhr.getResponseHeader("HX-Redirect")) ACT.leadsAway = true;
+  if (isAct(event.detail) || !xhr.getResponseHeader("HX-Refresh") || !(ACT.underWay || ACT.leadsAway)) return;
+  event.preventDefault();
+  ACT.news = true;
+});
+document.addEventListener("htmx:afterRequest", ({ detail }) => {
+  if (!isAct(detail)) return;
+  ACT.underWay -= 1;
+  if (ACT.news && !ACT.underWay && !ACT.leadsAway) location.reload();
+});
+window.addEventListener("pageshow", () => (ACT.leadsAway = false));
 document.addEventListener("htmx:sendError", () =>
   say("The service does not answer. Nothing was changed; try again when the connection is back."),
 );
