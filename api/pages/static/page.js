@@ -142,24 +142,42 @@ document.addEventListener("htmx:beforeOnLoad", (event) => {
 });
 // What somebody asked for goes before news: a fresh page that a poll brings meanwhile would break it off, or take the place of
 // the page that it leads to. It is drawn afterwards, where the page stays.
-const ACT = { underWay: 0, leadsAway: false, news: false };
-const isAct = ({ requestConfig }) => requestConfig.verb !== "get";
+const ACT = { underWay: 0, leadsAway: false, news: false, given: 0 };
+// ms that a page which a link or a form leads to may take. What was a file to be kept, or was given up, never comes.
+const ARRIVAL = 20_000;
+// what changes something, and what a person's click, key or choice asks for; not what a page asks for by itself
+const isAct = ({ requestConfig }) => requestConfig.verb !== "get" || requestConfig.triggeringEvent?.isTrusted === true;
+function drawnAfterwards() {
+  if (ACT.news && !ACT.underWay && !ACT.leadsAway) location.reload();
+}
 document.addEventListener("htmx:beforeSend", ({ detail }) => {
   if (isAct(detail)) ACT.underWay += 1;
 });
 document.addEventListener("htmx:beforeOnLoad", (event) => {
   const { xhr } = event.detail;
-  if (xhr.getResponseHeader("HX-Redirect")) ACT.leadsAway = true;
-  if (isAct(event.detail) || !xhr.getResponseHeader("HX-Refresh") || !(ACT.underWay || ACT.leadsAway)) return;
+  const leadsAway = xhr.getResponseHeader("HX-Redirect") !== null;
+  if (!leadsAway && !xhr.getResponseHeader("HX-Refresh")) return;
+  if (isAct(event.detail) || !(ACT.underWay || ACT.leadsAway)) {
+    ACT.leadsAway ||= leadsAway;
+    return;
+  }
   event.preventDefault();
   ACT.news = true;
 });
 document.addEventListener("htmx:afterRequest", ({ detail }) => {
   if (!isAct(detail)) return;
   ACT.underWay -= 1;
-  if (ACT.news && !ACT.underWay && !ACT.leadsAway) location.reload();
+  drawnAfterwards();
 });
-window.addEventListener("pageshow", () => (ACT.leadsAway = false));
+addEventListener("beforeunload", () => {
+  ACT.leadsAway = true;
+  clearTimeout(ACT.given);
+  ACT.given = setTimeout(() => {
+    ACT.leadsAway = false;
+    drawnAfterwards();
+  }, ARRIVAL);
+});
+addEventListener("pageshow", () => (ACT.leadsAway = false));
 document.addEventListener("htmx:sendError", () =>
   say("The service does not answer. Nothing was changed; try again when the connection is back."),
 );
