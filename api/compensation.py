@@ -7,6 +7,7 @@ session, with a limit of the following error drawn from the drive of the same pl
 
 import re
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,8 @@ from identify.identification import Identification
 from identify.recording import InputError
 from identify.recording.experiment_file import Payload
 
+ROUNDING = 1e-9
+"""of the power that flows to and fro, below which a sum of it is none"""
 BEYOND = 1.05
 """times the largest speed or load of the record, up to which a model is believed; nor is its torque believed more closely"""
 
@@ -238,12 +241,40 @@ def _possible(result: Identification, motion: Motion, torque: PlannedTorque) -> 
                     f"{name}: no bodies with mass have the identified base parameters; the nearest give a torque that is"
                     f" {100 * here / whole:.1f} % off, more than the model's own error of {100 * error:.1f} %"
                 )
-    work = (torque.beside * motion.dq).sum(axis=0)
-    for name, here in zip(model.geometry.names, work, strict=True):
-        if here < 0:
+    for name, power in zip(model.geometry.names, friction_work(model.of_the_instant, motion), strict=True):
+        if power < 0:
             raise InputError(
-                f"{name}: along this plan the model's friction would drive the joint, which no friction does"
+                f"{name}: along this plan and back the model's friction would drive the joint, which no friction does"
             )
+
+
+def friction_work(model: ExportedModel, motion: Motion) -> NDArray[np.float64]:
+    """(n,) W: mean power that friction takes along a motion and back again, of all torque beside the rigid robot.
+
+    On the way back springs, gravity, cogging and offsets give what they took on the way there, so that what is left is friction's.
+    Friction of a motor that moves several joints stands with that motor's own joint, summed over all that it moves: on one of them
+    alone it may well drive, where the motor turns the other way.
+    """
+    there_and_back = (
+        motion,
+        replace(motion, q=motion.q[::-1], dq=-motion.dq[::-1], ddq=motion.ddq[::-1]),
+    )
+
+    def power(of: ExportedModel) -> NDArray[np.float64]:
+        """(2 N, n) W"""
+        return np.concatenate([planned_torque(of, each).beside * each.dq for each in there_and_back])
+
+    flowing = power(model)
+    work = flowing.mean(axis=0)
+    for motor in range(model.joints):
+        elsewhere = tuple(
+            each for each in model.torques if each.rubs and each.motor == motor and each.row != motor
+        )
+        if elsewhere:
+            on_others = power(replace(model, torques=elsewhere)).mean(axis=0)
+            work -= on_others
+            work[motor] += on_others.sum()
+    return np.where(np.abs(work) > ROUNDING * np.abs(flowing).mean(axis=0), work, 0.0)
 
 
 def motion_without_payload(motion: Motion) -> Motion:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import api.compensation
-from api.compensation import shared_motor_remarks, torque_ahead
+from api.compensation import friction_work, shared_motor_remarks, torque_ahead
 from api.compensation_run import PICTURE, CompensationRun
 from api.proof import (
     DOCUMENT,
@@ -25,12 +25,17 @@ from api.proof import (
     read_errors,
 )
 from daq.excitation.standard_plan import standard_plan
+from daq.experiment_folder import experiment_robot
 from daq.following_error import FollowingError
 from daq.rig import Rig
 from daq.session_events import SessionState
 from daq.session_workflow import PayloadSession
 from daq.torque_offset import RAMP, torque_offset
-from identify.export.exported_model import Torque, exported_model
+from identify.dynamics.base_parameters import base_parameters
+from identify.dynamics.geometry import Geometry
+from identify.effects.model import load_shares, motor_shares
+from identify.export.exported_model import ExportedModel, Torque, exported_model, of_motor
+from identify.export.planned_torque import planned_torque
 from identify.export.record_error import Motion
 from identify.identification import identify
 from identify.recording import InputError, load_experiment
@@ -297,6 +302,76 @@ def test_a_motor_that_turns_with_several_joints_is_named_where_the_model_has_no_
     assert "coupled-friction@j6" in remark
     assert shared_motor_remarks(names, tx40.drive_gain, {5}) == []
     assert shared_motor_remarks(["j3"], rig.drive_gain, ()) == []
+
+
+@pytest.fixture(scope="module")
+def wrist():
+    """The TX40 with nothing but friction, one way at constant speeds: j6 turns against what j5 makes its motor turn."""
+    tx40 = Rig.load("tx40-simulated")
+    base = base_parameters(Geometry.from_robot(experiment_robot(tx40)))
+    nothing = np.zeros(len(base))
+    shares, carried = motor_shares(tx40.drive_gain), load_shares(tx40.drive_gain)
+    model = ExportedModel(
+        "friction", "wrist", base, nothing, base.nearest_standard(nothing), shares, carried, (), (), ()
+    )
+    time = np.arange(0.0, 1.0, 0.01)
+    speeds = np.array([0.1, 0.1, 0.1, 0.1, 0.3, -2.0 * 0.3 * shares[4, 5]])
+    speed = np.tile(speeds, (len(time), 1))
+    motion = Motion(time, time[:, None] * speeds, speed, 0.0 * speed, None, tx40.payload("none"))
+    return model, motion, speeds
+
+
+def of_the_shared_motor(viscous, dry):
+    """On the joints that the TX40's sixth motor turns."""
+    formulas = of_motor(("dq", "direction", "ddq"), 0.0)
+    return tuple(
+        Torque("coupled-friction", row, 5, formulas, (viscous, dry, 0.01), rubs=True) for row in (4, 5)
+    )
+
+
+def of_a_joint(joint, viscous):
+    return Torque("viscous", joint, joint, ("dq",), (viscous,), rubs=True)
+
+
+def test_friction_of_a_motor_that_moves_two_joints_may_drive_one_of_them(wrist):
+    """F_V w + F_C sign(w) over the motor's speed w takes F_V w² + F_C |w| of both joints together."""
+    model, motion, speeds = wrist
+    turn = float(speeds @ model.shares[:, 5])
+    alone = replace(model, torques=of_the_shared_motor(2.0, 3.0))
+    on_j5 = (planned_torque(alone, motion).beside * motion.dq)[:, 4]
+    assert on_j5.max() < 0.0
+    taken = 2.0 * turn**2 + 3.0 * abs(turn)
+    assert friction_work(alone, motion) == pytest.approx([0.0, 0.0, 0.0, 0.0, 0.0, taken], abs=1e-9 * taken)
+    # beside friction of the joints themselves, which stays with each of them
+    both = replace(model, torques=(*alone.torques, of_a_joint(4, 5.0), of_a_joint(1, 7.0)))
+    joints = [0.0, 7.0 * speeds[1] ** 2, 0.0, 0.0, 5.0 * speeds[4] ** 2, taken]
+    assert friction_work(both, motion) == pytest.approx(joints, abs=1e-9 * taken)
+
+
+def test_friction_that_drives_is_seen_where_it_is_whatever_else_takes(wrist):
+    model, motion, speeds = wrist
+    turned = replace(model, torques=of_the_shared_motor(-2.0, -3.0))
+    assert [power < 0.0 for power in friction_work(turned, motion)] == [False] * 5 + [True]
+    # a hundred times of it in the motor that j5 shares hides nothing of j5's own
+    hidden = replace(model, torques=(*of_the_shared_motor(200.0, 300.0), of_a_joint(4, -1.0)))
+    power = friction_work(hidden, motion)
+    assert power[4] == pytest.approx(-(speeds[4] ** 2), rel=1e-6)
+    assert power[5] > 0.0
+
+
+def test_what_gives_back_is_no_friction_however_far_a_plan_goes_from_where_it_began(wrist):
+    """An offset and a spring, which this plan pays into and never gets back; of the wrong sign they are what drives it."""
+    model, motion, _ = wrist
+    stored = tuple(
+        Torque(effect, joint, joint, (formula,), (-value,))
+        for joint in range(6)
+        for effect, formula, value in (
+            ("offset", "1.0", 3.0),
+            ("joint-spring", "q", 20.0),
+            ("tilt", "sin(q)", 4.0),
+        )
+    )
+    assert not np.any(friction_work(replace(model, torques=stored), motion))
 
 
 def test_friction_that_drives_is_refused(rig, plan, experiment):
