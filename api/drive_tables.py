@@ -10,6 +10,7 @@ from api.compensation import require_same_robot, require_torque_of_motors
 from api.drive_table_curves import curve_over_speed, curve_over_turn
 from daq.drive_tables import ObjectWrite, write_tables
 from daq.experiment_folder import experiment_robot
+from daq.files_as_read import changed_drive, drive_digests
 from daq.rig import Axis, Rig, ampere_per_unit
 from drivers.compensation_objects import CompensationObjects, CurrentRow, FrictionObjects, SpeedRow
 from drivers.profile import DriveProfile, load_profile, profile_names
@@ -44,12 +45,14 @@ def drive_tables(result: Identification, rig: Rig) -> DriveTablesDocument:
     require_same_robot(result, rig)
     require_torque_of_motors(result)
     _require_same_ratios(result, rig)
+    # before the profiles are read, so that a change meanwhile counts as one
+    digests = drive_digests(rig)
     profiles = _profiles_with_tables(rig)
     exported = exported_model(result).of_the_instant
     record = _record(exported, result, rig)
     joints = [
-        _joint(rig, axis, place, profile, record, exported)
-        for place, (axis, profile) in enumerate(zip(rig.axes, profiles, strict=True))
+        _joint(rig, axis, place, profile, record, exported).changed(drive_digest=digest)
+        for place, (axis, profile, digest) in enumerate(zip(rig.axes, profiles, digests, strict=True))
     ]
     return DriveTablesDocument(
         experiment=result.experiment.name,
@@ -68,17 +71,19 @@ def cleared_tables(rig: Rig) -> DriveTablesDocument:
 
     Raises InputError: no drive of the rig takes tables.
     """
+    digests = drive_digests(rig)
     joints = [
         JointTables(
             joint=axis.joint,
             node=axis.node,
             drive=profile.name,
+            drive_digest=digest,
             tables=tuple(
                 _without_current(of, rows) for of, rows in _current_rows(profile.compensation).items() if rows
             ),
             remarks=() if profile.compensation is None else profile.compensation.remarks,
         )
-        for axis, profile in zip(rig.axes, _profiles_with_tables(rig), strict=True)
+        for axis, profile, digest in zip(rig.axes, _profiles_with_tables(rig), digests, strict=True)
     ]
     return DriveTablesDocument(
         experiment=None, rig=rig.name, model=None, written=False, joints=tuple(joints), remarks=()
@@ -87,6 +92,9 @@ def cleared_tables(rig: Rig) -> DriveTablesDocument:
 
 def tables_before(tables: DriveTablesDocument, rig: Rig) -> DriveTablesDocument:
     """What the drives held before tables were written, to be written again. Nothing is written.
+
+    The values were read from the same objects of the same drives, in the drives' own counts: no unit, sign or number of points of
+    a profile is in them. So they may go back whatever a profile says by now.
 
     tables : the document of that writing
 
@@ -100,6 +108,7 @@ def tables_before(tables: DriveTablesDocument, rig: Rig) -> DriveTablesDocument:
         )
     joints = tuple(
         joint.changed(
+            drive_digest=None,
             tables=tuple(
                 DriveTable(
                     of=table.of,
@@ -111,7 +120,7 @@ def tables_before(tables: DriveTablesDocument, rig: Rig) -> DriveTablesDocument:
                     objects=tuple(each.changed(value=each.before, before=None) for each in table.objects),
                 )
                 for table in joint.tables
-            )
+            ),
         )
         for joint in tables.joints
     )
@@ -135,6 +144,16 @@ def require_drives_of(tables: DriveTablesDocument, rig: Rig) -> None:
             f"the tables are of the drives of {there}; rig {rig.name} has {here}: nothing was written; compute the tables of"
             " these drives"
         )
+
+
+def changed_since_computed(tables: DriveTablesDocument, rig: Rig) -> str:
+    """Of which drive the profile or object dictionary says something else by now, so that values of the tables may mean something
+    else to it; in words as `changed_drive`. Empty where all mean what they meant, or were read from the drives themselves.
+
+    Raises InputError as `require_drives_of`.
+    """
+    require_drives_of(tables, rig)
+    return changed_drive(rig, [joint.drive_digest for joint in tables.joints])
 
 
 def _require_same_ratios(result: Identification, rig: Rig) -> None:
@@ -192,9 +211,14 @@ def written(
 
     about_to_write : called with the tables and what the drives hold before, once that is read and before anything is written
 
-    Raises InputError: the tables are of other drives, or a drive is not ready to be written to.
+    Raises InputError: the tables are of other drives, or of drives whose profiles say something else by now; or a drive is not
+        ready to be written to.
     """
-    require_drives_of(tables, rig)
+    changed = changed_since_computed(tables, rig)
+    if changed:
+        raise InputError(
+            f"rig {rig.name}, {changed} changed since the tables were computed: nothing was written; compute them again"
+        )
     writes = [
         [_to_write(each) for table in joint.tables for each in table.objects] for joint in tables.joints
     ]

@@ -24,13 +24,12 @@ from api.following_parts import compared
 from api.model_agreement import ModelTorque, disagreements
 from daq.commanded_torque import commanded_torque
 from daq.excitation.excitation_plan import ExcitationPlan
-from daq.files_as_read import drive_digests
+from daq.files_as_read import changed_drive
 from daq.following_error import FollowingError, following_error
 from daq.plan_setpoints import plan_counts
 from daq.rig import Rig
 from daq.torque_loop import TorqueLoop
 from daq.torque_offset import SentAhead, TorqueOffset
-from drivers.profile import profile_files
 from identify.recording import load_experiment
 from identify.recording.atomic_file import write_atomically
 from identify.recording.errors import InputError
@@ -221,14 +220,11 @@ class Proof:
         then = prepared_rig(self.folder)
         if then is not None:
             _require_same(rig, json.loads(then.model_dump_json()), "the proof was prepared")
-        if not self.settings.drives:
-            return
-        for axis, before, now in zip(rig.axes, self.settings.drives, drive_digests(rig), strict=True):
-            if now != before:
-                files = " or ".join(file.name for file in profile_files(axis.drive))
-                raise InputError(
-                    f"rig {rig.name}, drive of {axis.joint}: {files} changed since the proof was prepared; prepare another proof"
-                )
+        changed = changed_drive(rig, self.settings.drives) if self.settings.drives else ""
+        if changed:
+            raise InputError(
+                f"rig {rig.name}, {changed} changed since the proof was prepared; prepare another proof"
+            )
 
     def require_torque_as_measured(self, without: Path) -> None:
         """Raises InputError: the first run gave another torque than the model's, or of another payload; the proof keeps why."""

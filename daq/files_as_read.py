@@ -5,7 +5,7 @@ between, and other processes of the session read some of them again.
 """
 
 import hashlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -58,6 +58,19 @@ def drive_digests(rig: Rig) -> tuple[str, ...]:
         digest.update((_digest(profile_files(axis.drive)[-1]) or "").encode())
         digests.append(digest.hexdigest())
     return tuple(digests)
+
+
+def changed_drive(rig: Rig, before: Sequence[str | None]) -> str:
+    """Which drive's profile or object dictionary is another by now, in words such as `drive of j3: own.yaml or own.eds`; empty
+    where none is.
+
+    before : (n,) what `drive_digests` gave; None for an axis that is not compared
+    """
+    for axis, then, now in zip(rig.axes, before, drive_digests(rig), strict=True):
+        if then is not None and now != then:
+            files = " or ".join(file.name for file in profile_files(axis.drive))
+            return f"drive of {axis.joint}: {files}"
+    return ""
 
 
 def _digest(file: Path) -> str | None:

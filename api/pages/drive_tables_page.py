@@ -49,6 +49,7 @@ def drive_tables_page(
     context |= experiment_context(stored, name, shown, "drive-tables", kept)
     with input_errors_as_problems():
         tables = service.drive_tables.tables(experiment, rig_id, shown.version.id) if rig_id else None
+        outdated = service.drive_tables.outdated(experiment, rig_id, shown.version.id) if rig_id else ""
         writings = service.drive_tables.writings(experiment)
     here = experiment_link(experiment, "drive-tables")
     context |= {
@@ -60,7 +61,7 @@ def drive_tables_page(
         "tables": tables,
         "fault": service.drive_tables.fault(experiment, rig_id, shown.version.id) if rig_id else None,
         "of_joint": joint_tables(tables, name) if tables is not None else None,
-        "why_not": _why_not(service, rig_id) if rig_id else "",
+        "why_not": (outdated or _why_not(service, rig_id)) if rig_id else "",
         "rows": [writing_row(experiment, each) for each in writings],
         "here_link": here,
         "compute_link": f"{here}/compute",

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from api.drive_tables import require_tables, tables_before, written
+from api.drive_tables import changed_since_computed, require_tables, tables_before, written
 from api.service.accounts import User
 from api.service.drive_table_documents import State, TablesWriting
 from api.service.drive_work import DriveWork
@@ -103,6 +103,26 @@ class DriveTableWritings:
         except FileNotFoundError:
             return None
 
+    def outdated(self, experiment: str, rig: str, model: str | None = None) -> str:
+        """Why the tables that were computed may not be written any more, in a sentence: the rig's file, or the profile of a drive,
+        says something else by now. Empty where they may, or where there are none. Raises the problem 404."""
+        tables = self.tables(experiment, rig, model)
+        if tables is None:
+            return ""
+        settings = self._rigs.rig(rig)
+        file = _rig_file(self._file(experiment, self._version(experiment, model).id, rig))
+        try:
+            then = Rig.model_validate_json(file.read_bytes())
+        except (OSError, ValidationError):
+            return f"{file.name}, beside the tables, cannot be read; compute them again."
+        fields = [name for name in Rig.model_fields if getattr(settings, name) != getattr(then, name)]
+        changed = ", ".join(fields) or changed_since_computed(tables, settings)
+        return (
+            f"Rig {rig}, {changed} changed since the tables were computed; compute them again."
+            if changed
+            else ""
+        )
+
     def writings(self, experiment: str) -> list[TablesWriting]:
         """What was written, the newest first. Raises the problem 404, InputError where a file was damaged."""
         return [_read(file) for file in reversed(self._files(experiment))]
@@ -128,14 +148,10 @@ class DriveTableWritings:
                 409,
                 f"The tables of model {version.id} for rig {rig} were not computed yet: compute them, look at them, then write.",
             )
+        outdated = self.outdated(experiment, rig, version.id)
+        if outdated:
+            raise Problem(409, outdated)
         settings = self._rigs.rig(rig)
-        then = Rig.model_validate_json(_rig_file(self._file(experiment, version.id, rig)).read_bytes())
-        changed = [name for name in Rig.model_fields if getattr(settings, name) != getattr(then, name)]
-        if changed:
-            raise Problem(
-                409,
-                f"Rig {rig}: {', '.join(changed)} changed since the tables were computed; compute them again.",
-            )
         return self._write(experiment, user, rig, settings, tables, version.id, None, client)
 
     def write_back(self, experiment: str, user: User, number: str, client: str = "") -> TablesWriting:

@@ -40,6 +40,11 @@ class JointTables(Part):
     drive: str = Field(description="its profile", examples=["simulated"])
     tables: tuple[DriveTable, ...] = Field(description="none where the drive takes none")
     remarks: tuple[str, ...] = Field(description="what the operator must know before writing")
+    drive_digest: str | None = Field(
+        default=None,
+        description="of the profile and the object dictionary that units and objects were taken from; the tables are not written"
+        " once these are others. Null where values were read from the drive itself: those go back whatever the profile says",
+    )
 
 
 class DriveTablesDocument(Document):

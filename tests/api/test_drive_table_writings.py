@@ -1,5 +1,7 @@
 """Tables of drives by REST and on the pages: shown, written and read back, taken back; refused in one line."""
 
+import re
+
 import pytest
 import yaml
 
@@ -8,12 +10,17 @@ import api.service.drive_work as drive_work
 from api.client import Client, ServiceError
 from api.drive_tables import tables_before
 from api.service.accounts import Role, User
+from api.service.problems import Problem
 from daq.rig import RIGS
 from daq.simulated_rig import simulated_rig
 from drivers.errors import DriverError
 from tests.api.driven_arm import write_driven_arm
 
 BENCH = "bench"
+DRIVES = RIGS.parent / "drives"
+REFUSED = (
+    r"Rig bench, drive of j3: own\.yaml or .*\.eds changed since the tables were computed; compute them again"
+)
 
 
 @pytest.fixture
@@ -173,6 +180,51 @@ def test_a_changed_rig_file_and_a_refusing_drive_leave_everything_as_it_was(
     with pytest.raises(ServiceError, match="cycle changed since the tables were computed"):
         client.write_drive_tables("arm", BENCH)
     assert held_by(compensation) == before
+
+
+def test_tables_of_a_drive_whose_profile_says_something_else_by_now_are_not_written_and_what_was_before_is(
+    bench, service, finished
+):
+    """Amperes instead of milliamperes for a count, say: each value would be another current."""
+    http, compensation, file, rig = bench
+    client = Client("", http=http)
+    rig_text = yaml.safe_load(file.read_text())
+    profile = file.with_name("own.yaml")
+    name = rig_text["axes"][0]["drive"]
+    profile.write_text((DRIVES / f"{name}.yaml").read_text())
+    rig_text["axes"][0]["drive"] = str(profile)
+    file.write_text(yaml.safe_dump(rig_text))
+    before = held_by(compensation)
+    assert finished(http, client.compute_drive_tables("arm", BENCH))["state"] == "done"
+    client.write_drive_tables("arm", BENCH)
+    written = held_by(compensation)
+
+    def shown() -> str:
+        return http.get("/pages/experiments/arm/drive-tables", params={"rig": BENCH}).text
+
+    profile.write_text("# only a remark\n" + profile.read_text())
+    assert "Write and read back" in shown()
+    content = yaml.safe_load(profile.read_text())
+    content["current_reference"]["sign"] = -content["current_reference"].get("sign", 1)
+    profile.write_text(yaml.safe_dump(content))
+    for refused in (
+        lambda: client.write_drive_tables("arm", BENCH),
+        lambda: service.service.drive_tables.write("arm", User("ada", Role.OPERATOR, "token"), BENCH),
+    ):
+        with pytest.raises((ServiceError, Problem), match=REFUSED):
+            refused()
+    page = shown()
+    assert re.search(REFUSED, page)
+    assert "Write and read back" not in page
+    assert held_by(compensation) == written
+    assert len(client.drive_table_writings("arm")) == 1
+    # counts that were read from the drive mean to it what they meant
+    assert client.write_drive_tables_back("arm", "00").state == "written"
+    assert held_by(compensation) == before
+    assert finished(http, client.compute_drive_tables("arm", BENCH))["state"] == "done"
+    assert "Write and read back" in shown()
+    profile.write_text("name: nonsense\n")
+    assert http.get("/pages/experiments/arm/drive-tables", params={"rig": BENCH}).status_code < 500
 
 
 def refuses_what_cannot_be_written_to(client, http, finished):

@@ -17,7 +17,7 @@ from daq.drive_tables import ObjectWrite, write_tables
 from daq.excitation.standard_plan import standard_plan
 from daq.following_error import following_error
 from daq.plan_setpoints import plan_counts
-from daq.rig import Rig
+from daq.rig import RIGS, Rig
 from daq.rig_drives import RigDrives
 from daq.session_events import SessionState
 from daq.session_workflow import PayloadSession
@@ -149,6 +149,34 @@ def test_a_rig_with_another_gear_and_the_same_drive_gain_is_refused(rig, result)
     assert other.drive_gain == pytest.approx(rig.drive_gain)
     with pytest.raises(InputError, match=r"j3: its motor_ratio is 95, in rig .* 190; .* another gear"):
         drive_tables(result, other)
+
+
+def test_tables_are_not_written_once_a_profile_says_something_else_and_what_was_before_is(
+    result, tmp_path, monkeypatch
+):
+    """Between looking at them and saying yes, on the command line."""
+    profile = tmp_path / "own.yaml"
+    profile.write_text((RIGS.parent / "drives" / "simulated.yaml").read_text())
+    rig = of_drive(str(profile))
+    there = rig.model_copy(update={"bus": BusSettings(interface="virtual", channel="drive-tables-profile")})
+    with simulated_rig(there, there.payload("none")) as on:
+        raw = on.nodes[0].drive.compensation.raw
+        first = write_to_drives(drive_tables(result, there), there)
+        written = {index: list(values) for index, values in raw.items()}
+        for tables in (drive_tables(result, there), cleared_tables(there)):
+            held = profile.read_text()
+            profile.write_text(held.replace("0x2021", "0x2022").replace("index: 0x2020", "index: 0x2021"))
+            assert profile.read_text() != held
+            with pytest.raises(
+                InputError,
+                match=r"^rig .*, drive of j3: own\.yaml or .*\.eds changed since .*: nothing was written; compute them again$",
+            ):
+                write_to_drives(tables, there)
+            assert {index: list(values) for index, values in raw.items()} == written
+            write_to_drives(tables_before(first, there), there)
+            assert not any(raw[0x2021])
+            profile.write_text(held)
+            write_to_drives(drive_tables(result, there), there)
 
 
 def test_nothing_is_written_to_a_drive_with_power_and_a_refusal_leaves_all_as_it_was(rig):
