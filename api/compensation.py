@@ -251,9 +251,9 @@ def _possible(result: Identification, motion: Motion, torque: PlannedTorque) -> 
 def friction_work(model: ExportedModel, motion: Motion) -> NDArray[np.float64]:
     """(n,) W: mean power that friction takes along a motion and back again, of all torque beside the rigid robot.
 
-    On the way back springs, gravity, cogging and offsets give what they took on the way there, so that what is left is friction's.
-    Friction of a motor that moves several joints stands with that motor's own joint, summed over all that it moves: on one of them
-    alone it may well drive, where the motor turns the other way.
+    On the way back springs, gravity, cogging and offsets give what they took on the way there: what is left is friction's.
+    Friction of a motor that moves several joints stands with that motor's own joint, summed over all that it moves: on one of
+    them alone it may well drive, where the motor turns the other way.
     """
     there_and_back = (
         motion,

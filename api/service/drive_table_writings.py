@@ -104,8 +104,8 @@ class DriveTableWritings:
             return None
 
     def outdated(self, experiment: str, rig: str, model: str | None = None) -> str:
-        """Why the tables that were computed may not be written any more, in a sentence: the rig's file, or the profile of a drive,
-        says something else by now. Empty where they may, or where there are none. Raises the problem 404."""
+        """Why the tables that were computed may not be written any more, in a sentence: the rig's file, or the profile of a
+        drive, says something else by now. Empty where they may, or where there are none. Raises the problem 404."""
         tables = self.tables(experiment, rig, model)
         if tables is None:
             return ""

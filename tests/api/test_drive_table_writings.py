@@ -186,7 +186,7 @@ def test_tables_of_a_drive_whose_profile_says_something_else_by_now_are_not_writ
     bench, service, finished
 ):
     """Amperes instead of milliamperes for a count, say: each value would be another current."""
-    http, compensation, file, rig = bench
+    http, compensation, file, _ = bench
     client = Client("", http=http)
     rig_text = yaml.safe_load(file.read_text())
     profile = file.with_name("own.yaml")
