@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from identify.recording.errors import InputError
 from identify.recording.interpolation import interpolate, previous
+from identify.recording.position_jumps import mend_position_jumps
 from identify.recording.quantiles import median
 from identify.recording.samples import RawSamples, SampleColumns, release
 from identify.recording.session import Session, SessionEntry
@@ -83,14 +84,17 @@ def uniform_session(entry: SessionEntry, raw: RawSamples) -> Session:
             f"{entry.path}: the typical step of time is {step:g} s, too long for a motion; time must be in seconds"
         )
     holes = _holes(time, step)
-    borders = [0, *(row + 1 for row in holes), len(time)]
-    split = [slice(first, last) for first, last in itertools.pairwise(borders)]
-    kept = [rows for rows in split if _long_enough(time, rows, step)]
-    remarks = [*raw.remarks, *_hole_remarks(time, holes, split, kept)]
+    jumps = mend_position_jumps(raw, step, largest_bridged_step(step))
+    starts = {row + 1 for row in (*holes, *jumps.borders)} | {rows.start for rows in jumps.held}
+    split = [slice(first, last) for first, last in itertools.pairwise(sorted({0, *starts, len(time)}))]
+    measured = [rows for rows in split if not any(_inside(rows, held) for held in jumps.held)]
+    kept = [rows for rows in measured if _long_enough(time, rows, step)]
+    remarks = [*raw.remarks, *jumps.remarks, *_hole_remarks(time, holes), *_short_remarks(measured, kept)]
     if not kept:
+        what = "the position" if jumps.borders and not holes else "time"
         raise InputError(
-            f"{entry.path}: time jumps so often that no piece of {SHORTEST_SEGMENT} samples is left;"
-            f" the typical step is {step:g} s"
+            f"{entry.path}: {what} jumps so often that no piece of {SHORTEST_SEGMENT} samples is left;"
+            f" the typical step of time is {step:g} s"
         )
     rounding = _rounding(time, step)
     pieces = [_piece(time, rows, step, rounding) for rows in kept]
@@ -158,20 +162,25 @@ def _holes(time: Array, step: float) -> list[int]:
     return holes
 
 
-def _hole_remarks(time: Array, holes: list[int], split: list[slice], kept: list[slice]) -> list[str]:
-    remarks = []
-    if holes:
-        where = ", ".join(f"{time[row]:.6g} s" for row in holes[:3]) + (" ..." if len(holes) > 3 else "")
-        longest = max(float(time[row + 1] - time[row]) for row in holes)
-        count = "1 hole" if len(holes) == 1 else f"{len(holes)} holes"
-        remarks.append(
-            f"{count} in the record (after {where}; the longest {longest:.3g} s):"
-            f" split into {len(split)} segments, nothing interpolated across"
-        )
+def _inside(rows: slice, other: slice) -> bool:
+    return other.start <= rows.start and rows.stop <= other.stop
+
+
+def _hole_remarks(time: Array, holes: list[int]) -> list[str]:
+    if not holes:
+        return []
+    where = ", ".join(f"{time[row]:.6g} s" for row in holes[:3]) + (" ..." if len(holes) > 3 else "")
+    longest = max(float(time[row + 1] - time[row]) for row in holes)
+    count = "1 hole" if len(holes) == 1 else f"{len(holes)} holes"
+    return [
+        f"{count} in the record (after {where}; the longest {longest:.3g} s):"
+        f" split into {len(holes) + 1} segments, nothing interpolated across"
+    ]
+
+
+def _short_remarks(split: list[slice], kept: list[slice]) -> list[str]:
     lost = sum(rows.stop - rows.start for rows in split if rows not in kept)
-    if lost:
-        remarks.append(f"{lost} samples in pieces of less than {SHORTEST_SEGMENT} samples left out")
-    return remarks
+    return [f"{lost} samples in pieces of less than {SHORTEST_SEGMENT} samples left out"] if lost else []
 
 
 def _rounding(time: Array, step: float) -> float:
