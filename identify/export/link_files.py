@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from xml.etree import ElementTree
@@ -152,23 +153,25 @@ def sdf(robot: LinkFile, name: str) -> str:
     world = ElementTree.SubElement(root, "world", name="default")
     ElementTree.SubElement(world, "gravity").text = _text(robot.geometry.gravity)
     model = ElementTree.SubElement(world, "model", name=name)
-    base = ElementTree.SubElement(model, "link", name="base")
+    joints = sdf_joint_names(robot.geometry.names)
+    fixing, *links = _beside(joints, ["to_the_world", "base", *(f"link{n + 1}" for n in range(len(joints)))])
+    base = ElementTree.SubElement(model, "link", name=links[0])
     _sdf_inertial(base, Body(1.0, np.zeros(3), 0.01 * np.eye(3)))
-    fixed = ElementTree.SubElement(model, "joint", name="to_the_world", type="fixed")
+    fixed = ElementTree.SubElement(model, "joint", name=fixing, type="fixed")
     ElementTree.SubElement(fixed, "parent").text = "world"
-    ElementTree.SubElement(fixed, "child").text = "base"
+    ElementTree.SubElement(fixed, "child").text = links[0]
     for joint, body in enumerate(robot.bodies):
         geometry, friction = robot.geometry, robot.friction[joint]
-        before = "base" if joint == 0 else f"link{joint}"
+        before, after = links[joint : joint + 2]
         place, rotation = frame(geometry, joint)
-        link = ElementTree.SubElement(model, "link", name=f"link{joint + 1}")
+        link = ElementTree.SubElement(model, "link", name=after)
         pose = ElementTree.SubElement(link, "pose", relative_to=before)
         pose.text = f"{_text(place)} {_text(roll_pitch_yaw(rotation))}"
         _sdf_inertial(link, body)
         kind = "prismatic" if geometry.prismatic[joint] else "revolute"
-        element = ElementTree.SubElement(model, "joint", name=geometry.names[joint], type=kind)
+        element = ElementTree.SubElement(model, "joint", name=joints[joint], type=kind)
         ElementTree.SubElement(element, "parent").text = before
-        ElementTree.SubElement(element, "child").text = f"link{joint + 1}"
+        ElementTree.SubElement(element, "child").text = after
         axis = ElementTree.SubElement(element, "axis")
         ElementTree.SubElement(axis, "xyz").text = "0 0 1"
         limit = ElementTree.SubElement(axis, "limit")
@@ -180,6 +183,36 @@ def sdf(robot: LinkFile, name: str) -> str:
         ElementTree.SubElement(dynamics, "spring_stiffness").text = _number(friction.stiffness)
         ElementTree.SubElement(dynamics, "spring_reference").text = "0"
     return _document(root)
+
+
+def sdf_joint_names(names: Sequence[str]) -> tuple[str, ...]:
+    """The joints' names as SDF allows them: not `world`, nor with `::`, with blanks at an end or with `__` at both."""
+    written: list[str] = []
+    for name in names:
+        allowed = re.sub(":{2,}", ":", name).strip()
+        if allowed in ("", "world") or (allowed.startswith("__") and allowed.endswith("__")):
+            allowed += "_joint"
+        written.append(name if name == allowed else _beside([*names, *written], [allowed])[0])
+    return tuple(written)
+
+
+def joints_renamed(names: Sequence[str]) -> list[str]:
+    """Remarks on joints whose names SDF does not allow."""
+    return [
+        f"SDF allows no joint the name {name!r}: it is {allowed!r} there"
+        for name, allowed in zip(names, sdf_joint_names(names), strict=True)
+        if name != allowed
+    ]
+
+
+def _beside(taken: Sequence[str], names: Sequence[str]) -> list[str]:
+    """Names that nothing else of a model has, whose links and joints must differ in SDF; those that are taken get a `_`."""
+    free = []
+    for name in names:
+        while name in taken or name in free:
+            name += "_"
+        free.append(name)
+    return free
 
 
 def mjcf(robot: LinkFile, name: str) -> str:

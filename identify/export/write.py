@@ -22,7 +22,7 @@ from identify.export.exported_model import RIGID, ExportedModel, exported_model
 from identify.export.fmu import fmu, platform_name
 from identify.export.formula_torque import module_of, module_torque
 from identify.export.joint_friction import HAS_ROTORS, joint_parts
-from identify.export.link_files import WRITERS, LinkFile, bodies_of
+from identify.export.link_files import WRITERS, LinkFile, bodies_of, joints_renamed
 from identify.export.loaded_back import NotMeasured, loaded_back
 from identify.export.model_document import model_document
 from identify.export.python_code import python_code
@@ -362,6 +362,8 @@ def _link_file(result: Identification, model: ExportedModel, target: Path, kind:
         remarks.append(
             f"a URDF does not say which way gravity points: set it to {gravity} m/s² in the base frame"
         )
+    if kind == "sdf":
+        remarks += joints_renamed(geometry.names)
     if tilted is not None:
         remarks += tilted.in_words(model.geometry.names)
     if any(friction.is_polynomial for friction in robot.friction):
