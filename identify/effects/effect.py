@@ -217,6 +217,10 @@ class Effect(ABC):
         """(windows,) state after the joint has moved on by `travel` in one direction, rad or m."""
         return state
 
+    def states_along(self, position: Array, at_start: float, constants: Constants) -> Array:
+        """(samples,) state of the memory along a course of positions of the joint, `state_after` from sample to sample."""
+        return np.full(len(position), at_start)
+
     def stiffness_of_state(self, values: Array, constants: Constants) -> float:
         """N m/rad or N/m: the stiffest that the memory acts on the joint as a spring, for the step of a simulation."""
         return 0.0

@@ -75,9 +75,11 @@ class Presliding(Effect):
     def formulas(self, constants: Constants) -> tuple[str, ...] | None:
         return ("memory - direction",)
 
+    def states_along(self, position: Array, at_start: float, constants: Constants) -> Array:
+        return built_up(position, at_start, constants["presliding_distance"])
+
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
-        state = dahl_state(motion, constants["presliding_distance"])
-        return (state - motion.direction)[:, None]
+        return (remembered(self, motion, constants) - motion.direction)[:, None]
 
 
 class Backlash(Effect):
@@ -135,7 +137,7 @@ class Backlash(Effect):
 
     def columns(self, motion: JointMotion, constants: Constants) -> Array:
         if "play" in constants:
-            place = (play_position(motion, constants["play"]) - motion.q) / constants["play"]
+            place = remembered(self, motion, constants)
         else:
             place = -0.5 * np.tanh(motion.gear_load(constants["rotor_inertia"]) / constants["flank_load"])
         rate = np.gradient(place, motion.period)
@@ -158,6 +160,9 @@ class Backlash(Effect):
     def state_after(self, state: Array, travel: Array, constants: Constants) -> Array:
         return np.clip(state - travel / constants["play"], -0.5, 0.5)
 
+    def states_along(self, position: Array, at_start: float, constants: Constants) -> Array:
+        return place_in_gap(position, at_start, constants["play"])
+
     def columns_of_state(self, motion: JointMotion, state: Array, constants: Constants) -> Array:
         # the link rests while the motor crosses the gap, where s̈ = −q̈/play
         crossing = state * motion.direction > -0.5
@@ -170,63 +175,59 @@ class Backlash(Effect):
         return np.where(met, -float(values[1]) / constants["play"], 0.0)
 
 
-def monotone_pieces(position: Array, direction: Array) -> tuple[NDArray[np.intp], Array, Array]:
-    """Cut a course of positions at its reversals.
+def remembered(effect: Effect, motion: JointMotion, constants: Constants) -> Array:
+    """(samples,) state of an effect's memory along a block of motion, going on from the block before it.
 
-    Returns the piece of every sample (samples,), and the direction and first position of every piece.
+    It follows from the positions alone. The direction, which turns where the recorded positions do, is another thing near a
+    reversal, and no exported file has it.
     """
-    direction = np.sign(direction)
+    key = (effect.name, motion.joint, *constants.items())
+    kept = motion.memory.recall(key, float(motion.time[0]))
+    first = effect.state_at_start(np.sign(motion.direction[:1]))[0] if kept is None else kept
+    states = effect.states_along(motion.q, float(first), constants)
+    motion.memory.keep(key, motion.time, states)
+    return states
+
+
+def monotone_pieces(position: Array) -> tuple[NDArray[np.intp], Array, Array]:
+    """Cut a course of positions where they turn round.
+
+    Returns the piece of every sample (samples,), and the direction and first position of every piece; a sample is of the
+    piece that leads to it.
+    """
+    direction = np.sign(np.diff(position, prepend=position[:1]))
     moving = direction != 0
     if not moving.any():
         return np.zeros(len(position), np.intp), np.ones(1), position[:1]
-    latest = np.maximum.accumulate(np.where(moving, np.arange(len(position)), 0))
+    latest = np.maximum.accumulate(np.where(moving, np.arange(len(position)), np.argmax(moving)))
     direction = direction[latest]
-    first = direction[np.argmax(moving)]
-    direction[direction == 0] = first
     starts = np.flatnonzero(np.diff(direction)) + 1
     piece = np.zeros(len(position), np.intp)
     piece[starts] = 1
-    piece = np.cumsum(piece)
     beginnings = np.concatenate([[0], starts - 1])
-    return piece, direction[np.concatenate([[0], starts])], position[beginnings]
+    return np.cumsum(piece), direction[np.concatenate([[0], starts])], position[beginnings]
 
 
-def dahl_state(motion: JointMotion, distance: float) -> Array:
-    """State z of Dahl's model, -1..1, exact between reversals: z = s + (z0 - s) exp(-|q - q0|/distance)."""
-    piece, direction, origin = monotone_pieces(motion.q, motion.direction)
-    key = ("dahl", motion.joint, distance)
-    state = motion.memory.recall(key, float(motion.time[0]))
-    value = direction[0] if state is None else state
-    travelled = np.exp(-np.abs(np.diff(np.append(origin, motion.q[-1]))) / distance)
-    at_start = np.empty(len(direction))
+def built_up(position: Array, at_start: float, distance: float) -> Array:
+    """(samples,) state z of Dahl's model, -1..1, exact between reversals: z = s + (z0 - s) exp(-|q - q0|/distance)."""
+    piece, direction, origin = monotone_pieces(position)
+    travelled = np.exp(-np.abs(np.diff(np.append(origin, position[-1]))) / distance)
+    begun = np.empty(len(direction))
+    value = at_start
     for index, (heading, fraction) in enumerate(zip(direction, travelled, strict=True)):
-        at_start[index] = value
+        begun[index] = value
         value = heading + (value - heading) * fraction
     heading = direction[piece]
-    state = heading + (at_start[piece] - heading) * np.exp(-np.abs(motion.q - origin[piece]) / distance)
-    motion.memory.keep(key, motion.time, state)
-    return state
+    return heading + (begun[piece] - heading) * np.exp(-np.abs(position - origin[piece]) / distance)
 
 
-def play_position(motion: JointMotion, width: float) -> Array:
-    """Position of the link behind a gap of `width` (rad), pushed by the motor at either flank.
-
-    It follows from the positions alone, which are pushed where they turn; the direction, which turns where the recorded
-    positions do, says at which flank the link is at first.
-    """
-    moving = np.sign(motion.direction[motion.direction != 0])
-    first = float(moving[0]) if len(moving) else 1.0
-    piece, direction, origin = monotone_pieces(motion.q, np.append(first, np.diff(motion.q)))
-    key = ("play", motion.joint, width)
-    kept = motion.memory.recall(key, float(motion.time[0]))
-    value = motion.q[0] - 0.5 * width * first if kept is None else kept
-    ends = np.append(origin[1:], motion.q[-1])
-    at_start = np.empty(len(direction))
-    for index, (heading, end) in enumerate(zip(direction, ends, strict=True)):
-        at_start[index] = value
-        value = max(value, end - 0.5 * width) if heading > 0 else min(value, end + 0.5 * width)
-    forwards = np.maximum(at_start[piece], motion.q - 0.5 * width)
-    backwards = np.minimum(at_start[piece], motion.q + 0.5 * width)
-    position = np.where(direction[piece] > 0, forwards, backwards)
-    motion.memory.keep(key, motion.time, position)
-    return position
+def place_in_gap(position: Array, at_start: float, width: float) -> Array:
+    """(samples,) place of a link in a gap of `width` (rad), in parts of it, -1/2 to 1/2, pushed by the motor at either flank."""
+    piece, _, origin = monotone_pieces(position)
+    travelled = np.diff(np.append(origin, position[-1])) / width
+    begun = np.empty(len(origin))
+    value = at_start
+    for index, travel in enumerate(travelled):
+        begun[index] = value
+        value = min(max(value - travel, -0.5), 0.5)
+    return np.clip(begun[piece] - (position - origin[piece]) / width, -0.5, 0.5)

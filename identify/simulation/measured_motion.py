@@ -20,6 +20,20 @@ torque between two rows is their mean, so that no impulse is lost"""
 
 
 @dataclass(frozen=True)
+class Travel:
+    """The positions that the states of effects with memory follow: every row of the record, from the first that the fit sees.
+
+    q         : (M, n) rad or m
+    direction : (n,) -1, 0 or 1, of the first
+    rows      : (N,) where the rows of a measured motion stand in it
+    """
+
+    q: Array
+    direction: Array
+    rows: NDArray[np.intp]
+
+
+@dataclass(frozen=True)
 class MeasuredMotion:
     """One stretch of a session without a hole, the ends that the filters need left out; SI units.
 
@@ -28,6 +42,7 @@ class MeasuredMotion:
     command    : (N, n) the recorded command, unit of the drive gain
     resting    : (N, n) whether the joint stands still
     recorded   : (N, n) mean of the positions as recorded in the `rows_in_one` rows of the record since the row before
+    travel     : None where nothing is known of the joints' way but these rows
     """
 
     period: float
@@ -44,6 +59,7 @@ class MeasuredMotion:
     recorded: Array
     extra: dict[str, Array]
     rows_in_one: int = 1
+    travel: Travel | None = None
 
     def __len__(self) -> int:
         return len(self.time)
@@ -52,6 +68,14 @@ class MeasuredMotion:
     def span(self) -> Array:
         """(n,) range of the recorded positions, rad or m; above zero."""
         return np.maximum(np.ptp(self.q, axis=0), 1e-9)
+
+    @property
+    def travelled(self) -> Travel:
+        """`travel`, or the way of these rows."""
+        return self.travel or Travel(self.q, np.sign(self.direction[0]), np.arange(len(self)))
+
+    def _travel_of(self, part: slice) -> Travel | None:
+        return self.travel and replace(self.travel, rows=self.travel.rows[part])
 
     def rows(self, part: slice) -> MeasuredMotion:
         """Some rows of it."""
@@ -69,6 +93,7 @@ class MeasuredMotion:
             resting=self.resting[part],
             recorded=self.recorded[part],
             extra={name: values[part] for name, values in self.extra.items()},
+            travel=self._travel_of(part),
         )
 
     def thinned(self) -> MeasuredMotion:
@@ -104,6 +129,7 @@ class MeasuredMotion:
             recorded=behind[::stride],
             rows_in_one=stride,
             extra={name: values[::stride] for name, values in self.extra.items()},
+            travel=self._travel_of(slice(None, None, stride)),
         )
 
 
@@ -127,11 +153,16 @@ def measured_motions(
     for listed in parts.values():
         blocks = [(block, core) for block, core, _ in listed]
         dq = np.concatenate([block.dq[core] for block, core in blocks])
+        q = np.concatenate([block.q[core] for block, core in blocks])
+        first, before = blocks[0][0], blocks[0][1].start
+        travel = Travel(
+            np.concatenate([first.q[:before], q]), np.sign(first.direction[0]), before + np.arange(len(q))
+        )
         motions.append(
             MeasuredMotion(
                 period=blocks[0][0].sampling_period,
                 time=np.concatenate([block.time[core] for block, core in blocks]),
-                q=np.concatenate([block.q[core] for block, core in blocks]),
+                q=q,
                 dq=dq,
                 ddq=np.concatenate([block.ddq[core] for block, core in blocks]),
                 direction=np.concatenate([block.direction[core] for block, core in blocks]),
@@ -148,6 +179,7 @@ def measured_motions(
                     for name in extra
                     if name in columns_of
                 },
+                travel=travel,
             ).thinned()
         )
     return motions

@@ -205,7 +205,7 @@ def filtered_state(model: TorqueModel, motion: MeasuredMotion, first: Rows) -> S
         dq=np.where(motion.resting[first], 0.0, motion.dq[first]),
         direction=np.sign(motion.direction[first]),
     )
-    memory = _memory_at(model, motion, first, windows)
+    memory = _memory_at(model, motion, first)
     guess = np.zeros(windows.q.shape)
     if model.gives:
         links, carried = measured_links(model, motion, first)
@@ -214,19 +214,13 @@ def filtered_state(model: TorqueModel, motion: MeasuredMotion, first: Rows) -> S
     return State(replace(windows, memory=memory), np.zeros(windows.q.shape), guess)
 
 
-def _memory_at(
-    model: TorqueModel, motion: MeasuredMotion, first: Rows, windows: Windows
-) -> dict[StateKey, Array]:
+def _memory_at(model: TorqueModel, motion: MeasuredMotion, first: Rows) -> dict[StateKey, Array]:
     """States of the memories where the windows begin, from the measured motion before."""
-    if not model.stateful:
-        return {}
-    asked = set(first.tolist())
-    states: dict[int, dict[StateKey, Array]] = {}
-    heading = Windows(motion.time[:1], motion.q[:1], motion.dq[:1], np.sign(motion.direction[:1]))
-    memory = model.started(heading)
-    for row in range(int(first.max()) + 1):
-        if row:
-            memory = model.advanced(memory, motion.q[row - 1 : row], motion.q[row : row + 1])
-        if row in asked:
-            states[row] = memory
-    return {key: np.concatenate([states[int(row)][key] for row in first]) for key in model.started(windows)}
+    travel = motion.travelled
+    memory = {}
+    for slot in model.stateful:
+        effect, joint = slot.term.effect, slot.term.joint
+        begun = effect.state_at_start(travel.direction[joint : joint + 1])
+        states = effect.states_along(travel.q[:, joint], float(begun[0]), slot.values)
+        memory[effect.name, joint] = states[travel.rows[first]]
+    return memory

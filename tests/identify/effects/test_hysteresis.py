@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identify.effects.hysteresis import Backlash, Presliding, dahl_state, play_position
+from identify.effects.hysteresis import Backlash, Presliding, built_up, place_in_gap, remembered
 from identify.effects.motion import BlockMemory
 from tests.identify.effects.motions import PERIOD, motion_of
-
-
-def motion(position: np.ndarray, time: np.ndarray, memory: BlockMemory) -> SimpleNamespace:
-    direction = np.sign(np.diff(position, prepend=position[:1]))
-    return SimpleNamespace(joint=0, time=time, q=position, direction=direction, memory=memory)
 
 
 def wandering(seed: int, count: int = 600) -> np.ndarray:
@@ -32,8 +27,8 @@ def wandering(seed: int, count: int = 600) -> np.ndarray:
 @given(seed=st.integers(0, 10_000), distance=st.floats(0.005, 0.5))
 def test_dahls_state_is_the_integral_of_its_differential_equation(seed, distance):
     position = wandering(seed)
-    state = dahl_state(motion(position, np.arange(len(position)), BlockMemory()), distance)  # type: ignore[arg-type]
-    value = state[0]
+    state = built_up(position, -0.4, distance)
+    value = -0.4
     for k in range(1, len(position)):
         step = position[k] - position[k - 1]
         direction = np.sign(step)
@@ -45,22 +40,30 @@ def test_dahls_state_is_the_integral_of_its_differential_equation(seed, distance
 @given(seed=st.integers(0, 10_000), width=st.floats(0.005, 1.0))
 def test_the_play_operator_is_pushed_by_either_flank(seed, width):
     position = wandering(seed)
-    link = play_position(motion(position, np.arange(len(position)), BlockMemory()), width)  # type: ignore[arg-type]
-    value = link[0]
+    place = place_in_gap(position, 0.2, width)
+    link = position[0] + 0.2 * width
     for k in range(1, len(position)):
-        value = min(max(value, position[k] - width / 2), position[k] + width / 2)
-        assert link[k] == pytest.approx(value, abs=1e-9)
+        link = min(max(link, position[k] - width / 2), position[k] + width / 2)
+        assert place[k] == pytest.approx((link - position[k]) / width, abs=1e-9)
 
 
 @settings(max_examples=20, deadline=None)
 @given(seed=st.integers(0, 10_000), cut=st.integers(150, 450))
-def test_the_state_goes_on_from_block_to_overlapping_block(seed, cut):
+@pytest.mark.parametrize(
+    ("effect", "constants"), [(Presliding(), {"presliding_distance": 0.05}), (Backlash(), {"play": 0.3})]
+)
+def test_the_state_goes_on_from_block_to_overlapping_block(effect, constants, seed, cut):
     position, time = wandering(seed), np.arange(600.0)
-    whole = dahl_state(motion(position, time, BlockMemory()), 0.05)  # type: ignore[arg-type]
+
+    def along(part: slice, memory: BlockMemory) -> np.ndarray:
+        # the direction of the second block's first sample tells nothing any more
+        seen = motion_of(q=position[part], time=time[part], direction=np.ones(600)[part], memory=memory)
+        return remembered(effect, seen, constants)
+
+    whole = along(slice(None), BlockMemory())
     memory = BlockMemory()
-    dahl_state(motion(position[: cut + 50], time[: cut + 50], memory), 0.05)  # type: ignore[arg-type]
-    second = dahl_state(motion(position[cut - 50 :], time[cut - 50 :], memory), 0.05)  # type: ignore[arg-type]
-    np.testing.assert_allclose(second, whole[cut - 50 :], atol=1e-9)
+    along(slice(0, cut + 50), memory)
+    np.testing.assert_allclose(along(slice(cut - 50, None), memory), whole[cut - 50 :], atol=1e-9)
 
 
 def test_pushed_by_motion_the_link_hangs_back_by_half_the_gap():
@@ -76,18 +79,26 @@ def test_pushed_by_motion_the_link_hangs_back_by_half_the_gap():
     assert np.all(np.abs(between) < 0.5 + 1e-9)
 
 
-def test_a_link_pushed_by_motion_follows_the_positions_whenever_their_direction_is_said_to_turn():
-    """By a loop of our own: the positions push it, and a reversal that is known a sample sooner changes nothing."""
+@pytest.mark.parametrize("first", [0.0, 1.0, -1.0])
+def test_a_memory_follows_the_positions_whenever_their_direction_is_said_to_turn(first):
+    """By loops of our own: a reversal that is known a sample sooner changes nothing; at rest nothing is built up."""
     random = np.random.default_rng(5)
     q = np.cumsum(random.normal(0.0, 1e-3, 500)) + 0.02 * np.sin(np.arange(500) / 40)
+    q[100:110] = q[99]
     direction = np.sign(np.gradient(np.roll(q, 3)))
-    direction[:2] = 0.0
+    direction[0] = first
     seen = motion_of(q=q, direction=direction, load_slope_of=lambda: np.full(500, 3.0))
-    link = [q[0] - 0.005 * direction[2]]
-    for position in q[1:]:
+    link, bristle = [q[0] - 0.005 * first], [first]
+    for before, position in pairwise(q):
         link.append(min(max(link[-1], position - 0.005), position + 0.005))
+        heading = float(np.sign(position - before))
+        bristle.append(heading + (bristle[-1] - heading) * np.exp(-abs(position - before) / 0.01))
+        if heading == 0.0:
+            bristle[-1] = bristle[-2]
     place = Backlash().columns(seen, {"play": 0.01})[:, 0] / 3.0
     np.testing.assert_allclose(place, (np.array(link) - q) / 0.01, atol=1e-12)
+    built_up = Presliding().columns(seen, {"presliding_distance": 0.01})[:, 0] + direction
+    np.testing.assert_allclose(built_up, bristle, atol=1e-12)
 
 
 def test_pushed_by_load_the_link_lies_against_the_flank_that_the_load_leans_on():

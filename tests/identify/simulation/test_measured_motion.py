@@ -7,7 +7,7 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from identify.simulation.measured_motion import LARGEST_STEP, MeasuredMotion
+from identify.simulation.measured_motion import LARGEST_STEP, MeasuredMotion, Travel
 from identify.simulation.unseen_motion import _between
 
 COUNT = 41
@@ -34,7 +34,8 @@ def motion(period, **changes):
     return MeasuredMotion(period=period, **{**columns, **changes})
 
 
-ARRAYS = [each.name for each in fields(MeasuredMotion) if each.name not in ("period", "extra", "rows_in_one")]
+NO_COLUMNS = ("period", "extra", "rows_in_one", "travel")
+ARRAYS = [each.name for each in fields(MeasuredMotion) if each.name not in NO_COLUMNS]
 
 
 def test_rows_of_a_motion_are_rows_of_each_of_its_columns():
@@ -109,3 +110,15 @@ def test_a_recorded_position_is_the_mean_of_the_rows_since_the_row_before():
     assert thinned.rows_in_one == 4
     recorded = motion(LARGEST_STEP / 4).recorded
     np.testing.assert_allclose(thinned.recorded[3], recorded[9:13].mean(axis=0), rtol=1e-12)
+
+
+def test_rows_of_a_motion_keep_their_place_on_the_way_that_led_to_them():
+    """Three rows of the record lie before the motion; thinned or cut, it still knows every row of the way."""
+    way = np.arange(2.0 * (COUNT + 3)).reshape(-1, 2)
+    travel = Travel(way, np.ones(2), 3 + np.arange(COUNT))
+    whole = motion(LARGEST_STEP / 4, travel=travel)
+    part = whole.thinned().rows(slice(2, 5)).travelled
+    np.testing.assert_array_equal(part.q, way)
+    assert part.rows.tolist() == [11, 15, 19]
+    bare = motion(0.002).travelled
+    np.testing.assert_array_equal(bare.q[bare.rows], motion(0.002).q)

@@ -10,10 +10,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from identify import load_experiment
 from identify.effects.give import Give
-from identify.simulation.measured_motion import MeasuredMotion
+from identify.identification import identify
+from identify.simulation.measured_motion import MeasuredMotion, measured_motions
 from identify.simulation.start_state import start_state
 from identify.simulation.torque_model import LINK, LINK_SPEED, TorqueModel
+from tests.identify.export.derivatives import along_the_record, with_values
+from tests.plants.single_joint import record, write_experiment
 
 ROTOR, BODY, GAP, PERIOD, ROWS, STEP = 4.0, 8.0, 4e-3, 4e-3, 200, 1e-5
 IMPACT = 0.5
@@ -117,3 +121,28 @@ def test_a_model_that_does_not_give_begins_with_the_filters_of_the_fit():
     windows = start_state(Joint({}), motion, np.array([100, 140])).windows
     np.testing.assert_array_equal(windows.q, motion.q[[100, 140]])
     np.testing.assert_array_equal(windows.dq, np.where(motion.resting, 0.0, motion.dq)[[100, 140]])
+
+
+def test_memories_begin_as_the_fit_has_them_though_a_simulation_sees_fewer_rows(tmp_path):
+    """By loops of our own over every row of the record, of which a simulation sees one in two."""
+    recorded = record({}, seed=5, duration=8.0, payload_masses=(0.0, 4.0))
+    experiment = load_experiment(write_experiment(tmp_path / "bench", recorded))
+    result = identify(experiment, "usual", ["presliding", "backlash"])
+    constants = {"presliding": {"presliding_distance": 3e-3}, "backlash": {"play": 0.05}}
+    result = with_values(result, {}, constants)
+    entry = experiment.sessions[-1]
+    motion, _, _ = along_the_record(result, entry.file)
+    begun = np.sign(motion.dq[0, 0])
+    bristle, place = [begun], [-0.5 * begun]
+    for travel in np.diff(motion.q[:, 0]):
+        heading = np.sign(travel)
+        bristle.append(heading + (bristle[-1] - heading) * np.exp(-abs(travel) / 3e-3))
+        place.append(min(max(place[-1] - travel / 0.05, -0.5), 0.5))
+    (seen,) = measured_motions(result.fitted.record, entry)
+    assert seen.rows_in_one == 2
+    first = np.arange(0, len(seen), 7)
+    memory = start_state(TorqueModel(result.fitted, entry), seen, first).windows.memory
+    start = float(result.fitted.record.facts(entry).start)
+    rows = np.searchsorted(motion.t, seen.time[first] - start - 1e-6)
+    np.testing.assert_allclose(memory["presliding", 0], np.array(bristle)[rows], atol=1e-9)
+    np.testing.assert_allclose(memory["backlash", 0], np.array(place)[rows], atol=1e-9)
