@@ -36,6 +36,8 @@ from identify.recording.experiment_file import Payload
 
 ROUNDING = 1e-9
 """of the power that flows to and fro, below which a sum of it is none"""
+MEANS = 0.01
+"""s between the instants of a plan that means over it are taken of; its highest harmonics are some Hz"""
 BEYOND = 1.05
 """times the largest speed or load of the record, up to which a model is believed; nor is its torque believed more closely"""
 
@@ -62,7 +64,7 @@ def torque_ahead(
     recorded = motions_of(result)
     _within_what_is_known(names, torque, motion, [(m, planned_torque(model, m)) for m in recorded])
     _within_positions_and_temperatures(model, motion, recorded)
-    _possible(result, motion, torque)
+    _possible(result, _for_means(motion, rig.cycle), np.sqrt(np.mean(torque.whole**2, axis=0)))
     sent = torque.whole if part == "whole" else torque.beside
     offset = torque_offset(rig, sent, share, faded=not rig.held_over_the_bus)
     if not np.any(offset.counts):
@@ -81,6 +83,8 @@ def torque_ahead(
     if rig.held_over_the_bus:
         loop = position_loop(model, rig, motion, share)
         remarks.append(f"both runs are {loop.words}; of those nothing is proved")
+        if rig.safety_output is None:
+            remarks.append(_NO_OTHER_WAY)
     return TorqueAhead(
         offset,
         sent,
@@ -191,6 +195,10 @@ def _within_what_is_known(
                 )
 
 
+_NO_OTHER_WAY = (
+    "a drive that stops by itself when setpoints stay away cannot do so once its firmware hangs: its last torque then stands"
+    " until somebody presses the emergency stop, for the rig file names no safety_output that takes the power without the drive"
+)
 _OVER_POSITION = re.compile(r"\bq\d*\b")
 _OVER_TEMPERATURE = re.compile(r"\btemp\b")
 _OVER_TIME = re.compile(r"\bt\b")
@@ -225,16 +233,24 @@ def _within_positions_and_temperatures(model: ExportedModel, motion: Motion, kno
                 )
 
 
-def _possible(result: Identification, motion: Motion, torque: PlannedTorque) -> None:
-    """Raises InputError: no bodies give such torque, or friction drives."""
+def _for_means(motion: Motion, cycle: float) -> Motion:
+    """As many instants of a motion, one each `cycle` (s), as means over it need; shorter cycles tell them nothing more."""
+    few = slice(None, None, max(1, int(MEANS / cycle)))
+    return replace(motion, t=motion.t[few], q=motion.q[few], dq=motion.dq[few], ddq=motion.ddq[few])
+
+
+def _possible(result: Identification, motion: Motion, size: NDArray[np.float64]) -> None:
+    """Raises InputError: no bodies give such torque, or friction drives.
+
+    size : (n,) N m or N, root mean square of the torque along the plan
+    """
     model = exported_model(result)
     standard, kept = feasible_standard(result, model)
     if not kept:
-        bare = motion_without_payload(motion)
-        (identified,) = InverseDynamics(model.geometry, [model.standard]).torques(bare.q, bare.dq, bare.ddq)
-        (near,) = InverseDynamics(model.geometry, [standard]).torques(bare.q, bare.dq, bare.ddq)
+        identified, near = InverseDynamics(model.geometry, [model.standard, standard]).torques(
+            motion.q, motion.dq, motion.ddq
+        )
         off = np.sqrt(np.mean((identified - near) ** 2, axis=0))
-        size = np.sqrt(np.mean(torque.whole**2, axis=0))
         for name, here, whole, error in zip(model.geometry.names, off, size, _believed(result), strict=True):
             if here > error * whole:
                 raise InputError(
@@ -275,9 +291,3 @@ def friction_work(model: ExportedModel, motion: Motion) -> NDArray[np.float64]:
             work -= on_others
             work[motor] += on_others.sum()
     return np.where(np.abs(work) > ROUNDING * np.abs(flowing).mean(axis=0), work, 0.0)
-
-
-def motion_without_payload(motion: Motion) -> Motion:
-    """The same motion, the last link bare."""
-    bare = motion.payload.model_copy(update={"mass": 0.0, "inertia": (0.0,) * 6})
-    return Motion(motion.t, motion.q, motion.dq, motion.ddq, motion.temperature, bare)
