@@ -23,6 +23,7 @@ from daq.samples import (
     Phase,
     joint_positions,
 )
+from daq.standing_position import StandingPosition
 from daq.torque_offset import SentAhead
 from drivers.cia402 import State, state_of
 
@@ -97,6 +98,7 @@ class LimitMonitor:
         self._lowest, self._highest = position[:, 0] - following, position[:, 1] + following
         self._following = following
         self._derivatives = DerivativeLimits(rig)
+        self._standing = StandingPosition(rig)
         self._current = np.array([limit.current for limit in limits])
         self._temperature = np.array([limit.temperature or np.inf for limit in limits])
         self._silent = max(1, round(supervision.silence / rig.cycle))
@@ -128,6 +130,7 @@ class LimitMonitor:
                 np.column_stack([counted, stamped]), position, ~came | late, again, moving, held
             ),
             self._beyond_following(rows, position, following),
+            self._standing.check(rows, came, following),
             *(() if self._following_watch is None else self._following_watch.check(rows, position)),
             self._beyond_current(rows, moving),
             self._beyond_temperature(rows, moving),

@@ -33,6 +33,8 @@ COMMAND_FOREIGN_SETPOINT = (
 COMMAND_FOREIGN_NMT = 17  # NMT command that somebody else sends to this node
 COMMAND_DEAF_TO_NMT = 18  # 1: NMT commands are ignored
 COMMAND_RESTART = 19  # 1: the node loses its supply for a moment and boots
+COMMAND_STAND = 20  # 1: the encoder stands while the axis moves; 2: only what the drive shows of it does
+ENCODER_STANDS, SHOWN_STANDS = 1, 2
 
 _NAMES = {
     "emergency": COMMAND_EMERGENCY,
@@ -54,6 +56,7 @@ _NAMES = {
     "foreign-nmt": COMMAND_FOREIGN_NMT,
     "deaf-to-nmt": COMMAND_DEAF_TO_NMT,
     "restart": COMMAND_RESTART,
+    "feedback-stands": COMMAND_STAND,
 }
 
 
@@ -150,6 +153,7 @@ class Faults:
         self.foreign_nmt: int | None = None
         self.deaf_to_nmt = False
         self.restarts = False
+        self.feedback_stands = 0
         self.waiting: list[_Waiting] = [_Waiting(planned) for planned in settings.planned]
         """faults that are planned for a phase, and have not begun"""
         self._planned = settings != FaultSettings(
@@ -253,3 +257,5 @@ class Faults:
             self.deaf_to_nmt = bool(value)
         elif subindex == COMMAND_RESTART:
             self.restarts = bool(value)
+        elif subindex == COMMAND_STAND:
+            self.feedback_stands = value

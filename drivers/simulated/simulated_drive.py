@@ -13,7 +13,7 @@ from drivers.simulated import process_image as slot
 from drivers.simulated.cia402_machine import POWERED, Cia402Machine
 from drivers.simulated.compensation import Compensation
 from drivers.simulated.error_register import error_register
-from drivers.simulated.faults import Faults
+from drivers.simulated.faults import ENCODER_STANDS, SHOWN_STANDS, Faults
 from drivers.simulated.servo import Servo
 from drivers.simulated.settings import SimulatedAxis
 
@@ -87,6 +87,7 @@ class SimulatedDrive:
         self._off_for = 0.0  # s without power since the axis had it
         self._withheld = 0  # looks at a changed statusword that were shown the one before
         self._flipped_at: int | None = None  # counts, where the encoder's sign changed
+        self._stood_at: int | None = None  # counts, where the encoder came to stand
 
     # ---- between the bus and the axis ----
 
@@ -241,12 +242,18 @@ class SimulatedDrive:
         if self.faults.glitch:
             position += self.faults.glitch
             self.faults.glitch = 0
+        if self.faults.feedback_stands == SHOWN_STANDS:
+            position = image[slot.POSITION]
         image[slot.POSITION], image[slot.VELOCITY] = position, round(self.servo.velocity)
         image[slot.TEMPERATURE] = round(temperature * 10)
 
     def encoder(self, angle: float) -> int:
         """Counts that the encoder shows at a motor angle (rad)."""
         position = self._counts(angle)
+        if self.faults.feedback_stands == ENCODER_STANDS:
+            if self._stood_at is None:
+                self._stood_at = position
+            return self._stood_at
         if self.faults.feedback_flips:
             if self._flipped_at is None:
                 self._flipped_at = position

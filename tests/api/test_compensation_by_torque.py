@@ -94,6 +94,7 @@ def test_the_model_makes_our_loop_follow_better_and_the_result_says_whose_loop_i
     assert document.held_by == "this computer"
     assert "the drive's own was not judged" in compensation_text(document)
     # what is kept of the drive's gains would be taken for the loop that was closed
+    assert any("the rig file names no safety_output" in remark for remark in half.ahead.remarks)
     remarks, controller = recorded(first_recording(half.folder))
     assert not controller
     assert any("mode 10, target torque 0x6071" in remark for remark in remarks)

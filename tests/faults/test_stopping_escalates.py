@@ -4,6 +4,7 @@ import pytest
 
 from daq.safety import StopCause
 from drivers.safety_output import SafetyOutputSettings
+from drivers.simulated.faults import ENCODER_STANDS, SHOWN_STANDS
 from tests.faults.bench import bench_rig, is_safe, run
 
 
@@ -31,6 +32,20 @@ def test_a_feedback_that_flips_its_sign_is_cut_before_the_axis_runs_away(phase):
     assert outcome.fastest < 2.0
     assert outcome.travel < 0.3
     assert outcome.powered_for < 0.3
+
+
+@pytest.mark.parametrize(("phase", "fastest"), [("slow", 3.0), ("fast", 2.0)])
+@pytest.mark.parametrize("stands", [ENCODER_STANDS, SHOWN_STANDS])
+def test_an_encoder_that_stands_does_not_let_the_axis_be_driven_on(stands, phase, fastest):
+    """By the limit of the following error alone, 50 mrad, it reached 7.3 rad/s and went 2.5 rad. What the drive still sees it
+    brakes; what it does not is left to the axis's brake, and how far that is, is the brake's affair."""
+    outcome = run(bench_rig(**fast(("feedback-stands", stands), phase=phase)))
+    assert outcome.reason.cause is StopCause.LIMIT
+    assert not outcome.powered
+    assert outcome.fastest < fastest
+    assert outcome.travel < 0.5
+    # slow, it is the setpoint that goes on; fast, it seems to brake harder than any axis can
+    assert ("its position stands at" in outcome.reason.words) == (phase == "slow")
 
 
 def test_a_drive_that_obeys_no_controlword_is_reset():

@@ -12,6 +12,7 @@ import pytest
 from daq.safety import StopCause
 from drivers.cia402 import Mode
 from drivers.simulated import process_image as slot
+from drivers.simulated.faults import ENCODER_STANDS, SHOWN_STANDS
 from tests.daq.held_over_the_bus import BOUND, held_over_the_bus, takes_torque_alone
 from tests.faults.bench import Outcome, Stage, bench_rig, is_safe, run, short_plan
 
@@ -113,6 +114,33 @@ def test_what_fails_in_motion_ends_it_within_a_hand_s_breadth(fault, value, caus
     assert outcome.travel < 0.15  # rad
     assert outcome.powered_for < 0.3  # s
     assert np.abs([torque for _, torque, *_ in watched.rows]).max() <= BOUND
+
+
+@pytest.mark.parametrize("stands", [ENCODER_STANDS, SHOWN_STANDS])
+@pytest.mark.parametrize(("phase", "speed", "after"), [("fast", 50.0, 3), ("slow", 12.0, 900)])
+def test_a_drive_that_says_the_same_position_again_and_again_loses_its_torque(stands, phase, speed, after):
+    """The loop over the bus sees an axis that does not follow, and would give it all the torque that it may."""
+    rig = takes_torque_alone(
+        bench_rig(
+            planned=[
+                {"fault": "feedback-stands", "value": stands, "phase": phase, "speed": speed, "after": after}
+            ]
+        )
+    )
+    watched, modes = Watched(), set()
+
+    def look(plant: Any) -> None:
+        watched.look(plant)
+        if plant.nodes[0].drive.faults.feedback_stands and plant.nodes[0].drive.machine.enabled:
+            modes.add(watched.rows[-1][0])
+
+    outcome = run(rig, ahead=held_over_the_bus(rig, short_plan()), meanwhile=look)
+    assert modes == {CST}
+    assert outcome.reason.cause is StopCause.LIMIT
+    assert not outcome.powered
+    assert outcome.travel < 0.15
+    assert outcome.powered_for < 0.3
+    assert watched.left == (CSP, 0)
 
 
 def test_a_drive_that_obeys_no_controlword_is_braked_by_our_torque_and_loses_its_power():

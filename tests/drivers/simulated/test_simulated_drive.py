@@ -10,7 +10,7 @@ import pytest
 from drivers import cia402
 from drivers.cia402 import Mode, State
 from drivers.simulated import process_image as slot
-from drivers.simulated.faults import Faults, FaultSettings
+from drivers.simulated.faults import ENCODER_STANDS, SHOWN_STANDS, Faults, FaultSettings
 from drivers.simulated.servo import Servo
 from drivers.simulated.settings import ServoSettings, SimulatedAxis
 from drivers.simulated.simulated_drive import SimulatedDrive
@@ -57,6 +57,18 @@ def test_an_encoder_whose_sign_changes_goes_on_from_where_it_is():
     assert [drive.encoder(angle_of(counts)) for counts in (-3, 0, 7)] == [997, 1000, 1007]
     drive.faults.feedback_flips = True
     assert [drive.encoder(angle_of(counts)) for counts in (7, 9, 0, -5)] == [1007, 1005, 1014, 1019]
+
+
+def test_an_encoder_that_stands_shows_where_it_was_to_the_drive_or_to_others_alone():
+    drive = enabled_drive(Mode.CYCLIC_SYNCHRONOUS_POSITION)
+    drive.sample(angle_of(40), 20.0)
+    drive.faults.feedback_stands = SHOWN_STANDS
+    drive.sample(angle_of(90), 20.0)
+    assert (drive.image[slot.POSITION], drive.encoder(angle_of(90))) == (40, 90)
+    drive.faults.feedback_stands = ENCODER_STANDS
+    assert [drive.encoder(angle_of(counts)) for counts in (95, 200)] == [95, 95]
+    drive.sample(angle_of(300), 20.0)
+    assert drive.image[slot.POSITION] == 95
 
 
 def test_what_is_measured_is_shown_in_the_objects_units_and_a_glitch_once():
