@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.estimation.context import contexts
+from identify.estimation.record import PreparedBlock
 from identify.identification import Identification
 from identify.recording.experiment_file import Payload
+from identify.signals import MotionBlock
 
 Array = NDArray[np.float64]
 
@@ -66,32 +67,73 @@ def errors_on_record(result: Identification, torque_of: TorqueOf, formulas: Torq
     """Errors of an exported thing, joint by joint.
 
     formulas : torque of the model that was exported
+
+    A model with a memory is given each stretch of the record without a hole at once, as the drive would give it: begun anew
+    within a stretch, it would know nothing of what was before.
     """
-    record = result.fitted.record
+    record, fitted = result.fitted.record, result.fitted
     squares = np.zeros((record.joints, 4))
-    across = any(slot.values.get("across_sessions") for slot in result.fitted.slots)
-    for entry in result.fitted.entries:
+    across = any(slot.values.get("across_sessions") for slot in fitted.slots)
+    remembers = any(slot.term.effect.simulated_with(slot.values) == "state" for slot in fitted.slots)
+    for entry in fitted.entries:
         samples, done = record.samples[entry.file], 0
-        for context in contexts(record, entry, None):
-            block = context.block
-            start = context.session_start - (context.record_start if across else 0.0)
-            motion = Motion(
-                block.time - start, block.q, block.dq, block.ddq, block.temperature, entry.payload
-            )
+        start = float(record.facts(entry).start) - (record.started(entry) if across else 0.0)
+        for stretch in _stretches(record.blocks(entry), remembers):
+            motion, rows_of_blocks = _motion_along(stretch, start, entry.payload)
             predicted, exact = torque_of(motion), formulas(motion)
-            external = 0.0 if block.external is None else block.external
-            rows = slice(done, done + block.count)
-            moving = samples.moving[rows]
-            measured = samples.measured[rows]
-            listed = (
-                measured - block.decimate(predicted - external),
-                measured,
-                block.decimate(predicted - exact),
-                block.decimate(exact),
-            )
-            squares += np.column_stack([np.where(moving, part**2, 0.0).sum(axis=0) for part in listed])
-            done += block.count
+            for block, part in zip(stretch, rows_of_blocks, strict=True):
+                external = 0.0 if block.external is None else block.external
+                rows = slice(done, done + block.count)
+                moving = samples.moving[rows]
+                measured = samples.measured[rows]
+                listed = (
+                    measured - block.decimate(predicted[part] - external),
+                    measured,
+                    block.decimate(predicted[part] - exact[part]),
+                    block.decimate(exact[part]),
+                )
+                squares += np.column_stack([np.where(moving, each**2, 0.0).sum(axis=0) for each in listed])
+                done += block.count
     return [RecordError(_ratio(off, size), _ratio(apart, whole)) for off, size, apart, whole in squares]
+
+
+def _stretches(blocks: Iterable[PreparedBlock], whole: bool) -> Iterator[list[MotionBlock]]:
+    """The blocks of a session one by one, or those of each segment together."""
+    together: list[MotionBlock] = []
+    for prepared in blocks:
+        if together and not (whole and together[0].segment == prepared.block.segment):
+            yield together
+            together = []
+        together.append(prepared.block)
+    yield together
+
+
+def _motion_along(
+    stretch: Sequence[MotionBlock], start: float, payload: Payload
+) -> tuple[Motion, list[slice]]:
+    """Blocks that overlap as one motion, and the rows of it that each block is."""
+    rows: list[slice] = []
+    kept: list[slice] = []
+    length = 0
+    for block in stretch:
+        first = (block.rows.start - stretch[0].rows.start) // block.rows.step
+        rows.append(slice(first, first + len(block.time)))
+        kept.append(slice(length - first, None))
+        length = rows[-1].stop
+
+    def joined(parts: Sequence[Array]) -> Array:
+        return np.concatenate([part[new] for part, new in zip(parts, kept, strict=True)])
+
+    temperatures = [block.temperature for block in stretch if block.temperature is not None]
+    motion = Motion(
+        joined([block.time for block in stretch]) - start,
+        joined([block.q for block in stretch]),
+        joined([block.dq for block in stretch]),
+        joined([block.ddq for block in stretch]),
+        joined(temperatures) if temperatures else None,
+        payload,
+    )
+    return motion, rows
 
 
 def _ratio(square: float, of_square: float) -> float | None:

@@ -9,7 +9,7 @@ import pytest
 
 import identify
 from identify.export.record_error import errors_of_model, errors_on_record
-from tests.identify.estimation.simulated_arm import Arm, Motion, experiment, record
+from tests.identify.estimation.simulated_arm import GAIN, Arm, Motion, experiment, record
 
 ARM = Arm()
 NOISE = 2.0
@@ -77,3 +77,35 @@ def test_time_counts_from_the_beginning_of_each_session_and_rows_follow_each_oth
         for motion in (first, second):
             assert np.diff(motion.t) == pytest.approx(np.full(len(motion.t) - 1, 0.002), rel=1e-6)
             assert motion.q.shape == motion.dq.shape == motion.ddq.shape == (len(motion.t), 1)
+
+
+def test_what_remembers_is_given_a_stretch_of_the_record_at_once_however_many_blocks_it_is(monkeypatch):
+    """Friction that builds up over half a radian, by a loop of our own: begun anew in each block it errs more."""
+    monkeypatch.setattr("identify.signals.motion.LARGEST_BLOCK", 1200)
+
+    def with_presliding(q, dq, ddq):
+        state = [np.sign(dq[0])]
+        for travel in np.diff(q):
+            heading = np.sign(travel)
+            state.append(heading + (state[-1] - heading) * np.exp(-abs(travel) / 0.5))
+        return ARM.torque(q, dq, ddq) + 35.0 * (np.array(state) - np.sign(dq))
+
+    raw = record(Motion(), ARM, np.random.default_rng(5), duration=16.0)
+    command = with_presliding(*Motion().at(raw.time))[:, None] / GAIN
+    made = experiment({"a": (replace(raw, command=command), "none")})
+    result = identify.identify(made, "usual", ["presliding"])
+    lengths = []
+
+    def torque_of(motion):
+        lengths.append(len(motion.t))
+        return with_presliding(motion.q[:, 0], motion.dq[:, 0], motion.ddq[:, 0])[:, None]
+
+    (error,) = errors_on_record(result, torque_of, torque_of)
+    assert len(lengths) == 2
+    assert lengths[0] > 4 * 1200
+    assert error.relative < 5e-3
+    usual = identify.identify(made, "usual")
+    lengths.clear()
+    (anew,) = errors_on_record(usual, torque_of, torque_of)
+    assert len(lengths) > 8
+    assert anew.relative > 5 * error.relative
