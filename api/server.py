@@ -20,6 +20,7 @@ from api.connections import MOST_CONNECTIONS, Connections, LinkedProtocol
 from api.data_folder import STOP_SOCKET
 from api.descriptors import raise_limit
 from api.quiet_websocket import SAID_AT_ONCE, QuietWebSocket
+from api.served_folder import served_alone
 from api.service.cookie import cookie_key, signed_content
 from api.service.job_process import load_identifier_ahead
 from api.service.service import Service
@@ -135,32 +136,35 @@ def run_service(
 
     stop_port : of the stop's own door; None takes the port after the service's, or a free one, and only under https
 
-    Raises InputError if the address cannot be listened on, or see `create_application`.
+    Raises InputError if another service has the data folder, if the address cannot be listened on, or see `create_application`.
     """
     log_everything_bounded()
-    application = create_application(settings)
-    listening = listen(settings.host, settings.port)
-    stop = _listen_for_stops(listening, settings.host, stop_port, https=certificate is not None)
-    load_identifier_ahead()
-    server = ServiceServer(application, listening, certificate=certificate, key=key, stop=stop)
-    scheme = "https" if certificate else "http"
-    host = f"[{settings.host}]" if ":" in settings.host else settings.host
-    port = listening.getsockname()[1]
-    print(f"coulomb: serving {scheme}://{host}:{port}/ (stop with Ctrl-C)", file=sys.stderr, flush=True)
-    if stop is not None:
-        application.state.stop_port = stop.getsockname()[1]
-        print(
-            f"coulomb: the stop button's own port is {application.state.stop_port}; let it through where a firewall is",
-            file=sys.stderr,
-            flush=True,
-        )
-    if not settings.bound_to_loopback and not settings.secure_cookies:
-        print(
-            "coulomb: passwords and cookies travel in clear; use --tls-certificate and --tls-key",
-            file=sys.stderr,
-            flush=True,
-        )
-    server.run()
+    with served_alone(settings.data_folder) as say_where:
+        application = create_application(settings)
+        listening = listen(settings.host, settings.port)
+        stop = _listen_for_stops(listening, settings.host, stop_port, https=certificate is not None)
+        load_identifier_ahead()
+        server = ServiceServer(application, listening, certificate=certificate, key=key, stop=stop)
+        scheme = "https" if certificate else "http"
+        host = f"[{settings.host}]" if ":" in settings.host else settings.host
+        port = listening.getsockname()[1]
+        address = f"{scheme}://{host}:{port}/"
+        say_where(address)
+        print(f"coulomb: serving {address} (stop with Ctrl-C)", file=sys.stderr, flush=True)
+        if stop is not None:
+            application.state.stop_port = stop.getsockname()[1]
+            print(
+                f"coulomb: the stop button's own port is {application.state.stop_port}; let it through where a firewall is",
+                file=sys.stderr,
+                flush=True,
+            )
+        if not settings.bound_to_loopback and not settings.secure_cookies:
+            print(
+                "coulomb: passwords and cookies travel in clear; use --tls-certificate and --tls-key",
+                file=sys.stderr,
+                flush=True,
+            )
+        server.run()
 
 
 def _listen_for_stops(
@@ -207,7 +211,7 @@ class TerminalSocket:
     def open(cls, data_folder: Path) -> "TerminalSocket | None":
         """None where the folder's name is too long for one, or its file system has no sockets; the rest works without.
 
-        Another service on the same folder loses its own: the newest is the one that moves something.
+        A name that is there was left by a service that was killed: one service at a time has the folder (`api/served_folder.py`).
         """
         path = data_folder / STOP_SOCKET
         listening = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)

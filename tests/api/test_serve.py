@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+import sqlite3
 import subprocess
 import sys
 import threading
@@ -91,12 +92,31 @@ def test_wrong_arguments_are_answered_with_one_line_and_status_2(
     assert found.stdout == ""
 
 
-def test_a_port_that_is_taken_is_named(serve, data_folder):
+def test_a_port_that_is_taken_is_named(serve, tmp_path):
     _process, address = serve()
     port = address.rpartition(":")[2]
-    found = coulomb("serve", "--port", port, data=data_folder)
+    found = coulomb("serve", "--port", port, data=tmp_path / "another")
     assert found.returncode == 2
     assert f"--port {port}: something else listens there" in found.stderr
+
+
+def test_a_second_service_on_a_folder_is_turned_away_and_the_first_keeps_its_jobs_and_its_stop(
+    serve, data_folder
+):
+    """It took the first one's stop, so that `coulomb stop` said that nothing moves, and called its jobs lost."""
+    process, address = serve()
+    job = httpx.post(f"{address}/experiments/demo", timeout=30).json()["id"]
+    for port in (address.rpartition(":")[2], "0"):
+        second = coulomb("serve", "--port", port, data=data_folder)
+        assert second.returncode == 2
+        assert f"another service (process {process.pid}, {address}/) serves it" in second.stderr
+        assert len(second.stderr.strip().splitlines()) == 1
+    with sqlite3.connect(data_folder / "service.sqlite") as database:
+        (state,) = database.execute("SELECT state FROM jobs WHERE id = ?", (job,)).fetchone()
+    assert state != "lost"
+    assert httpx.post(f"{address}/jobs/{job}/cancel", timeout=30).status_code == 202
+    stopped = coulomb("stop", data=data_folder)
+    assert stopped.returncode == 0, stopped.stderr
 
 
 def test_a_data_folder_that_cannot_be_made_is_named(coulomb_here, tmp_path):
