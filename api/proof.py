@@ -243,13 +243,15 @@ class Proof:
             self.conclude(without, None, completed=False, reason=reason)
             raise InputError(reason)
 
-    def first(self) -> SentAhead | None:
-        """What the first drive sends: nothing, or where this computer's loop holds the axes its torque alone."""
-        counts, loop = self.ahead.offset.counts, self.ahead.loop
-        if loop is None:
-            return None
+    def first(self) -> SentAhead:
+        """What the first drive sends: nought as torque, or where this computer's loop holds the axes its torque alone.
+
+        Nought is sent rather than nothing, so that a drive which takes no torque there refuses before the first run, and both are
+        the same but for the torque.
+        """
+        counts = self.ahead.offset.counts
         unknown = np.full(counts.shape, np.nan)
-        return SentAhead(np.zeros_like(counts), np.full(counts.shape[1], np.inf), unknown, loop)
+        return SentAhead(np.zeros_like(counts), np.full(counts.shape[1], np.inf), unknown, self.ahead.loop)
 
     def sent(self, without: Path) -> SentAhead:
         """What the second drive sends, its following error bounded by that of the first, which was driven to its end.

@@ -28,7 +28,7 @@ from daq.excitation.standard_plan import standard_plan
 from daq.experiment_folder import experiment_robot
 from daq.following_error import FollowingError
 from daq.rig import Rig
-from daq.session_events import SessionState
+from daq.session_events import SessionState, StepOutOfTurn
 from daq.session_workflow import PayloadSession
 from daq.torque_offset import RAMP, torque_offset
 from identify.dynamics.base_parameters import base_parameters
@@ -424,6 +424,25 @@ def compensate(*arguments, answers=""):
         text=True,
         check=False,
     )
+
+
+def test_a_drive_that_takes_no_torque_refuses_before_the_first_run(rig, plan, result, tmp_path):
+    """Else a plan would be driven, its payload mounted, for nothing."""
+    assert rig.simulated is not None
+    settings = {**rig.simulated["drives"][0], "oddities": {"fixed_pdos": True}}
+    fixed = rig.model_copy(update={"simulated": {**rig.simulated, "drives": [settings]}})
+    payload = fixed.payload(PAYLOAD)
+    ahead = torque_ahead(result, fixed, plan, payload, "whole", 0.6)
+    run = CompensationRun(
+        Proof(tmp_path / "00", proof_settings(fixed, "rx130l", payload), fixed, plan, ahead), seed=3
+    )
+    with (
+        run.without() as session,
+        pytest.raises(StepOutOfTurn, match=r"torque offset 0x60B2 .* this drive does not take there"),
+    ):
+        session.check()
+    run.forget_unless_driven()
+    assert not run.proof.folder.exists()
 
 
 def test_a_pair_whose_second_run_was_not_started_is_said_to_be_half_and_is_continued(experiment, rig):
