@@ -23,7 +23,7 @@ from identify.estimation.rigid_body import RigidBody
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import Payload
 from identify.results.identification import IdentificationDocument
-from identify.results.reading import read_document
+from identify.results.reading import read_named_document
 
 Array = NDArray[np.float64]
 
@@ -48,10 +48,7 @@ class Identified:
 
         Raises InputError that names the file.
         """
-        try:
-            return cls.of(read_document(IdentificationDocument, path))
-        except (OSError, UnicodeDecodeError) as error:
-            raise InputError(f"{path}: cannot be read ({error})") from None
+        return cls.of(read_named_document(IdentificationDocument, path))
 
     @classmethod
     def of(cls, document: IdentificationDocument) -> "Identified":

@@ -1,5 +1,6 @@
 """`coulomb drive-tables`: friction and cogging as the drives' own compensation takes them."""
 
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -59,21 +60,23 @@ def drive_tables(
     from identify.recording import InputError, load_experiment
     from identify.recording.atomic_file import write_atomically
     from identify.results.drive_tables import DriveTablesDocument
-    from identify.results.reading import read_document
+    from identify.results.reading import read_named_document
 
     settings = Rig.load(rig)
     if yes and settings.simulated is None:
         raise InputError(
             "--yes: is for simulated rigs; a real drive's settings are changed by a person who sees it"
         )
+    kept = keep or Path(f"drive-tables-before-{settings.name}-{datetime.now(UTC):%Y%m%dT%H%M%SZ}.json")
     if write:
         require_lasting_drives(settings)
+        _require_room_for(kept)
     if sum((clear, back_to is not None, experiment is not None)) != 1:
         raise InputError("drive-tables: give one of --experiment, --clear and --back-to")
     if clear:
         document = cleared_tables(settings)
     elif back_to is not None:
-        document = tables_before(read_document(DriveTablesDocument, back_to), settings)
+        document = tables_before(read_named_document(DriveTablesDocument, back_to), settings)
     else:
         result = identify(load_experiment(resolve(experiment or "")), model, add or [])
         document = tables_of(result, settings)
@@ -82,7 +85,6 @@ def drive_tables(
             typer.echo(tables_text(document), err=True)
             if not typer.confirm(f"Write these tables to the drives of rig {settings.name}?", err=True):
                 raise typer.Exit(1)
-        kept = keep or Path(f"drive-tables-before-{settings.name}-{datetime.now(UTC):%Y%m%dT%H%M%SZ}.json")
 
         def keep_before(before: DriveTablesDocument) -> None:
             write_atomically(kept, (before.json_text(indent=1) + "\n").encode())
@@ -94,3 +96,19 @@ def drive_tables(
 
         document = written(document, settings, keep_before)
     print(document.json_text() if as_json else drive_tables_text(document))
+
+
+def _require_room_for(kept: Path) -> None:
+    """Raises InputError: what the drives hold cannot be kept in this file."""
+    from identify.recording import InputError
+
+    folder = kept.resolve().parent
+    if not os.access(folder, os.W_OK):
+        problem = "cannot be written to" if folder.is_dir() else "is no folder"
+        raise InputError(
+            f"--keep {kept}: {folder} {problem}; what the drives hold is kept there before it changes"
+        )
+    if kept.exists():
+        raise InputError(
+            f"--keep {kept}: exists already, and may say what drives held before; choose another name, and nothing is lost"
+        )

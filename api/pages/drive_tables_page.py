@@ -52,6 +52,7 @@ def drive_tables_page(
         outdated = service.drive_tables.outdated(experiment, rig_id, shown.version.id) if rig_id else ""
         writings = service.drive_tables.writings(experiment)
     here = experiment_link(experiment, "drive-tables")
+    rows = [writing_row(experiment, each) for each in writings]
     context |= {
         "shown": shown,
         "versions": [stored.model(each.id) for each in stored.story.versions],
@@ -62,7 +63,8 @@ def drive_tables_page(
         "fault": service.drive_tables.fault(experiment, rig_id, shown.version.id) if rig_id else None,
         "of_joint": joint_tables(tables, name) if tables is not None else None,
         "why_not": (outdated or _why_not(service, rig_id)) if rig_id else "",
-        "rows": [writing_row(experiment, each) for each in writings],
+        "rows": rows,
+        "last_written": next((each for each in rows if each.rig == rig_id and each.tone == "good"), None),
         "here_link": here,
         "compute_link": f"{here}/compute",
         "write_link": f"{here}/write",

@@ -20,6 +20,7 @@ from api.pages.layout import experiment_link, frame, session_link
 from api.pages.proof_words import FollowingRow, joint_rows, proof_row
 from api.pages.rendering import PREFIX, page
 from api.pages.rigs_of_experiment import rig_of_choice, rigs_of_experiment
+from api.pages.sentence import sentence
 from api.pages.session_words import outcome
 from api.pages.stored_models import StoredExperiment
 from api.proof_drive import Drive
@@ -150,9 +151,14 @@ def proof_page(
             "next": state.next,
             "operator": service.operators.operator(state.settings.rig),
             "unfinished": state.unfinished.words if state.unfinished is not None else "",
-            "remarks": state.result.remarks if state.result else service.proofs.remarks(experiment, proof),
+            "remarks": [
+                sentence(remark)
+                for remark in (
+                    state.result.remarks if state.result else service.proofs.remarks(experiment, proof)
+                )
+            ],
             "all_joints": [
-                JointRow(each.joint, joint_rows(each)[0])
+                JointRow(each.joint, _units(stored, each.joint)[1], joint_rows(each)[0])
                 for each in (state.result.joints if state.result else ())
             ],
             "result": _result(service, stored, state, name),
@@ -194,9 +200,10 @@ def prepare_drive(
 
 @dataclass(frozen=True)
 class JointRow:
-    """The following error of a joint over all of the plan."""
+    """The following error of a joint over all of the plan, in `small`: mrad or mm."""
 
     joint: str
+    small: str
     row: FollowingRow
 
 
@@ -294,8 +301,7 @@ def _result(service: Service, stored: StoredExperiment, state: ProofState, joint
     if errors_of_joint is None:
         return ResultView(result.completed, result.reason)
     place = stored.joint_names.index(joint)
-    units = JointUnits.of(stored.declared.robot.joints[place].type)
-    small = "mrad" if units.position == "rad" else "mm"
+    position, small = _units(stored, joint)
     errors = service.proofs.errors(stored.id, state.number)
     figure = narrow = None
     if errors is not None:
@@ -306,7 +312,7 @@ def _result(service: Service, stored: StoredExperiment, state: ProofState, joint
             errors.position[:, place],
             1e3 * float(np.asarray(result.following_limits)[place]),
             small,
-            units.position,
+            position,
         )
         figure = draw_following_error(joint, drawn)
         narrow = draw_following_error(joint, drawn, width=350, height=300)
@@ -321,3 +327,9 @@ def _result(service: Service, stored: StoredExperiment, state: ProofState, joint
         narrow=narrow,
         limit=1e3 * result.following_limits[place],
     )
+
+
+def _units(stored: StoredExperiment, joint: str) -> tuple[str, str]:
+    """A joint's position, and its following error: rad and mrad, or m and mm."""
+    units = JointUnits.of(stored.declared.robot.joints[stored.joint_names.index(joint)].type)
+    return units.position, "mrad" if units.position == "rad" else "mm"

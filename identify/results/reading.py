@@ -29,6 +29,17 @@ def read_document(kind: type[Kind], file: Path) -> Kind:
     return document_from_json(kind, file.read_bytes(), str(file))
 
 
+def read_named_document(kind: type[Kind], file: Path) -> Kind:
+    """The document in a file that a person named.
+
+    Raises InputError: as `read_document`, or the file cannot be read.
+    """
+    try:
+        return read_document(kind, file)
+    except OSError as error:
+        raise InputError(f"{file}: cannot be read: {error.strerror}") from None
+
+
 def document_from_json(kind: type[Kind], content: str | bytes, source: str) -> Kind:
     """The document in a text; `source` says in errors where the text came from.
 
@@ -38,6 +49,8 @@ def document_from_json(kind: type[Kind], content: str | bytes, source: str) -> K
         values = json.loads(content)
     except json.JSONDecodeError as error:
         raise InputError(f"{source}, line {error.lineno}: not JSON ({error.msg})") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{source}: not JSON (its bytes are no text)") from None
     return document_of(kind, values, source)
 
 

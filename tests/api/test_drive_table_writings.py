@@ -18,6 +18,7 @@ from tests.api.driven_arm import write_driven_arm
 
 BENCH = "bench"
 DRIVES = RIGS.parent / "drives"
+LAST = re.compile("Last written from here: <strong>([^<]*)</strong>")
 REFUSED = (
     r"Rig bench, drive of j3: own\.yaml or .*\.eds changed since the tables were computed; compute them again"
 )
@@ -95,11 +96,12 @@ def test_tables_are_computed_shown_written_and_taken_back(bench, service, finish
     assert any(
         row.action == "drive tables" and "model m1" in row.target for row in service.service.audit.rows()
     )
+    assert LAST.findall(http.get(address, params={"rig": BENCH}).text) == ["model m1"]
     back = client.write_drive_tables_back("arm", "00")
     assert (back.undoes, back.state) == ("00", "written")
     assert held_by(compensation) == before
     assert [each.number for each in client.drive_table_writings("arm")] == ["01", "00"]
-    assert "what was before 00" in http.get(address, params={"rig": BENCH}).text
+    assert LAST.findall(http.get(address, params={"rig": BENCH}).text) == ["what was before 00"]
     refuses_what_cannot_be_written_to(client, http, finished)
     # another operator does not write to drives of a rig that somebody has
     other = service.client(Role.OPERATOR, "grace")

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import api.drive_tables
+import daq.homing
 from api.commands.drive_tables import drive_tables as command
 from api.drive_tables import cleared_tables, drive_tables, tables_before
 from api.drive_tables import written as write_to_drives
@@ -246,6 +248,33 @@ def test_the_command_shows_and_writes_nothing_where_drives_do_not_last(measured,
     assert "nothing was written" in capsys.readouterr().out
     with pytest.raises(InputError, match="one of --experiment, --clear and --back-to"):
         command(NAME, str(measured[0]), clear=True)
+
+
+def test_what_the_drives_held_is_kept_in_a_file_of_its_own_or_nothing_is_written(tmp_path, monkeypatch):
+    monkeypatch.setattr(daq.homing, "require_lasting_drives", lambda _: None)
+    monkeypatch.setattr(api.drive_tables, "write_tables", lambda *_: pytest.fail("it was written"))
+    kept = tmp_path / "before.json"
+    kept.write_text("what they held the first time")
+    with pytest.raises(InputError, match=r"^--keep .*before\.json: exists already.* choose another name"):
+        command(NAME, clear=True, write=True, yes=True, keep=kept)
+    assert kept.read_text() == "what they held the first time"
+    with pytest.raises(
+        InputError, match=r"^--keep .*no/before\.json: .*no is no folder; what the drives hold"
+    ):
+        command(NAME, clear=True, write=True, yes=True, keep=tmp_path / "no" / "before.json")
+
+
+def test_what_is_no_document_of_tables_is_named_in_one_line(tmp_path):
+    binary = tmp_path / "tables.json"
+    binary.write_bytes(b"\xff\xfe\x81{}")
+    for file, problem in (
+        (tmp_path / "none.json", "cannot be read: No such file or directory"),
+        (tmp_path, "cannot be read: Is a directory"),
+        (binary, "not JSON"),
+    ):
+        with pytest.raises(InputError, match=f"^{re.escape(str(file))}: {problem}") as refused:
+            command(NAME, back_to=file)
+        assert "\n" not in str(refused.value)
 
 
 def test_torque_ripple_goes_into_the_cogging_table_about_the_encoder_s_zero(rig, result, monkeypatch):
