@@ -41,7 +41,7 @@ class CompensationRun:
 
     def without(self) -> PayloadSession:
         """The session without feedforward torque."""
-        self.proof.store()
+        self.proof = self.proof.store()
         self._first = self._session(self.proof.first())
         return self._first
 

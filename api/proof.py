@@ -10,7 +10,7 @@ compensation/00/errors.npz            the same cycle by cycle, which pictures ar
 
 import io
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, Self
 from zipfile import BadZipFile
@@ -164,13 +164,17 @@ class Proof:
         """Its number as its folder is called."""
         return self.folder.name
 
-    def store(self) -> None:
-        """Write what is to be done, so that both drives send the same whenever they are driven."""
-        self.folder.mkdir(parents=True, exist_ok=True)
-        write_atomically(self.folder / PLAN, self.plan.to_json().encode())
-        write_atomically(self.folder / AHEAD, self.ahead.to_bytes())
-        write_atomically(self.folder / RIG, self.rig.model_dump_json().encode())
-        write_atomically(self.folder / SETTINGS, self.settings.model_dump_json(indent=1).encode())
+    def store(self) -> Self:
+        """Write what is to be done, so that both drives send the same whenever they are driven; the proof in the folder it got.
+
+        That is another one where somebody else's proof has taken this number meanwhile: nobody writes into it.
+        """
+        kept = replace(self, folder=_claimed(self.folder))
+        write_atomically(kept.folder / PLAN, self.plan.to_json().encode())
+        write_atomically(kept.folder / AHEAD, self.ahead.to_bytes())
+        write_atomically(kept.folder / RIG, self.rig.model_dump_json().encode())
+        write_atomically(kept.folder / SETTINGS, self.settings.model_dump_json(indent=1).encode())
+        return kept
 
     @classmethod
     def load(cls, folder: Path, rig: Rig) -> Self:
@@ -357,6 +361,17 @@ def next_folder(experiment: Path) -> Path:
     """The folder of an experiment's next proof; not made yet."""
     taken = [int(path.name) for path in proof_folders(experiment)]
     return experiment / FOLDER / f"{max(taken, default=-1) + 1:02d}"
+
+
+def _claimed(folder: Path) -> Path:
+    """A folder that did not exist before: this one, or the next that is free."""
+    while True:
+        try:
+            folder.mkdir(parents=True)
+        except FileExistsError:
+            folder = folder.with_name(f"{int(folder.name) + 1:02d}")
+        else:
+            return folder
 
 
 def proof_folders(experiment: Path) -> list[Path]:

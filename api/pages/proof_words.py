@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from urllib.parse import urlencode
 
 from api.pages.layout import experiment_link
-from api.pages.number_format import number
+from api.pages.number_format import THIN, number
 from api.pages.rendering import Context
 from api.proof_drive import ORDINAL
 from api.service.proofs import ProofState
@@ -102,15 +102,15 @@ def improved(joint: JointFollowing) -> bool:
 
 def changes(result: CompensationDocument) -> str:
     """What it did to the root mean square of each joint."""
-    return ", ".join(f"{each.joint} {change(each.rms_without, each.rms_with)}" for each in result.joints)
+    return ", ".join(f"{each.joint}\u00a0{change(each.rms_without, each.rms_with)}" for each in result.joints)
 
 
 def change(without: float | None, with_: float | None) -> str:
-    """With a sign, in percent."""
+    """With a sign, in percent, in one piece where a line is broken."""
     if not without or with_ is None:
         return "–"
     percent = 100.0 * (with_ / without - 1.0)
-    return f"{'+' if percent > 0 else ''}{number(percent, 0)} %"
+    return f"{'+' if percent > 0 else ''}{number(percent, 0)}{THIN}%"
 
 
 def joint_rows(joint: JointFollowing) -> list[FollowingRow]:

@@ -163,8 +163,7 @@ class Proofs:
 
         def store(ahead: TorqueAhead) -> JobResult:
             with self._lock:
-                proof = Proof(next_folder(folder), asked, settings, driven, ahead)
-                proof.store()
+                proof = Proof(next_folder(folder), asked, settings, driven, ahead).store()
             return JobResult(model=version.id, proof=proof.name)
 
         return self._jobs.submit(

@@ -20,6 +20,7 @@ class Proof:
 
     def store(self):
         self.folder.mkdir(parents=True)
+        return self
 
     def first(self):
         return "nothing"

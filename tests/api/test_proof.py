@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from api.proof import Proof, TorqueAhead, prepared_rig
+from api.proof import Proof, TorqueAhead, prepared_rig, read_settings
 from daq.files_as_read import drive_digests
 from daq.rig import Rig
 from daq.torque_offset import TorqueOffset
@@ -25,6 +25,18 @@ def proof(tmp_path):
     )
     kept.store()
     return kept
+
+
+def test_a_proof_that_another_process_stores_meanwhile_keeps_its_folder(proof):
+    """Both asked for the next number before either had taken it."""
+    before = {file: file.read_bytes() for file in proof.folder.iterdir()}
+    other = replace(proof, settings=proof.settings.model_copy(update={"operator": "grace"})).store()
+    assert other.folder == proof.folder.with_name("01")
+    assert read_settings(other.folder).operator == "grace"
+    assert {file: file.read_bytes() for file in proof.folder.iterdir()} == before
+    # a number without its files, as a killed process leaves it, is nobody's to be filled
+    proof.folder.with_name("02").mkdir()
+    assert replace(proof, folder=other.folder).store().name == "03"
 
 
 def test_a_rig_whose_file_was_changed_since_drives_neither_run(proof):

@@ -65,7 +65,8 @@ def draw_following_error(joint: str, drawn: Following, width: float = 860, heigh
             for sign in (1, -1)
         ]
         content.append(text(right - 4, above(drawn.limit) - 4, "stopped beyond", "end limit-text"))
-    content.append(curve(x.array(seconds), beneath.array(rows[3]), "curve thin position"))
+    across, low, high = _pairs(seconds, rows[3])
+    content.append(curve(x.array(across), beneath.array((low + high) / 2), "curve thin position"))
     ticks = round_ticks(x.low, x.high, 10 if width > 500 else 5)
     content += [text(x(tick), bottom + 15, tick_text(tick, ticks), "middle") for tick in ticks]
     content.append(line(left, bottom, right, bottom, "axis"))

@@ -25,3 +25,14 @@ def test_both_errors_are_drawn_to_one_scale_and_the_bound_only_where_it_can_be_s
     assert ("stopped beyond" in drawing) == (limit < 2.0)
     assert "error, mrad" in drawing
     assert "plan, rad" in drawing
+
+
+def test_the_plan_is_one_line_that_does_not_go_back_and_forth_on_a_slope() -> None:
+    time = np.arange(0.0, 30.0, 0.002)
+    error = 0.1 * np.sin(time)
+    drawing = draw_following_error("j1", Following(time, error, error, 0.4 * time, 9.0, "mrad", "rad"))
+    (path,) = re.findall(r'<path d="([^"]+)" class="curve thin position"', drawing)
+    points = points_of(path)
+    assert len(points) > 100
+    assert (np.diff(points[:, 0]) > 0).all()
+    assert (np.diff(points[:, 1]) < 0).all()

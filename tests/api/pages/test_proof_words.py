@@ -45,7 +45,7 @@ def test_a_joint_that_follows_worse_is_said_to() -> None:
         folder="compensation/00",
         remarks=(),
     )
-    assert changes(document) == "j1 −80 %, j2 +10 %"
+    assert changes(document) == "j1\u00a0−80\u202f%, j2\u00a0+10\u202f%"
     rows = joint_rows(worse)
     assert [row.words for row in rows] == [
         "root mean square, all of the plan",
