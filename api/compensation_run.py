@@ -1,12 +1,10 @@
 """The two sessions of a proof on the drive from the command line, one after the other in one process."""
 
-import shutil
-from contextlib import suppress
 from pathlib import Path
 from typing import Self
 
 from api.compensation_picture import draw
-from api.proof import Proof, read_errors
+from api.proof import Proof, read_errors, remove_proof
 from api.unfinished_run import close_unfinished
 from daq.files_as_read import FilesAsRead
 from daq.session_events import SessionState
@@ -55,9 +53,7 @@ class CompensationRun:
         first = self._first
         if first is None or (first.file is not None and first.file.exists()):
             return
-        shutil.rmtree(self.proof.folder, ignore_errors=True)
-        with suppress(OSError):  # other proofs stand beside it
-            self.proof.folder.parent.rmdir()
+        remove_proof(self.proof.folder)
 
     @property
     def is_half(self) -> bool:

@@ -10,6 +10,8 @@ compensation/00/errors.npz            the same cycle by cycle, which pictures ar
 
 import io
 import json
+import shutil
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, Self
@@ -168,12 +170,21 @@ class Proof:
         """Write what is to be done, so that both drives send the same whenever they are driven; the proof in the folder it got.
 
         That is another one where somebody else's proof has taken this number meanwhile: nobody writes into it.
+
+        Raises InputError where it cannot be written, as on a full disk; nothing is left of it then.
         """
-        kept = replace(self, folder=_claimed(self.folder))
-        write_atomically(kept.folder / PLAN, self.plan.to_json().encode())
-        write_atomically(kept.folder / AHEAD, self.ahead.to_bytes())
-        write_atomically(kept.folder / RIG, self.rig.model_dump_json().encode())
-        write_atomically(kept.folder / SETTINGS, self.settings.model_dump_json(indent=1).encode())
+        try:
+            kept = replace(self, folder=_claimed(self.folder))
+        except OSError as error:
+            raise _not_written(self.folder, error) from error
+        try:
+            write_atomically(kept.folder / PLAN, self.plan.to_json().encode())
+            write_atomically(kept.folder / AHEAD, self.ahead.to_bytes())
+            write_atomically(kept.folder / RIG, self.rig.model_dump_json().encode())
+            write_atomically(kept.folder / SETTINGS, self.settings.model_dump_json(indent=1).encode())
+        except OSError as error:
+            remove_proof(kept.folder)
+            raise _not_written(kept.folder, error) from error
         return kept
 
     @classmethod
@@ -372,6 +383,17 @@ def _claimed(folder: Path) -> Path:
             folder = folder.with_name(f"{int(folder.name) + 1:02d}")
         else:
             return folder
+
+
+def _not_written(folder: Path, error: OSError) -> InputError:
+    return InputError(f"{folder}: the proof cannot be written: {error.strerror}; nothing moved")
+
+
+def remove_proof(folder: Path) -> None:
+    """Remove the folder of a proof in which nothing was recorded."""
+    shutil.rmtree(folder, ignore_errors=True)
+    with suppress(OSError):  # other proofs stand beside it
+        folder.parent.rmdir()
 
 
 def proof_folders(experiment: Path) -> list[Path]:

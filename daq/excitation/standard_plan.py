@@ -2,6 +2,7 @@
 sinusoids.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -76,8 +77,9 @@ class Recipe:
             phases=tuple(phases),
         )
         if plan.duration > seconds + 1e-6:
+            shortest = math.ceil(10 * plan.duration) / 10
             raise InputError(
-                f"seconds: within these limits the shortest plan lasts {plan.duration:.1f} s, not {seconds:g}"
+                f"seconds: within these limits the shortest plan lasts {shortest:.1f} s, not {seconds:g}"
             )
         return plan
 

@@ -1,10 +1,12 @@
 """A proof in its folder: what it is compared by, and the rig that its torque was computed for."""
 
+import errno
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import api.proof
 from api.proof import Proof, TorqueAhead, prepared_rig, read_settings
 from daq.files_as_read import drive_digests
 from daq.rig import Rig
@@ -37,6 +39,22 @@ def test_a_proof_that_another_process_stores_meanwhile_keeps_its_folder(proof):
     # a number without its files, as a killed process leaves it, is nobody's to be filled
     proof.folder.with_name("02").mkdir()
     assert replace(proof, folder=other.folder).store().name == "03"
+
+
+def test_nothing_is_left_of_a_proof_that_a_full_disk_does_not_take(proof, monkeypatch):
+    real = api.proof.write_atomically
+
+    def full(file, content):
+        if file.name == api.proof.AHEAD:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        real(file, content)
+
+    monkeypatch.setattr(api.proof, "write_atomically", full)
+    with pytest.raises(
+        InputError, match=r"01: the proof cannot be written: No space left on device; nothing moved$"
+    ):
+        proof.store()
+    assert [each.name for each in proof.folder.parent.iterdir()] == ["00"]
 
 
 def test_a_rig_whose_file_was_changed_since_drives_neither_run(proof):
