@@ -65,7 +65,7 @@ class Dask:
                 item,
                 pure=False,
                 workers=[here[index % len(here)]] if here else None,
-                allow_other_workers=True,
+                allow_other_workers=bool(here),  # without workers to choose from it is an error to say so
             )
             for index, item in enumerate(items)
         ]

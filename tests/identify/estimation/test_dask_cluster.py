@@ -92,6 +92,16 @@ def test_a_cluster_that_has_lost_all_workers_is_an_error_not_a_wait(monkeypatch)
             list(dask(neg, range(3)))
 
 
+def test_a_cluster_that_has_lost_all_workers_before_it_is_asked_is_an_error_too(monkeypatch):
+    monkeypatch.setattr("identify.estimation.dask_cluster.WITHOUT_WORKERS", 0.0)
+    with (
+        local_cluster(0) as empty,
+        distributed.Client(empty) as client,
+        pytest.raises(WorkerLost, match="no worker"),
+    ):
+        list(Dask(client)(neg, range(3)))
+
+
 def _always_killed(item: int) -> None:
     os.kill(os.getpid(), signal.SIGKILL)
 
