@@ -27,6 +27,9 @@ from identify.recording.units import SI_NAMES, Unit, in_brackets, unit_of
 Array = NDArray[np.float64]
 
 NOT_STATED = "as no unit is stated"
+MOST_TURNS = 3
+"""Between the end positions of a robot's joint; wrists turn a little more than twice. What covers more, and states no unit, may
+be in degrees: 20 of them taken as rad are these."""
 _OWN_NAMES = re.compile(r"^(t|(q|v|ext|temp)\d+)$")
 
 
@@ -267,8 +270,19 @@ class _Taken:
                 self._say(name, f"{unit.name} -> {'m' if self.prismatic[joint] else 'rad'} {source}")
             else:
                 self._say_unit(name, unit, source)
+                if source == NOT_STATED and not self.prismatic[joint]:
+                    self._say_turns(name, column.numbers)
             positions.append(unit.to_si(column.numbers))
         return np.stack(positions, axis=1)
+
+    def _say_turns(self, name: str, numbers: NDArray[Any]) -> None:
+        """Say that positions taken as rad are of more turns than a robot's joint has."""
+        finite = numbers[np.isfinite(numbers)]
+        turns = float(np.ptp(finite)) / (2 * np.pi) if len(finite) else 0.0
+        if turns > MOST_TURNS:
+            self._say(
+                name, f"taken as rad, {NOT_STATED}: {turns:.3g} turns; state the unit if these are degrees"
+            )
 
     def _group(self, names: tuple[str, ...], role: _Role, units: tuple[str, ...], n: int) -> Array:
         if len(names) != n:

@@ -49,6 +49,22 @@ def test_without_a_unit_positions_are_radians_or_metres_and_commands_amperes():
     assert found.remarks == ("t: s (no unit is stated)",)
 
 
+def test_positions_without_a_unit_that_cover_many_turns_are_said_to_be_taken_as_rad():
+    """Degrees were taken as rad without a word: a model of 30 % error, and nothing said why."""
+    degrees = table(column("angle", 45 * np.sin(10 * T)))
+    said = (
+        f"angle: taken as rad, as no unit is stated: {np.ptp(45 * np.sin(10 * T)) / (2 * np.pi):.3g} turns;"
+    )
+    assert any(remark.startswith(said) for remark in measured(degrees, position=("angle",)).remarks)
+    for known in (
+        measured(degrees, position=("angle",), position_unit=("deg",)),
+        measured(degrees, position=("angle",), position_unit=("rad",)),
+        measured(degrees, (True,), position=("angle",)),
+        measured(table(column("angle", 6 * np.sin(10 * T))), position=("angle",)),
+    ):
+        assert not any("turns" in remark for remark in known.remarks)
+
+
 def test_a_unit_that_is_not_known_is_said():
     named = table(column("Lage (Strich)", 2 * T), column("Lage [deg]", 2 * T, "deg"))
     found = measured(named, position=("Lage (Strich)",))
