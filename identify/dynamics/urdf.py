@@ -15,7 +15,14 @@ from identify.dynamics.geometry import NOMINAL_ANGLE_TOLERANCE, Geometry
 from identify.dynamics.rotations import roll_pitch_yaw
 from identify.dynamics.standard_parameters import PARAMETERS_PER_JOINT
 from identify.dynamics.urdf_chain import ChainJoint, carried_inertia, read_chain
-from identify.recording.experiment_file import Joint, JointLimits, LinkBody, PriorBodies, Robot
+from identify.recording.experiment_file import (
+    Joint,
+    JointLimits,
+    LinkBody,
+    PriorBodies,
+    Robot,
+    check_settings,
+)
 from identify.recording.plain_text import printable
 
 Array = NDArray[np.float64]
@@ -76,22 +83,29 @@ def read_urdf(
     for k, (joint, frame) in enumerate(zip(chain, frames, strict=True)):
         alpha, d, theta, r = _denavit_hartenberg(previous, frame)
         joints.append(
-            Joint(
-                name=joint.name,
-                type="prismatic" if joint.type == "prismatic" else "revolute",
-                alpha=alpha,
-                d=d,
-                theta=theta,
-                r=r,
-                drive_gain=1.0 if drive_gains is None else float(drive_gains[k]),
-                limits=_limits(joint),
+            check_settings(
+                Joint,
+                {
+                    "name": joint.name,
+                    "type": "prismatic" if joint.type == "prismatic" else "revolute",
+                    "alpha": alpha,
+                    "d": d,
+                    "theta": theta,
+                    "r": r,
+                    "drive_gain": 1.0 if drive_gains is None else float(drive_gains[k]),
+                    "limits": _limits(joint),
+                },
+                {},
+                f"{path}: joint '{printable(joint.name)[:80]}'",
             )
         )
         standard[k, :10] = carried_inertia(np.linalg.inv(frame) @ origin_of_joint[k], joint.inertia)
         previous = frame
     x, y, z = first[:3, :3].T @ np.asarray(gravity, dtype=float)
     return UrdfRobot(
-        robot=Robot(gravity=(float(x), float(y), float(z)), joints=tuple(joints)),
+        robot=check_settings(
+            Robot, {"gravity": (float(x), float(y), float(z)), "joints": tuple(joints)}, {}, path
+        ),
         standard=standard.ravel(),
         first_frame=first,
         last_frame=np.linalg.inv(frames[-1]) @ origin_of_joint[-1],

@@ -4,6 +4,7 @@ it."""
 from __future__ import annotations
 
 import math
+import sys
 import xml.etree.ElementTree as ElementTree
 from collections import Counter
 from collections.abc import Iterator
@@ -24,6 +25,8 @@ Array = NDArray[np.float64]
 _OTHERS = {"sdf": read_sdf, "mujoco": read_mjcf}
 """By outermost element: files that are no URDF."""
 _MIMICS = "it mimics another joint; a chain of independent joints is needed: name a link before it as the tip"
+LARGEST = 1e12
+"""Lengths, masses and inertias, in SI units; the squares of larger ones would soon be no numbers any more."""
 MOVABLE = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic"}
 
 
@@ -285,7 +288,8 @@ class _Tree:
         """A limit as stated; None where it is infinite or not there."""
         if limit.get(key, "").strip().lower().lstrip("+-") in ("inf", "infinity", ".inf", "nan", ""):
             return None
-        return self._numbers(limit, key, "0", joint.get("name"), 1)[0]
+        # Gazebo writes 1e16 for no limit, others the largest number that there is.
+        return self._numbers(limit, key, "0", joint.get("name"), 1, sys.float_info.max)[0]
 
     def placement(self, element: ElementTree.Element, owner: str | None = None) -> Array:
         """(4, 4) of an element's <origin>."""
@@ -317,7 +321,13 @@ class _Tree:
         return carried_inertia(self.placement(element, link), about_centre)
 
     def _numbers(
-        self, element: ElementTree.Element | None, key: str, default: str, owner: str | None, count: int = 3
+        self,
+        element: ElementTree.Element | None,
+        key: str,
+        default: str,
+        owner: str | None,
+        count: int = 3,
+        largest: float = LARGEST,
     ) -> list[float]:
         text = default if element is None else element.get(key, default)
         try:
@@ -326,7 +336,11 @@ class _Tree:
             values = []
         if len(values) != count or not all(map(math.isfinite, values)):
             wanted = "a number" if count == 1 else f"{count} numbers"
-            raise InputError(f"{self.path}: '{owner}': {key}=\"{text}\" must be {wanted}")
+            raise InputError(f"{self.path}: '{owner}': {key}=\"{text[:80]}\" must be {wanted}")
+        if max(map(abs, values)) > largest:
+            raise InputError(
+                f"{self.path}: '{owner}': {key}=\"{text[:80]}\" is beyond {largest:g}, which no robot has"
+            )
         return values
 
 

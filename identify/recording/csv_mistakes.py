@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import IO
 
 from identify.recording.errors import InputError
+from identify.recording.plain_text import LONGEST_QUOTE, quoted
 
 LARGEST_VALUE = 1e12
 """Nothing that a drive or a sensor says is larger, in whatever unit."""
@@ -158,10 +159,10 @@ def _wrong_cell(cells: list[str], header: list[str], places: list[tuple[int, str
     for index, name in places:
         value = _number(cells[index])
         if value is None or not math.isfinite(value):
-            shown = f"'{cells[index]}'" if cells[index].strip() else "an empty cell"
+            shown = quoted(cells[index]) if cells[index].strip() else "an empty cell"
             return f"column '{name}': {shown} is not a finite number"
         if abs(value) > LARGEST_VALUE:
-            return f"column '{name}': {cells[index]} is no measured value (beyond {LARGEST_VALUE:g})"
+            return f"column '{name}': {cells[index].strip()[:LONGEST_QUOTE]} is no measured value (beyond {LARGEST_VALUE:g})"
     return None
 
 

@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 import difflib
+import os
 import re
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, get_args
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    model_validator,
+)
 
 from identify.recording.atomic_file import write_atomically
 from identify.recording.errors import InputError
 from identify.recording.plain_text import Name, Printable
+from identify.recording.possible_inertia import check_inertia
 from identify.recording.strict_yaml import Lines, read_strict_yaml, strict_yaml_text
 
 EXPERIMENT_FILE = "experiment.yaml"
@@ -20,6 +30,9 @@ Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
 NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
 _Model = TypeVar("_Model", bound=BaseModel)
+MOST_JOINTS = 64
+"""Of one chain; which of its parameters can be identified takes memory with the third power of their number."""
+Inertia = tuple[Number, Number, Number, Number, Number, Number]
 Word = Annotated[Printable, Field(min_length=1)]
 
 
@@ -87,6 +100,10 @@ class Robot(_Settings):
     @model_validator(mode="after")
     def _consistent(self) -> Robot:
         names = [joint.name for joint in self.joints]
+        if len(names) > MOST_JOINTS:
+            raise ValueError(
+                f"joints: {len(names)} are given, at most {MOST_JOINTS} can be identified together"
+            )
         for index, name in enumerate(names):
             if name in names[:index]:
                 raise ValueError(f"joints: the name '{name}' is given to two joints; names must differ")
@@ -129,7 +146,7 @@ class Payload(_Settings):
     """kg"""
     com: tuple[Number, Number, Number] = (0.0, 0.0, 0.0)
     """Centre of mass, m."""
-    inertia: tuple[Number, Number, Number, Number, Number, Number] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    inertia: Annotated[Inertia, AfterValidator(check_inertia)] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     """About the centre of mass: XX XY XZ YY YZ ZZ, kg m²."""
 
 
@@ -140,7 +157,7 @@ class LinkBody(_Settings):
     """kg"""
     com: tuple[Number, Number, Number] = (0.0, 0.0, 0.0)
     """Centre of mass, m."""
-    inertia: tuple[Number, Number, Number, Number, Number, Number] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    inertia: Inertia = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     """About the centre of mass: XX XY XZ YY YZ ZZ, kg m²."""
 
 
@@ -204,9 +221,10 @@ class ExperimentFile(_Settings):
                     f"sessions[{index}].payload: '{session.payload}' is not declared;"
                     f" payloads are {', '.join(payloads)}"
                 )
-            if session.file in files:
+            file = os.path.normpath(session.file)
+            if file in files:
                 raise ValueError(f"sessions[{index}].file: '{session.file}' is listed twice; keep one")
-            files.add(session.file)
+            files.add(file)
         cutoff, n = self.signals.position_cutoff, len(self.robot.joints)
         if isinstance(cutoff, tuple) and len(cutoff) != n:
             raise ValueError(

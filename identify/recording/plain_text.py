@@ -9,6 +9,8 @@ ZERO_WIDTH_JOINERS = "\u200c\u200d"
 """Format characters that words of several scripts are written with."""
 LONGEST_NAME = 255
 """Characters of a name, wherever one is taken in: as long as a file system lets one be, and as the index stores it."""
+LONGEST_QUOTE = 60
+"""Characters."""
 FORMULA_SIGNS = "=+-@\t\r"
 """With one of them in front, a spreadsheet takes a cell for a formula and computes it."""
 
@@ -33,6 +35,12 @@ Name = Annotated[str, Field(min_length=1, max_length=LONGEST_NAME), AfterValidat
 def printable(text: str) -> str:
     """The text with what `check_printable` refuses replaced by spaces."""
     return "".join(" " if not _shown(character) else character for character in text)
+
+
+def quoted(text: str) -> str:
+    """The text in quotes for a message: no more of it than tells which it is, and nothing that a terminal would obey."""
+    shown = printable(text)
+    return f"'{shown[:LONGEST_QUOTE]}...'" if len(shown) > LONGEST_QUOTE else f"'{shown}'"
 
 
 def text_cell(text: str) -> str:

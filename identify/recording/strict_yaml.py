@@ -21,6 +21,9 @@ _Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 LARGEST_FILE = 4_000_000
 MOST_VALUES = 100_000
 """An alias stands for all it refers to, so that a few lines of YAML can mean billions of values."""
+DEEPEST = 64
+"""Lists and mappings within each other; none of our files has ten. libyaml's composer calls itself for each and ends the program
+where its stack does."""
 LONGEST_WHOLE_NUMBER = 18
 """Digits; more are no number that a setting could have."""
 
@@ -100,9 +103,11 @@ def strict_yaml_text(document: object, width: int = 110, lists_in_line: bool = F
 
 def parse_strict_yaml(text: str, path: Path | str) -> tuple[Any, Lines]:
     """Parse one YAML document from a text; `path` names it in messages (see `read_strict_yaml`)."""
-    loader = _StrictLoader(text)
     lines: Lines = {}
+    loader: Any = None
     try:
+        _check_depth(text, path)
+        loader = _StrictLoader(text)
         root = loader.get_single_node()
         return (None if root is None else _value(root, (), lines, path)), lines
     except yaml.MarkedYAMLError as error:
@@ -112,14 +117,33 @@ def parse_strict_yaml(text: str, path: Path | str) -> tuple[Any, Lines]:
         if mark and "\t" in "".join(text.splitlines()[mark.line : mark.line + 1])[: mark.column + 1]:
             what = "a tab; indent with spaces"
         raise InputError(f"{path}{where}: not valid YAML: {what}") from None
-    except (yaml.YAMLError, RecursionError) as error:
+    except yaml.YAMLError as error:
         raise InputError(f"{path}: not valid YAML: {' '.join(str(error).split())}") from None
     finally:
-        loader.dispose()
+        if loader is not None:
+            loader.dispose()
+
+
+def _check_depth(text: str, path: Path | str) -> None:
+    """Raises InputError: lists and mappings lie deeper within each other than in any file of settings."""
+    depth = 0
+    for event in yaml.parse(text, Loader=_Loader):
+        if isinstance(event, yaml.CollectionStartEvent):
+            depth += 1
+            if depth > DEEPEST:
+                raise InputError(_too_deep(path, event.start_mark.line + 1))
+        elif isinstance(event, yaml.CollectionEndEvent):
+            depth -= 1
+
+
+def _too_deep(path: Path | str, line: int) -> str:
+    return f"{path} line {line}: more than {DEEPEST} lists and mappings within each other, so it is not a file of settings"
 
 
 def _value(node: yaml.Node, place: tuple[str | int, ...], lines: Lines, path: Path | str) -> Any:
     line = node.start_mark.line + 1
+    if len(place) > DEEPEST:  # an alias within what it stands for
+        raise InputError(_too_deep(path, line))
     lines.setdefault(place, line)
     if len(lines) > MOST_VALUES:
         raise InputError(f"{path}: holds more than {MOST_VALUES} values, so it is not a file of settings")

@@ -20,6 +20,7 @@ from identify.recording.foreign.repair import (
     repaired_stamps,
 )
 from identify.recording.foreign.table import Clock, ForeignColumn, ForeignTable, unit_words
+from identify.recording.plain_text import quoted
 from identify.recording.sampling import SHORTEST_SEGMENT
 from identify.recording.session_csv import write_csv_session
 from identify.recording.units import SI_NAMES, Unit, in_brackets, unit_of
@@ -238,7 +239,7 @@ class _Taken:
         if column.numbers is None:
             shown = next((word for word in column.words or () if word), "")
             raise InputError(
-                f"{self.table.path}: column '{name}' for {used_for} holds words ('{shown}'), not numbers"
+                f"{self.table.path}: column '{name}' for {used_for} holds words ({quoted(shown)}), not numbers"
             )
         return column
 
@@ -395,7 +396,7 @@ class _Taken:
             if not finite.all():
                 index = int(np.argmin(finite))
                 cell = column.wrong.get(index)
-                fault = f"'{cell}' is not a finite number" if cell else "not a finite number"
+                fault = f"{quoted(cell)} is not a finite number" if cell else "not a finite number"
                 raise InputError(
                     f"{self.table.path}: column '{name}', {self.table.sample(index)}: {fault}{remedy}"
                 )

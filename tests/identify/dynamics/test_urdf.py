@@ -217,6 +217,15 @@ LOOP = """<link name='x'/><link name='y'/>
         (lambda text: text.replace("mass value='", "mass value='-"), "mass -.* kg must not be negative"),
         (lambda text: text.replace("</robot>", LOOP), "joint 'r1': the links form a loop"),
         (lambda text: text.replace("0 1 0", "0 one 0"), "must be 3 numbers"),
+        (lambda text: text.replace("0 1 0", "0 1e200 0"), "beyond 1e\\+12, which no robot has"),
+        (
+            lambda text: text.replace("'elbow'", "'\u202ewoble'"),
+            "joint ' woble': name: holds the character U\\+202E",
+        ),
+        (
+            lambda text: text.replace("'elbow'", f"'{'e' * 300}'"),
+            "joint 'e{80}': name: .* at most 255 characters",
+        ),
         (lambda text: text.replace("link='lower'/><origin", "link='upper'/><origin"), "hangs on two joints"),
         (
             lambda text: text.replace("<axis xyz='0 1 0'/>", "<axis xyz='0 1 0'/><mimic joint='waist'/>"),
@@ -244,6 +253,17 @@ def test_a_chain_of_very_many_links_is_read(tmp_path):
     )
     (tmp_path / "long.urdf").write_text(f'<robot name="r">{links}{joints}</robot>')
     assert len(read_urdf(tmp_path / "long.urdf").robot.joints) == 3
+
+
+def test_a_chain_of_very_many_joints_is_refused_before_its_parameters_fill_the_memory(tmp_path):
+    links = "".join(f'<link name="l{k}"/>' for k in range(301))
+    joints = "".join(
+        f'<joint name="j{k}" type="continuous"><parent link="l{k}"/><child link="l{k + 1}"/><axis xyz="0 1 0"/></joint>'
+        for k in range(300)
+    )
+    (tmp_path / "long.urdf").write_text(f'<robot name="r">{links}{joints}</robot>')
+    with pytest.raises(InputError, match="joints: 300 are given, at most 64"):
+        read_urdf(tmp_path / "long.urdf")
 
 
 def test_branching_joints_ask_for_the_tip(elbow):

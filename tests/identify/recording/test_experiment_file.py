@@ -65,6 +65,17 @@ MISTAKES = [
         "  - {file: session-00.csv, payload: none}\n" * 2,
         ["sessions[1].file", "twice"],
     ),
+    (
+        "  - {file: session-00.csv, payload: none}",
+        "  - {file: session-00.csv, payload: none}\n  - {file: ./session-00.csv, payload: none}",
+        ["line 11", "sessions[1].file", "twice"],
+    ),
+    (
+        f"    - {JOINT}",
+        "\n".join(f"    - {JOINT.replace('j1', f'j{k}')}" for k in range(65)),
+        ["joints", "65", "at most 64"],
+    ),
+    ("mass: 0.0", "mass: 1.0, inertia: [-1, 0, 0, 1, 0, 1]", ["line 8", "payloads[0].inertia", "negative"]),
     ("sessions:", "signals: {position_cutoff: 0}\nsessions:", ["line 9", "signals.position_cutoff"]),
     (
         "sessions:",

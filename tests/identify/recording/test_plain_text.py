@@ -6,8 +6,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from identify.recording import InputError, load_experiment
-from identify.recording.plain_text import LONGEST_NAME, check_printable, header_cell, printable, text_cell
-from identify.recording.session_csv import write_csv_session
+from identify.recording.plain_text import (
+    LONGEST_NAME,
+    check_printable,
+    header_cell,
+    printable,
+    quoted,
+    text_cell,
+)
+from identify.recording.session_csv import read_csv_session, write_csv_session
 
 YAML = """format: 1
 name: "NAME"
@@ -60,3 +67,18 @@ def test_a_name_has_a_length_that_an_index_and_a_file_system_can_store(tmp_path,
     (tmp_path / "experiment.yaml").write_text(YAML.replace(short, short + "x" * LONGEST_NAME))
     with pytest.raises(InputError, match=f"experiment.yaml.* at most {LONGEST_NAME} characters"):
         load_experiment(tmp_path)
+
+
+def test_a_message_quotes_nothing_that_a_terminal_would_obey_and_no_more_than_tells_what_it_is():
+    assert quoted("12,5") == "'12,5'"
+    assert quoted("\x1b[31m1\x00") == "' [31m1 '"
+    assert quoted("9" * 5000) == f"'{'9' * 60}...'"
+
+
+@pytest.mark.parametrize("cell", ["0.1\x1b]0;owned\x07", "-" + "\0" * 4096], ids=["terminal", "lost block"])
+def test_a_cell_that_is_no_number_is_quoted_so(tmp_path, cell):
+    (tmp_path / "session.csv").write_text(f"t,q1,v1\n0,{cell},1\n")
+    with pytest.raises(InputError, match=r"line 2: column 'q1': .* is not a finite number") as refused:
+        read_csv_session(tmp_path / "session.csv", 1)
+    assert len(str(refused.value)) < len(str(tmp_path)) + 150
+    assert str(refused.value).isprintable()

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from identify.recording.errors import InputError
 from identify.recording.strict_yaml import (
+    DEEPEST,
     LONGEST_WHOLE_NUMBER,
     MOST_VALUES,
     parse_strict_yaml,
@@ -86,6 +87,30 @@ def test_aliases_that_stand_for_billions_of_values_end_at_the_most_that_a_file_o
     )
     with pytest.raises(InputError, match=f"more than {MOST_VALUES} values"):
         parse_strict_yaml(text, "file")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "a: " + "[" * 100_000,
+        "a: " + "{a: " * 5000 + "1" + "}" * 5000,
+        "- " * 5000 + "1",
+        "a: &a [*a]",
+        "a: &a {b: [*a]}",
+    ],
+    ids=["lists", "mappings", "blocks", "a list in itself", "a mapping in itself"],
+)
+def test_what_lies_within_itself_or_too_deep_is_refused_with_its_line(text):
+    """libyaml's composer ends the program, service and all, at some tens of thousands of brackets."""
+    with pytest.raises(
+        InputError, match=f"^file line 2: more than {DEEPEST} lists and mappings within each other"
+    ):
+        parse_strict_yaml(f"# made\n{text}\n", "file")
+
+
+def test_lists_as_deep_as_they_may_be_are_read():
+    text = "[" * DEEPEST + "]" * DEEPEST
+    assert parse_strict_yaml(text, "file")[0] == json.loads(text)
 
 
 def test_a_file_that_is_not_text_is_named_with_the_line_where_it_ceases_to_be(tmp_path):
