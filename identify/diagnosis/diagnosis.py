@@ -215,7 +215,8 @@ def with_descriptions(diagnosis: Diagnosis, of_doubted_only: bool = False) -> Di
     wanted = [
         place
         for place, joint in enumerate(diagnosis.joints)
-        if joint.doubted is not None or (joint.open and not of_doubted_only)
+        if (joint.doubted is not None or (joint.open and not of_doubted_only))
+        and not joint.beyond_description
     ]
     if not wanted:
         return diagnosis
@@ -223,7 +224,9 @@ def with_descriptions(diagnosis: Diagnosis, of_doubted_only: bool = False) -> Di
     joints, gone = list(diagnosis.joints), set[tuple[str, int]]()
     offers = forked.each(lambda place: describer.offer(place, diagnosis.joints[place]), wanted)
     for place, offered in zip(wanted, offers, strict=True):
-        if offered is not None:
+        if offered is None:
+            joints[place] = replace(joints[place], beyond_description=True)
+        else:
             gone |= offered.replaces
             names = {name for name, _ in offered.replaces}
             joints[place] = joints[place].described(offered.document, names)

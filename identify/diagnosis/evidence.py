@@ -1,6 +1,7 @@
 """Evidence for a group of columns that holds when residuals are correlated in time."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -60,7 +61,7 @@ def group_evidence(observation: Observation, joint: int, base: Index, extra: Ind
     rest = base_within(whole[:b, :b], score[:b, None])[:, 0] - combination @ estimate
     residual = measured - rows @ np.concatenate([rest, estimate])
     left = stacked.sums(rows @ (onto / power) * residual[:, None])
-    influences = joined_influences(left, np.array([block.session for block in observation.blocks]))
+    influences = joined_influences(left, observation.sessions)
     deviation = np.sqrt(np.max([np.sum((directions @ part.T) ** 2, axis=1) for part in influences], axis=0))
     deviation = np.where(np.isfinite(scale[b:]), deviation / scale[b:], np.nan)
     return GroupEvidence(wald_p_value(value, influences), estimate / scale[b:], deviation)
@@ -71,14 +72,21 @@ def joined_influences(influence: Array, sessions: Index) -> list[Array]:
 
     sessions : (blocks,) of each block, those of a session one after another
     """
-    influences = [influence]
+    firsts = _first_of_joined(sessions.tobytes())
+    return [influence, *(np.add.reduceat(influence, first, axis=0) for first in firsts)]
+
+
+@lru_cache(maxsize=64)
+def _first_of_joined(sessions: bytes) -> tuple[Index, ...]:
+    """The first block of each group of two and of four, as far as there are enough groups; a search asks it of the same blocks
+    some thousand times."""
+    firsts: list[Index] = []
     for size in (2, 4):
-        groups = joined(sessions, size)
+        groups = joined(np.frombuffer(sessions, np.intp), size)
         if groups[-1] + 1 < FEWEST_CLUSTERS:
             break
-        first = np.concatenate([[0], np.flatnonzero(np.diff(groups)) + 1])
-        influences.append(np.add.reduceat(influence, first, axis=0))
-    return influences
+        firsts.append(np.concatenate([[0], np.flatnonzero(np.diff(groups)) + 1]))
+    return tuple(firsts)
 
 
 def wald_p_value(value: Array, influences: Sequence[Array]) -> float:
@@ -96,18 +104,21 @@ def wald_p_value(value: Array, influences: Sequence[Array]) -> float:
         if count <= rank + 1:
             return 1.0
         covariance = together.T @ together * count / max(count - 1, 1)
-        strength = float(value @ _inverse(covariance) @ value)
+        strength = _strength(value, covariance)
         freedom = count - rank
         statistic = strength / rank * freedom / (count - 1)
         worst = max(worst, float(fdtrc(rank, freedom, max(statistic, 0.0))))
     return worst
 
 
-def _inverse(covariance: Array) -> Array:
-    """(k, k), without the directions that are not seen; of one number, which most are, without a search for such."""
-    if len(covariance) == 1:
-        return 1.0 / covariance if covariance[0, 0] > 0 else np.zeros((1, 1))
-    return np.asarray(np.linalg.pinv(covariance, rcond=1e-10, hermitian=True), float)
+def _strength(value: Array, covariance: Array) -> float:
+    """Of estimates (k,), in squared deviations, without the directions that are not seen (1e-10 of the largest power); of one
+    number, which most are, without a search for such."""
+    if len(value) == 1:
+        return float(value[0] ** 2 / covariance[0, 0]) if covariance[0, 0] > 0 else 0.0
+    power, directions = np.linalg.eigh(covariance)
+    seen = power > 1e-10 * power[-1]
+    return float(np.sum((value @ directions[:, seen]) ** 2 / power[seen]))
 
 
 def _seen_beside(products: Array, base: int) -> tuple[Array, Array]:

@@ -298,4 +298,4 @@ def folds_of_motion(observation: Observation, per_session: int) -> Index:
 
 def folds_of_sessions(observation: Observation) -> Index:
     """Fold of every block: its session."""
-    return np.array([block.session for block in observation.blocks], np.intp)
+    return observation.sessions

@@ -44,6 +44,8 @@ class JointDiagnosis:
     cautions: dict[str, str] = field(default_factory=dict)
     doubted: str | None = None
     learned: Learned | None = None
+    beyond_description: bool = False
+    """whether a description was looked for and none holds: nobody needs to look again"""
 
     @property
     def open(self) -> bool:

@@ -7,9 +7,9 @@ import numpy as np
 
 from identify.diagnosis.caution import load_siblings
 from identify.diagnosis.finding import Finding
+from identify.diagnosis.pairs import Addition
 from identify.diagnosis.refusals import Key, Refusals
 from identify.diagnosis.screening import Screening
-from identify.diagnosis.selection import Addition
 from identify.diagnosis.unseen_sessions import lowers_on_unseen, worse_on_unseen
 from identify.effects.effect import DeclaredLoad
 from identify.effects.model import Term
@@ -46,9 +46,11 @@ class State:
         evidence: dict[Key, Finding],
         refusals: Refusals,
         least: Sequence[float],
+        known: list[list[Finding]] | None = None,
     ) -> "State":
-        """Look at every candidate beside a model; `least` is for every joint the gain that an effect must have."""
-        listed, chosen = screening.selection.search(refusals.present(added), least)
+        """Look at every candidate beside a model; `least` is for every joint the gain that an effect must have, `known` what
+        was found where only the refusals have changed since."""
+        listed, chosen = screening.selection.search(refusals.present(added), least, known)
         return cls(screening, added, evidence, listed, chosen)
 
     @property
@@ -60,7 +62,7 @@ class State:
         """The same without what was to be added: it led to nothing better."""
         for candidate, _ in self.chosen:
             refusals.refuse(candidate.term, candidate.judged, self.added)
-        return State.of(self.screening, self.added, self.evidence, refusals, least)
+        return State.of(self.screening, self.added, self.evidence, refusals, least, self.listed)
 
     def better_than(self, other: "State") -> bool:
         """Whether it makes motion that the fits did not see more probable, and by what each added effect must bring to have a

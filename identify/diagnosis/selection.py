@@ -3,7 +3,6 @@
 from collections.abc import Collection, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
-from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,15 +12,14 @@ from identify.diagnosis.closed_loop import Asked
 from identify.diagnosis.deciding_constants import (
     DROP_PER_PARAMETER,
     FOLDS,
-    LEAST_DROP,
-    LEAST_OF_TORQUE,
     MOST,
     NEARLY_ALL,
     SIGNIFICANCE,
 )
 from identify.diagnosis.evidence import GroupEvidence, group_evidence
-from identify.diagnosis.finding import Finding, gained, steady
+from identify.diagnosis.finding import Finding, gained
 from identify.diagnosis.held_out import FoldedProducts, HeldOut, Trial, folds_of_motion, folds_of_sessions
+from identify.diagnosis.pairs import Addition, Choice, Pairs
 from identify.diagnosis.probability import probability_left
 from identify.effects.effect import DeclaredLoad
 from identify.estimation import forked
@@ -29,15 +27,8 @@ from identify.estimation.observation import Observation
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
-Addition = tuple[Candidate, int]
-"""A candidate, and the variant of its constants."""
-Choice = tuple[float, list[Addition]]
-"""What is to be added to a joint, and the drop of its error."""
-
 ROUNDING = 1e-9
 """Of the squared error: less is no gain but rounding, of columns whose values cannot be other than zero."""
-PAIRED = 10
-"""Best candidates of which all pairs are tried when no single one is justified."""
 
 
 @dataclass
@@ -93,33 +84,50 @@ class Selection:
         return np.union1d(self.base(declared), [*self.turning[joint]] if self.turning else []).astype(np.intp)
 
     def search(
-        self, refused: Collection[tuple[str, int]], least: Sequence[float]
+        self,
+        refused: Collection[tuple[str, int]],
+        least: Sequence[float],
+        known: Sequence[list[Finding]] | None = None,
     ) -> tuple[list[list[Finding]], list[Addition]]:
         """Of every joint all candidates beside the present model, the best first; and what to add now: each joint's
         strongest justified effect, or a pair that only helps together.
 
         refused : effects (name, joint) that are not to be added
         least   : for every joint the gain that an effect must have
+        known   : what a search on these observations found, which what is refused does not change
 
         Joints whose strongest is much weaker than the strongest of all wait: a fault of one joint shows in
         others through the inertial parameters that they share. Several may ask for one effect at once: of the whole robot,
         or of a motor that two of them share.
         """
 
-        def of_joint(joint: int) -> tuple[list[Finding], Choice | None]:
-            findings = self.findings(joint)
+        def of_joint(joint: int) -> tuple[list[Finding], Choice | None, list[Choice]]:
+            findings = self.findings(joint) if known is None else known[joint]
             open_ = [f for f in findings if f.candidate.term.key not in refused]
-            return findings, self._strongest(joint, open_, least[joint])
+            single = next((f for f in open_ if f.gain >= least[joint] and f.justified), None)
+            if single is not None:
+                return findings, (single.drop, [(single.candidate, single.variant)]), []
+            return findings, None, self._pairs(joint).strong(open_, least[joint])
 
         by_joint = forked.each(of_joint, range(len(self.observation.joint_columns)), known=self.candidates)
-        choices = sorted(
-            (choice for _, choice in by_joint if choice is not None),
-            key=lambda choice: choice[0],
-            reverse=True,
+        choices = [single for _, single, _ in by_joint]
+        # the evidence is the dear part of a pair, and a pair that is weak beside what another joint adds waits
+        drop = MOST * max((single[0] for single in choices if single is not None), default=0.0)
+        strong = [[pair for pair in pairs if pair[0] >= drop] for _, _, pairs in by_joint]
+        asked = [joint for joint, pairs in enumerate(strong) if pairs]
+
+        def strongest_pair(joint: int) -> Choice | None:
+            holds = self._pairs(joint).holds
+            return next((p for p in strong[joint] if holds(p[1]) and not self._refuted(joint, p[1])), None)
+
+        for joint, pair in zip(asked, forked.each(strongest_pair, asked, known=self.candidates), strict=True):
+            choices[joint] = pair
+        listed = sorted(
+            (each for each in choices if each is not None), key=lambda each: each[0], reverse=True
         )
-        strongest = choices[0][0] if choices else 0.0
-        additions = [each for drop, added in choices if drop >= MOST * strongest for each in added]
-        return [findings for findings, _ in by_joint], additions
+        strongest = listed[0][0] if listed else 0.0
+        additions = [each for drop, added in listed if drop >= MOST * strongest for each in added]
+        return [findings for findings, _, _ in by_joint], additions
 
     def findings(self, joint: int) -> list[Finding]:
         """All candidates of a joint beside the present model, the best first."""
@@ -330,61 +338,8 @@ class Selection:
             and probability_left(self._beside(finding, other)) >= SIGNIFICANCE
         )
 
-    def _strongest(self, joint: int, findings: Sequence[Finding], least: float) -> Choice | None:
-        """A joint's strongest justified effect that gains at least `least`, or such a pair; with the drop of the error."""
-        worth = [finding for finding in findings if finding.gain >= least]
-        single = next((finding for finding in worth if finding.justified), None)
-        if single is not None:
-            return single.drop, [(single.candidate, single.variant)]
-        return self._pair(joint, findings, least)
-
-    def _pair(self, joint: int, findings: Sequence[Finding], least: float) -> Choice | None:
-        """Two effects that only help together, and by at least the gain `least`."""
-        listed = [f for f in findings if f.candidate.beside_ratio][:PAIRED]
-        if len(listed) < 2:
-            return None
-        base = self._beside_turning(joint)
-        pairs = list(combinations(listed, 2))
-        trials = [
-            Trial((np.concatenate([f.candidate.columns(self.observation, f.variant) for f in pair]),))
-            for pair in pairs
-        ]
-        before = self.motion.alone(joint, base)
-        after = self.motion.evaluate(joint, base, trials)
-        best: Choice | None = None
-        for pair, trial, fared in zip(pairs, trials, after, strict=True):
-            drop = 1 - float(np.sqrt(max(fared.total, 0) / max(before.total, 1e-300)))
-            if before.total - fared.total < least or drop < 2 * LEAST_DROP:
-                continue
-            if not steady(before, fared) or (best is not None and drop <= best[0]):
-                continue
-            if before.total - fared.total < LEAST_OF_TORQUE**2 * self.motion.measured(joint):
-                continue
-            if not self._both_needed(joint, base, [f.candidate for f in pair], [f.variant for f in pair]):
-                continue
-            tried = self.tried(joint) ** 2 * int(np.prod([f.candidate.searched for f in pair]))
-            extra = np.setdiff1d(trial.variants[0], base)
-            p_value = group_evidence(self.observation, joint, base, extra).p_value
-            chosen = [(finding.candidate, finding.variant) for finding in pair]
-            if p_value * tried < SIGNIFICANCE and not self._refuted(joint, chosen):
-                best = drop, chosen
-        return best
-
-    def _both_needed(
-        self, joint: int, base: Index, pair: Sequence[Candidate], variants: Sequence[int]
-    ) -> bool:
-        """Whether each of two effects explains something beside the other, with values that it can have."""
-        columns = [c.columns(self.observation, v) for c, v in zip(pair, variants, strict=True)]
-        for candidate, variant, tested, other in zip(pair, variants, columns, columns[::-1], strict=True):
-            beside = np.union1d(base, other)
-            evidence = group_evidence(self.observation, joint, beside, np.setdiff1d(tested, beside))
-            tried = candidate.searched * self.tried(joint)
-            if (
-                evidence.p_value * tried >= SIGNIFICANCE
-                or candidate.outside(evidence.estimates, variant).any()
-            ):
-                return False
-        return True
+    def _pairs(self, joint: int) -> Pairs:
+        return Pairs(self.observation, self.motion, joint, self._beside_turning(joint), self.tried(joint))
 
     def replacement(self, joint: int, columns: Index, complexity: int) -> Addition | None:
         """The candidate that does better on unseen motion in the place of some columns of the model: by what a parameter must

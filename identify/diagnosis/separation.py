@@ -53,7 +53,7 @@ def noise_along(
     sums = stacked.sums((left * residual)[:, None])
     noisy = [
         np.sum(part**2) * len(part) / max(len(part) - 1, 1)
-        for part in joined_influences(sums, np.array([block.session for block in observation.blocks]))
+        for part in joined_influences(sums, observation.sessions)
     ]
     return max(least, float(np.sqrt(max(noisy) / power)))
 

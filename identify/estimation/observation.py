@@ -66,6 +66,11 @@ class Observation:
         """Number of columns of W."""
         return self.base + sum(len(columns) for columns in self.slot_columns)
 
+    @cached_property
+    def sessions(self) -> NDArray[np.intp]:
+        """(blocks,) index of the session of every block."""
+        return np.array([block.session for block in self.blocks], np.intp)
+
     def blocks_of(self, session: int) -> list[int]:
         """Indices of the blocks of a session."""
         return [index for index, block in enumerate(self.blocks) if block.session == session]

@@ -170,7 +170,7 @@ def _robust(
     scale = np.linalg.norm(fit.r, axis=0)
     slopes, _ = block_products(linear, plain, scale)
     _, scores = block_products(weighted, plain, scale)
-    sessions = np.array([block.session for block in observation.blocks])
+    sessions = observation.sessions
     deviation = np.full(len(chi), np.nan)
     deviation[fit.fitted] = deviation_from_blocks(slopes, scores, slopes, sessions) / scale
     return deviation

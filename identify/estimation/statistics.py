@@ -49,8 +49,7 @@ def robust_deviation(observation: Observation, fit: LeastSquares) -> Array:
         return deviation
     scale = np.linalg.norm(fit.r, axis=0)
     grams, scores = block_products(observation, fit, scale)
-    sessions = np.array([block.session for block in observation.blocks])
-    deviation[fit.fitted] = deviation_from_blocks(grams, scores, grams, sessions) / scale
+    deviation[fit.fitted] = deviation_from_blocks(grams, scores, grams, observation.sessions) / scale
     return deviation
 
 

@@ -379,7 +379,7 @@ def _deviations(
     inverse = np.linalg.pinv(J[:, seen] / scale[seen])
     std[seen] = np.sqrt(variance) * np.linalg.norm(inverse, axis=1) / scale[seen]
     slopes, scores = _block_products(observation, fit, slope[:, seen] / scale[seen])
-    sessions = np.array([block.session for block in observation.blocks])
+    sessions = observation.sessions
     robust[seen] = deviation_from_blocks(slopes, scores, slopes, sessions) / scale[seen]
     return std, robust
 

@@ -41,7 +41,7 @@ SIZES = {
     "RIDGE": "identify.diagnosis.disturbance",
     "INDEPENDENT": "identify.diagnosis.disturbance",
     "TURNING": "identify.diagnosis.disturbance",
-    "PAIRED": "identify.diagnosis.selection",
+    "PAIRED": "identify.diagnosis.pairs",
     "LOAD_KNOTS": "identify.diagnosis.free_functions",
     "DEPENDENT": "identify.diagnosis.option_fits",
 }

@@ -133,28 +133,6 @@ def test_the_choice_of_constants_is_the_one_that_explains():
     assert [(candidate.name, variant) for candidate, variant in added] == [("searched", 2)]
 
 
-def test_two_effects_that_only_help_together_are_added_together():
-    generator = np.random.default_rng(4)
-    matrix, noise = random_columns(4, seed=5)
-    cause = generator.standard_normal(ROWS)
-    matrix[:, 1] = (
-        cause + 12.0 * matrix[:, 2]
-    )  # alone it explains next to nothing of the cause, and the other none
-    measured = matrix[:, 0] + 2.0 * cause + noise
-    candidates = [
-        ChosenColumns(name, ((column,),)) for name, column in (("one", 1), ("other", 2), ("idle", 3))
-    ]
-    searched = selection([(matrix, measured)], candidates)
-    findings, added = searched.search(set(), [0.0])
-    assert not any(each.justified for each in findings[0])
-    assert sorted(names(added)) == ["one", "other"]
-    together = held_out_square(matrix[:, [0]], measured) - held_out_square(matrix[:, [0, 1, 2]], measured)
-    assert len(searched.search(set(), [0.999 * together])[1]) == 2
-    assert searched.search(set(), [1.001 * together])[1] == []
-    impossible = [ChosenColumns("one", ((1,),), possible=False), *candidates[1:]]
-    assert selection([(matrix, measured)], impossible).search(set(), [0.0])[1] == []
-
-
 def test_a_joint_that_gains_little_beside_another_waits():
     matrix, noise = random_columns(2, seed=6)
     other, its_noise = random_columns(2, seed=7)
