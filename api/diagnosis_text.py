@@ -59,6 +59,9 @@ def _diagnosis_lines(document: DiagnosisDocument) -> Iterator[str]:
             )
         if joint.superfluous:
             yield f"  terms that do not help: {', '.join(joint.superfluous)}"
+    if document.remarks:
+        yield ""
+        yield from document.remarks
     for joint_motion in document.motion or ():
         yield ""
         yield f"with {joint_motion.effect}@{joint_motion.joint}: {motion_text(joint_motion.motion)}"

@@ -24,6 +24,7 @@ from identify.diagnosis.verdict import imitated, left_over, part_of_free, verdic
 from identify.diagnosis.where import where_it_fails
 from identify.effects.model import Model, Term, model_name
 from identify.estimation import forked
+from identify.estimation.doubts import cut_commands
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.fitting import Progress, fit_model
 from identify.estimation.prediction import Prediction, mean_error, predict_sessions
@@ -73,6 +74,7 @@ class Diagnosis:
             joints=tuple(joint.document() for joint in self.joints),
             not_applicable=self.left_out,
             motion=self.motion,
+            remarks=tuple(cut_commands(self.fitted.record)),
         )
 
     def to_json(self) -> Json:

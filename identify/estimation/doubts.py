@@ -9,6 +9,7 @@ from identify.dynamics.standard_parameters import PARAMETERS_PER_JOINT
 from identify.effects.admissible import named_parameters
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.parameters import column_names
+from identify.estimation.record import Record
 
 MUCH_WORSE = 2.0
 """Times the error of the fit on motion that it did not see. Noise and the parameters' deviations raise it by a part of
@@ -78,6 +79,22 @@ def predicts_worse(fitted: FittedModel, error: float, unseen: float | None) -> s
         f"the model predicts motion that it did not see much worse ({unseen:.3g} of the torque) than its own"
         f" ({error:.3g}); do not rely on the parameters (condition number {fitted.fit.condition_number:.3g})"
     )
+
+
+def cut_commands(record: Record) -> list[str]:
+    """One sentence for each motor whose recorded command stands at a limit."""
+    sentences = []
+    facts = [record.facts(entry) for entry in record.experiment.sessions]
+    for motor, (lower, upper) in enumerate(record.command_limits.tolist()):
+        count = sum(part.at((lower, upper)) for each in facts for part in each.standing[motor])
+        if not count:
+            continue
+        values = " and ".join(f"{value:.5g}" for value in (lower, upper) if np.isfinite(value))
+        sentences.append(
+            f"{record.joint_names[motor]}: the recorded command was cut at {values}, where {count} samples stand."
+            " What the motor gave there is not in the record, and these samples are left out"
+        )
+    return sentences
 
 
 def parameter_doubts(fitted: FittedModel) -> dict[int, Doubt]:

@@ -6,7 +6,7 @@ from typing import Literal
 
 from identify.effects.model import Term
 from identify.estimation.block_errors import block_errors, ratio
-from identify.estimation.doubts import Doubt, doubts, in_words, parameter_doubts
+from identify.estimation.doubts import Doubt, cut_commands, doubts, in_words, parameter_doubts
 from identify.estimation.essential import RULE
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.observation import Observation
@@ -168,6 +168,7 @@ class Identified:
             remarks += fitted.estimate.remarks
         if fitted.eliminated:
             remarks.append(f"{len(fitted.eliminated)} parameters {RULE}")
+        remarks += cut_commands(record)
         for entry in self.experiment.sessions:
             remarks += [f"{entry.file}: {remark}" for remark in record.facts(entry).remarks]
         return remarks

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from identify.effects.model import coupled_motors
 from identify.effects.motion import JointSummary
+from identify.estimation.command_limits import limits, standing_in_parts
 from identify.estimation.executor import chosen_executor
 from identify.estimation.rigid_body import AlongParameters, RigidBody
 from identify.estimation.session_facts import SessionFacts, steady_command
-from identify.estimation.stops import STOP_TIME, recorded_stopping_speed, stopping_speed
+from identify.estimation.stops import FILTER_REACH, STOP_TIME, recorded_stopping_speed, stopping_speed
 from identify.recording import Experiment, InputError, Session, SessionEntry
 from identify.recording.quantiles import quantile, quantiles
 from identify.signals import MotionBlock, SignalSettings, choose_signal_settings, motion_blocks
@@ -187,10 +188,29 @@ class Record:
                 position_step=position_step(session.position[:SAMPLES]),
                 position_rounding=position_rounding(session.position[session.segments[0]][:SAMPLES]),
                 steady_command=steady_command(session.command),
+                standing=tuple(
+                    standing_in_parts(session, motor, np.flatnonzero(turns))
+                    for motor, turns in enumerate(self.experiment.drive_gain.T)
+                ),
                 has_external=session.external is not None,
                 remarks=session.remarks,
             )
         return self._facts[entry.file]
+
+    @cached_property
+    def command_limits(self) -> Array:
+        """(n, 2): of every motor the lowest and the highest value that its recorded command is cut at; −∞ and ∞ where it is not
+        cut."""
+        facts = [self.facts(entry) for entry in self.experiment.sessions]
+        return np.array(
+            [limits([part for each in facts for part in each.standing[m]]) for m in range(self.joints)]
+        )
+
+    def at_limit(self, entry: SessionEntry) -> NDArray[np.bool_]:
+        """(N, n): samples of a session, as recorded, in which the command of a motor stands at a limit."""
+        lowest, highest = self.command_limits.T
+        command = self.session(entry).command
+        return (command <= lowest) | (command >= highest)
 
     def blocks(self, entry: SessionEntry) -> Iterator[PreparedBlock]:
         """The session's blocks of motion; held for the next pass while all that is held is small.
@@ -282,9 +302,22 @@ class Record:
                 # while a motor stops, what holds it is in the torque of every joint that it turns with
                 turned = self.body.shares[:, motor] != 0
                 moving = np.where(turned, moving & moves_too[:, None], moving)
+            if np.isfinite(self.command_limits).any():
+                moving = moving & ~self._cut(entries[file], samples.time)
             return replace(samples, moving=moving)
 
         return _ByFile(gather)
+
+    def _cut(self, entry: SessionEntry, time: Array) -> NDArray[np.bool_]:
+        """(M, n): decimated samples of a joint into which the parallel filter mixes a command that stands at a limit."""
+        recorded, at_limit = self.session(entry).time, self.at_limit(entry)
+        reach = FILTER_REACH / self.settings.decimation_cutoff
+        near = np.zeros((len(time), self.joints), bool)
+        for motor, turned in enumerate((self.experiment.drive_gain != 0).T):
+            instants = recorded[at_limit[:, motor]]
+            first, last = (np.searchsorted(instants, edge) for edge in (time - reach, time + reach))
+            near[:, turned] |= (last > first)[:, None]
+        return near
 
     def _gather_all(self, entries: Sequence[SessionEntry]) -> None:
         """Gather the sessions that are not gathered yet, where the executor says."""

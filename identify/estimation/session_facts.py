@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.estimation.command_limits import Standing
 from identify.signals.position_noise import SAMPLES
 
 Array = NDArray[np.float64]
@@ -26,6 +27,8 @@ class SessionFacts:
     """(n,) step that would give the scatter of the recorded positions from sample to sample, rad or m"""
     steady_command: Array
     """(n,) the recorded command where every sample of it is the same; nan where it changes"""
+    standing: tuple[tuple[Standing, ...], ...]
+    """of every motor where its command stands while it moves, part by part"""
     has_external: bool
     remarks: tuple[str, ...]
 

@@ -216,6 +216,9 @@ class DiagnosisDocument(Document):
         description="what each missing effect does to the prediction of motion that no fit saw, one added after the other; null"
         " where it was not asked for",
     )
+    remarks: tuple[str, ...] = Field(
+        default=(), description="what the reader must know of the record", examples=[[]]
+    )
 
     def joint(self, name: str) -> JointDiagnosis | None:
         """The diagnosis of that joint; None where there is none of that name."""

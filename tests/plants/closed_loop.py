@@ -43,6 +43,8 @@ class LoopArm:
     bumper     : N m/rad^1.5, rubber beyond 0.4 rad
     command_noise : N m, white noise of the recorded command
     drift      : part by which dry friction falls while a session lasts
+    limit      : N m at which the drive cuts what the controller asks for; the record has the cut value
+    given_at_limit : part of it that the motor gives there
     """
 
     inertia: float = 12.0
@@ -70,6 +72,8 @@ class LoopArm:
     bumper: float = 0.0
     command_noise: float = 0.0
     drift: float = 0.0
+    limit: float = np.inf
+    given_at_limit: float = 1.0
 
 
 def draw_arm(random: np.random.Generator, **fixed: object) -> LoopArm:
@@ -173,6 +177,8 @@ def simulate(
     # what no machine of these has is not computed in every step
     sticks, rubs, bends = (bool(effect.any()) for effect in (stiction, rubbing, quadratic))
     springs, bumps = bool(spring.any()), bool(bumper.any())
+    limit, given = of("limit"), of("given_at_limit")
+    cuts = bool(np.isfinite(limit).any())
     coulomb = of("coulomb") * (1.0 - np.outer(time, of("drift") / time[-1]))
     wanted, speed = asked[:, 0].T.copy(), asked[:, 1].T.copy()
     ahead = (feed * own)[:, None] * asked[:, 2]
@@ -183,7 +189,11 @@ def simulate(
         held += off * STEP
         # the amplifier follows within the period
         torque = ahead[index] + damped * (speed[index] - dq) + stiff * off + integral * held
+        if cuts:
+            torque = np.clip(torque, -limit, limit)
         positions[index], torques[index] = q, torque
+        if cuts:
+            torque = np.where(np.abs(torque) == limit, given * torque, torque)
         driving = torque + disturbance[index]
         for _ in range(2):
             pulled = moment * np.cos(q)
