@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from identify.diagnosis.diagnosis import with_descriptions
 from identify.diagnosis.structure import Structure
 from identify.results.diagnosis import Learned
 
@@ -49,3 +50,24 @@ def test_a_description_is_looked_for_where_structure_is_left_even_if_not_in_ever
 ):
     structure = (Structure(("q", "direction"), share, deviation=share),)
     assert replace(diagnosed().joints[0], verdict=verdict, structure=structure).open is looked_for
+
+
+def test_a_description_that_does_not_hold_is_looked_for_once(diagnosed, monkeypatch):
+    looked = []
+
+    class Describer:
+        @classmethod
+        def of(cls, present, diagnosed):
+            return cls()
+
+        def offer(self, place, said):
+            looked.append(place)
+
+    monkeypatch.setattr("identify.diagnosis.diagnosis.Describer", Describer)
+    plain = diagnosed()
+    doubted = replace(plain, joints=(replace(plain.joints[0], verdict="missing", doubted="q"),))
+    once = with_descriptions(doubted, of_doubted_only=True)
+    assert looked == [0]
+    assert once.joints[0].document() == doubted.joints[0].document()
+    assert with_descriptions(once) is once
+    assert looked == [0]
