@@ -211,8 +211,8 @@ def written(
 
     about_to_write : called with the tables and what the drives hold before, once that is read and before anything is written
 
-    Raises InputError: the tables are of other drives, or of drives whose profiles say something else by now; or a drive is not
-        ready to be written to.
+    Raises InputError: the tables are of other drives, or of drives whose profiles say something else by now; a drive is not
+        ready to be written to; or what it holds cannot be kept, as on a full disk.
     """
     changed = changed_since_computed(tables, rig)
     if changed:
@@ -228,8 +228,14 @@ def written(
         return tables.changed(joints=tuple(joints))
 
     def read(before: Sequence[Sequence[float]]) -> None:
-        if about_to_write is not None:
+        if about_to_write is None:
+            return
+        try:
             about_to_write(with_before(before))
+        except OSError as error:
+            raise InputError(
+                f"what the drives hold cannot be kept ({error.strerror}): nothing was written to them"
+            ) from error
 
     return with_before(write_tables(rig, writes, read)).changed(written=True)
 

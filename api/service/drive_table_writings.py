@@ -217,8 +217,8 @@ class DriveTableWritings:
             def about_to_write(document: DriveTablesDocument) -> None:
                 # What the drives held before is on disk before the first of them changes.
                 nonlocal begun
-                begun = document
                 stored(document, "begun")
+                begun = document
 
             try:
                 return stored(written(tables, settings, about_to_write), "written")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import re
 from dataclasses import replace
@@ -141,6 +142,22 @@ def test_tables_are_written_and_read_back_and_the_drive_uses_them(rig, result, t
             assert "\n" not in str(refused.value)
     assert not tables.written
     assert "nothing was written" in drive_tables_text(tables)
+
+
+def test_nothing_is_written_where_what_the_drives_hold_cannot_be_kept(rig):
+    there = rig.model_copy(update={"bus": BusSettings(interface="virtual", channel="drive-tables-full")})
+
+    def full(_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with simulated_rig(there, there.payload("none")) as on:
+        raw = on.nodes[0].drive.compensation.raw
+        raw[0x2021][0] = 700
+        with pytest.raises(
+            InputError, match=r"cannot be kept \(No space left on device\): nothing was written"
+        ):
+            write_to_drives(cleared_tables(there), there, full)
+        assert raw[0x2021][0] == 700
 
 
 def test_a_rig_with_another_gear_and_the_same_drive_gain_is_refused(rig, result):
