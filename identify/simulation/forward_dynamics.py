@@ -104,14 +104,15 @@ def accelerations(
         resting[:, joint] = False
     if not resting.any():
         windows = replace(windows, direction=direction)
-        return _solved(model, windows, applied, guess, np.zeros(resting.shape, bool)), direction
+        return _solved(model, windows, applied, guess, np.zeros(resting.shape, bool))[0], direction
     stuck = resting.copy()
     # one joint that breaks away may free the next one, so there are as many rounds as joints
     acceleration = guess
     for _ in range(windows.q.shape[1] + 1):
         windows = replace(windows, direction=direction)
-        acceleration = _solved(model, windows, applied, np.where(stuck, 0.0, guess), stuck)
-        released, ways = _breaking_away(model, windows, applied, acceleration, stuck)
+        acceleration, slope = _solved(model, windows, applied, np.where(stuck, 0.0, guess), stuck)
+        movable = stuck & _movable(slope)
+        released, ways = _breaking_away(model, windows, applied, acceleration, movable)
         if not released.any():
             break
         direction = np.where(released, ways, direction)
@@ -121,26 +122,34 @@ def accelerations(
     return np.where(held, 0.0, acceleration), np.where(held | stuck, 0.0, direction)
 
 
+def _movable(slope: Array) -> Mask:
+    """(windows, joints) those with an inertia: one that stands still in the whole record has none in the model, and stays
+    where it is.
+
+    slope : (windows, joints, joints), of the torque over the acceleration
+    """
+    inertias = np.abs(np.diagonal(slope, axis1=1, axis2=2))
+    return inertias > LEAST_INERTIA * inertias.max(axis=1, keepdims=True)
+
+
 def _breaking_away(
     model: Dynamics, windows: Windows, applied: Array, acceleration: Array, stuck: Mask
 ) -> tuple[Mask, Array]:
-    """Joints at rest whose torque exceeds the friction that can hold them, and the way that they set off.
-
-    One that stands still in the whole record has no inertia in the model, and stays where it is.
-    """
+    """Joints at rest whose torque exceeds the friction that can hold them, and the way that they set off."""
     limits = []
     for way in (1.0, -1.0):
         tried = replace(windows, direction=np.where(stuck, way, windows.direction))
         limits.append(model.torque(tried, acceleration))
-    inertias = np.abs(np.diagonal(model.with_slope(windows, acceleration)[1], axis1=1, axis2=2))
-    movable = stuck & (inertias > LEAST_INERTIA * inertias.max(axis=1, keepdims=True))
-    forwards = movable & (applied > np.maximum(*limits))
-    backwards = movable & (applied < np.minimum(*limits))
+    forwards = stuck & (applied > np.maximum(*limits))
+    backwards = stuck & (applied < np.minimum(*limits))
     return forwards | backwards, np.where(forwards, 1.0, -1.0)
 
 
-def _solved(model: Dynamics, windows: Windows, applied: Array, guess: Array, stuck: Mask) -> Array:
-    """Newton's method on torque(acceleration) = applied, stuck joints held at rest.
+def _solved(
+    model: Dynamics, windows: Windows, applied: Array, guess: Array, stuck: Mask
+) -> tuple[Array, Array]:
+    """Newton's method on torque(acceleration) = applied, stuck joints held at rest: the acceleration, and the slope of the
+    torque over it where the method began.
 
     Friction α |load| has a kink where the load is zero; the torque grows with the acceleration on both sides as long as α < 1, so
     that the solution is the only one and Newton's method finds it. Friction with a step up there (beta_m − beta_g of eq. 29)
@@ -149,7 +158,8 @@ def _solved(model: Dynamics, windows: Windows, applied: Array, guess: Array, stu
     solutions, either of which may be found.
     """
     acceleration = np.where(stuck, 0.0, guess)
-    torque, slope = model.with_slope(windows, acceleration)
+    torque, begun = model.with_slope(windows, acceleration)
+    slope = begun
     held = stuck[:, :, None] | stuck[:, None, :]
     size = SETTLED * np.maximum(1e-12, np.max(np.abs(applied), initial=0.0))
     best, least = acceleration, np.full(len(acceleration), np.inf)
@@ -161,19 +171,20 @@ def _solved(model: Dynamics, windows: Windows, applied: Array, guess: Array, stu
         best = np.where(better[:, None], acceleration, best)
         least = np.where(better, worst, least)
         if worst.max(initial=0.0) <= size:
-            return best
+            return best, begun
         inertia = np.where(held, 0.0, slope)
         inertia += np.where(stuck, 1.0, 0.0)[:, :, None] * np.eye(stuck.shape[1])
         before = acceleration
         acceleration = acceleration + np.linalg.solve(inertia, left[:, :, None])[:, :, 0]
         if model.linear:
-            return acceleration
+            return acceleration, begun
         torque, slope = model.with_slope(windows, acceleration)
         if iteration == MOST_ITERATIONS - 1:
             worst = np.max(np.abs(np.where(stuck, 0.0, applied - torque)), axis=1)
             best = np.where((worst < least)[:, None], acceleration, best)
             least = np.minimum(least, worst)
-    return _across_a_step(model, windows, applied, (before, acceleration), stuck, best, least > size)
+    rested = _across_a_step(model, windows, applied, (before, acceleration), stuck, best, least > size)
+    return rested, begun
 
 
 def _across_a_step(
