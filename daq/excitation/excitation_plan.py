@@ -132,6 +132,10 @@ class ExcitationPlan(BaseModel):
             raise InputError(f"{path}: cannot be read ({error})") from None
         except json.JSONDecodeError as error:
             raise InputError(f"{path}, line {error.lineno}: not JSON ({error.msg})") from None
+        except (ValueError, RecursionError):
+            raise InputError(
+                f"{path}: no plan: lists too deep within each other, or a number of too many digits"
+            ) from None
         if isinstance(document, dict):
             report = cast(JsonObject, document)
             if isinstance(report.get("plan"), dict):

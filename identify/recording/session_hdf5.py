@@ -320,7 +320,7 @@ def _time_is_counted_in_cycles(file: h5py.File) -> bool:
     try:
         rig = json.loads(_text(file.attrs.get("rig", "{}")))
         return rig.get("pacing") == AS_FAST_AS_ANSWERED or bool(rig.get("simulated"))
-    except (ValueError, AttributeError):
+    except (ValueError, AttributeError, RecursionError):
         return False
 
 

@@ -51,6 +51,10 @@ def document_from_json(kind: type[Kind], content: str | bytes, source: str) -> K
         raise InputError(f"{source}, line {error.lineno}: not JSON ({error.msg})") from None
     except UnicodeDecodeError:
         raise InputError(f"{source}: not JSON (its bytes are no text)") from None
+    except (ValueError, RecursionError):
+        raise InputError(
+            f"{source}: no result: lists too deep within each other, or a number of too many digits"
+        ) from None
     return document_of(kind, values, source)
 
 

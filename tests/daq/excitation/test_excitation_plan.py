@@ -185,6 +185,22 @@ def test_the_approach_leads_slowly_to_the_start(rig, plan):
     assert approach(rig, np.array(plan.start), np.array(plan.start)) is None
 
 
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ("{]", ", line 1: not JSON"),
+        ("[" * 200_000, ": no plan: lists too deep within each other"),
+        (f'{{"format": {"9" * 5000}}}', ": no plan: .* a number of too many digits"),
+    ],
+    ids=["broken", "deep", "long"],
+)
+def test_a_file_that_is_no_plan_is_refused_in_one_line(tmp_path, content, words):
+    (tmp_path / "plan.json").write_text(content)
+    with pytest.raises(InputError, match=f"plan.json{words}") as refused:
+        ExcitationPlan.load(tmp_path / "plan.json")
+    assert "\n" not in str(refused.value)
+
+
 finite = st.floats(-3.0, 3.0).map(lambda x: round(x, 4))
 limit = st.floats(0.05, 50.0)
 

@@ -198,6 +198,17 @@ def test_simulated_time_is_told_by_the_cycle_alone(tmp_path):
     assert session.sampling_period == pytest.approx(1e-3)
 
 
+@pytest.mark.parametrize(
+    "rig", ["[" * 50_000, "9" * 5000, "{", "[]"], ids=["deep", "long", "broken", "a list"]
+)
+def test_a_description_of_the_rig_that_nobody_can_read_leaves_the_samples_as_they_are(tmp_path, rig):
+    recording(tmp_path / "s.h5", attribute__rig=rig)
+    recording(tmp_path / "t.h5")
+    read, whole = session_of(tmp_path / "s.h5"), session_of(tmp_path / "t.h5")
+    np.testing.assert_array_equal(read.position, whole.position)
+    assert read.remarks == whole.remarks
+
+
 def test_temperatures_are_read_where_every_axis_has_some(tmp_path):
     path = tmp_path / "s.h5"
     warm = np.full((2000, 2), np.nan, np.float32)

@@ -79,6 +79,8 @@ def test_what_is_wrong_deep_inside_is_named_with_its_place():
     ("content", "words"),
     [
         ("{]", r"kept\.json, line 1: not JSON"),
+        ("[" * 200_000, r"kept\.json: no result: lists too deep within each other"),
+        (f'{{"format": {"9" * 5000}}}', r"kept\.json: no result: .* a number of too many digits"),
         ("[1]", r"kept\.json: not a result of `coulomb identify --json`"),
         ('{"format": "new"}', r"kept\.json: format: 'new' is unknown"),
         ('{"format": true}', r"kept\.json: format: True is unknown"),
