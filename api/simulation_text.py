@@ -85,9 +85,20 @@ def _row(joint: JointMotionError, beside: bool) -> str:
             f" {'':>14s} {_figure(joint.position_rms_usual, joint.unit):>14s}"
             f" {_figure(joint.velocity_rms_usual, speed):>16s}"
         )
-    if joint.left_record_at is not None:
-        text += f"  a tenth of its range off at {joint.left_record_at:.3g} s"
-    return text
+    return text + _left(joint, beside)
+
+
+def _left(joint: JointMotionError, beside: bool) -> str:
+    """When a free run has left the record, and that of the usual model where it stands beside."""
+    if not beside:
+        return (
+            ""
+            if joint.left_record_at is None
+            else f"  a tenth of its range off at {joint.left_record_at:.3g} s"
+        )
+    both = (("model", joint.left_record_at), ("usual model", joint.left_record_at_usual))
+    times = [f"{name} at {instant:.3g} s" for name, instant in both if instant is not None]
+    return f"  a tenth of its range off: {', '.join(times)}" if times else ""
 
 
 def _figure(value: float | None, unit: str) -> str:

@@ -86,6 +86,23 @@ def test_the_usual_model_stands_beside_where_it_was_simulated_too():
     assert ["j2", "0.00125", "rad", "0.0375", "rad/s", "–", "–"] in shown
 
 
+@pytest.mark.parametrize(
+    ("model", "usual", "said"),
+    [
+        (2.345, 0.5, "a tenth of its range off: model at 2.35 s, usual model at 0.5 s"),
+        (None, 0.5, "a tenth of its range off: usual model at 0.5 s"),
+        (2.345, None, "a tenth of its range off: model at 2.35 s"),
+        (None, None, "0.75 rad/s"),
+    ],
+)
+def test_of_two_models_it_is_said_which_has_left_the_record_and_when(model, usual, said):
+    compared = joint(
+        position_rms_usual=0.5, velocity_rms_usual=0.75, left_record_at=model, left_record_at_usual=usual
+    )
+    (row,) = [" ".join(line) for line in lines(horizon(None, compared)) if line[:1] == ["j1"]]
+    assert row.endswith(said)
+
+
 def test_a_drift_of_energy_is_a_percentage_of_the_work():
     assert ["energy", "drift", "0.12", "%", "of", "the", "work", "done"] in lines(
         horizon(1.0, joint(), energy_drift=0.0012)
