@@ -53,13 +53,14 @@ class Selection:
 
     def __post_init__(self) -> None:
         observation = self.observation
+        # What is left out stays with the weight of one observation (Kass, Wasserman 1995): a stretch of motion of one sample, a
+        # session of one block of time. The rest may tell nothing of a parameter (the sign of a load that turns round in one
+        # stretch; with one load, what a change of load would tell), and a guess at it is no prediction.
+        folds, samples = folds_of_motion(observation, FOLDS), observation.samples.mean()
         self.motion = FoldedProducts(
-            observation, self.weights, folds_of_motion(observation, FOLDS), model=self.base()
+            observation, self.weights, folds, (int(folds.max()) + 1) / max(samples, 1), self.base()
         )
         sessions = folds_of_sessions(observation)
-        # A session left out stays with the weight of one of its blocks of time: the others, with one load, often tell nothing of
-        # inertial parameters, or of an effect's, that a change of load would tell, and a guess at them is no prediction
-        # (the prior that holds as much as one observation: Kass, Wasserman 1995).
         known = (int(sessions.max()) + 1) / len(sessions)
         self.sessions = (
             FoldedProducts(observation, self.weights, sessions, known) if sessions.max() > 0 else None

@@ -71,6 +71,12 @@ class Observation:
         """(blocks,) index of the session of every block."""
         return np.array([block.session for block in self.blocks], np.intp)
 
+    @cached_property
+    def samples(self) -> NDArray[np.intp]:
+        """(joints,) number of the samples behind the factors of every joint."""
+        counts = np.array([[factor.rows for factor in of_block] for of_block in self.factors], np.intp)
+        return np.asarray(counts.sum(axis=0), np.intp)
+
     def blocks_of(self, session: int) -> list[int]:
         """Indices of the blocks of a session."""
         return [index for index, block in enumerate(self.blocks) if block.session == session]
