@@ -94,7 +94,7 @@ def standing(command: Array, positions: Array, steps: Array) -> Standing:
     line = (1 - part) * positions[first] + part * positions[last]
     tolerance = STRAIGHT * np.where(np.isfinite(steps), steps, 0.0)
     uneven = np.any(np.abs(positions[middle] - line) > tolerance, axis=1)
-    values, of_value = np.unique(command[first], return_inverse=True)
+    values, of_value = _distinct(command[first])
     lengths = last - first + 1
     return Standing(
         values,
@@ -123,8 +123,8 @@ def limits(sessions: Sequence[Standing]) -> tuple[float, float]:
         np.concatenate([getattr(each, name) for each in sessions]) for name in ("samples", "uneven")
     )
     ends = min(each.lowest for each in sessions), max(each.highest for each in sessions)
-    elsewhere = ~np.isin(values, ends)
-    _, of_value = np.unique(values[elsewhere], return_inverse=True)
+    elsewhere = (values != ends[0]) & (values != ends[1])
+    _, of_value = _distinct(values[elsewhere])
     most = np.bincount(of_value, samples[elsewhere]).max(initial=0)
     moving = sum(each.moving for each in sessions)
     cut = [
@@ -139,3 +139,13 @@ def limits(sessions: Sequence[Standing]) -> tuple[float, float]:
     if ends[0] == ends[1] or 2 * at_cut > moving:
         return -np.inf, np.inf
     return (ends[0] if cut[0] else -np.inf), (ends[1] if cut[1] else np.inf)
+
+
+def _distinct(values: Array) -> tuple[Array, NDArray[np.intp]]:
+    """Each value once, ascending, and which of them every one is: `np.unique`, which imports all of `numpy.ma`."""
+    order = np.argsort(values, kind="stable")
+    ascending = values[order]
+    new = np.concatenate([np.ones(min(len(values), 1), np.bool_), ascending[1:] != ascending[:-1]])
+    places = np.empty(len(values), np.intp)
+    places[order] = np.cumsum(new) - 1
+    return ascending[new], places

@@ -40,7 +40,7 @@ def active(state: SessionState, reason: str = ""):
 
 def test_after_a_session_the_next_payload_is_the_next_step():
     done = outcome(service(), row("done", reason="the plan ran to its end; 24000 samples in session-00.h5"))
-    assert done.words == "Session-00 of Arm 2: the plan ran to its end; 24000 samples in session-00.h5."
+    assert done.words == "session-00 of Arm 2: the plan ran to its end; 24000 samples in session-00.h5."
     assert done.step.words == "Next payload: disk-7"
     assert "rig=bench&experiment=arm&payload=disk-7&plan=bench-20-s" in done.step.link
 
@@ -72,7 +72,7 @@ def test_what_is_advised_for_the_command_line_is_not_said_on_a_page():
         (row("new", file=None), "session-00 of Arm 2 is being prepared.", "Continue the session"),
         (
             row("faulted", reason="drive 3: too hot"),
-            "Session-00 of Arm 2: drive 3: too hot.",
+            "session-00 of Arm 2: drive 3: too hot.",
             "Prepare it again",
         ),
     ],
