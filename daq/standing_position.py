@@ -27,11 +27,8 @@ class StandingPosition:
         n = len(rig.axes)
         following = np.array([axis.limits.following_error for axis in rig.axes])
         way = np.abs(rig.position_matrix)  # of each joint for a count of each drive
-        with np.errstate(divide="ignore"):
-            nearest = np.min(
-                np.where(way > 0, following[:, None] / np.where(way > 0, way, 1.0), np.inf), axis=0
-            )
-        self._most = np.maximum(SHARE * nearest, FEWEST)
+        counts = np.divide(following[:, None], way, out=np.full_like(way, np.inf), where=way > 0)
+        self._most = np.maximum(SHARE * counts.min(axis=0), FEWEST)
         self._before: NDArray[np.int64] | None = None
         self._setpoint = np.zeros(n, np.int64)
 

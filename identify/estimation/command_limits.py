@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.recording import Session
-from identify.signals.position_noise import SAMPLES, position_step
 
 Array = NDArray[np.float64]
 
@@ -55,17 +54,19 @@ class Standing:
         return self.at_lowest * (self.lowest == limits[0]) + self.at_highest * (self.highest == limits[1])
 
 
-def standing_in_parts(session: Session, motor: int, joints: NDArray[np.intp]) -> tuple[Standing, ...]:
+def standing_in_parts(
+    session: Session, motor: int, joints: NDArray[np.intp], steps: Array
+) -> tuple[Standing, ...]:
     """Where the command of a motor stands, in pieces of a session of which a few fit into memory.
 
-    joints : that it turns
+    joints : (k,) that it turns
+    steps  : (n,) smallest steps between the positions of every joint
     """
-    steps = position_step(session.position[:SAMPLES])[joints]
     return tuple(
         standing(
             np.asarray(session.command[first : first + PIECE, motor]),
             np.asarray(session.position[first : first + PIECE, joints]),
-            steps,
+            steps[joints],
         )
         for first in range(0, len(session.time), PIECE)
     )

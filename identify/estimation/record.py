@@ -181,15 +181,16 @@ class Record:
         """What is known of a session beside its samples."""
         if entry.file not in self._facts:
             session = self.session(entry)
+            steps = position_step(session.position[:SAMPLES])
             self._facts[entry.file] = SessionFacts(
                 start=float(session.time[0]),
                 duration=float(session.time[-1] - session.time[0]),
                 period=session.sampling_period,
-                position_step=position_step(session.position[:SAMPLES]),
+                position_step=steps,
                 position_rounding=position_rounding(session.position[session.segments[0]][:SAMPLES]),
                 steady_command=steady_command(session.command),
                 standing=tuple(
-                    standing_in_parts(session, motor, np.flatnonzero(turns))
+                    standing_in_parts(session, motor, np.flatnonzero(turns), steps)
                     for motor, turns in enumerate(self.experiment.drive_gain.T)
                 ),
                 has_external=session.external is not None,

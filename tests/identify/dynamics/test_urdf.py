@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import random
 import re
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
@@ -245,25 +247,26 @@ def test_a_file_that_is_no_serial_robot_is_refused_in_one_line(elbow, change, wo
     assert "\n" not in str(refused.value)
 
 
-def test_a_chain_of_very_many_links_is_read(tmp_path):
-    links = "".join(f'<link name="l{k}"/>' for k in range(1501))
+def long_chain(folder: Path, kinds: Sequence[str]) -> Path:
+    """A chain of links with joints of these types."""
+    links = "".join(f'<link name="l{k}"/>' for k in range(len(kinds) + 1))
     joints = "".join(
-        f'<joint name="j{k}" type="{"revolute" if k < 3 else "fixed"}"><parent link="l{k}"/><child link="l{k + 1}"/></joint>'
-        for k in range(1500)
+        f'<joint name="j{k}" type="{kind}"><parent link="l{k}"/><child link="l{k + 1}"/></joint>'
+        for k, kind in enumerate(kinds)
     )
-    (tmp_path / "long.urdf").write_text(f'<robot name="r">{links}{joints}</robot>')
-    assert len(read_urdf(tmp_path / "long.urdf").robot.joints) == 3
+    (folder / "long.urdf").write_text(f'<robot name="r">{links}{joints}</robot>')
+    return folder / "long.urdf"
+
+
+def test_a_chain_of_very_many_links_is_read(tmp_path):
+    urdf = long_chain(tmp_path, ["revolute"] * 3 + ["fixed"] * 1497)
+    assert len(read_urdf(urdf).robot.joints) == 3
 
 
 def test_a_chain_of_very_many_joints_is_refused_before_its_parameters_fill_the_memory(tmp_path):
-    links = "".join(f'<link name="l{k}"/>' for k in range(301))
-    joints = "".join(
-        f'<joint name="j{k}" type="continuous"><parent link="l{k}"/><child link="l{k + 1}"/><axis xyz="0 1 0"/></joint>'
-        for k in range(300)
-    )
-    (tmp_path / "long.urdf").write_text(f'<robot name="r">{links}{joints}</robot>')
+    urdf = long_chain(tmp_path, ["continuous"] * 300)
     with pytest.raises(InputError, match="joints: 300 are given, at most 64"):
-        read_urdf(tmp_path / "long.urdf")
+        read_urdf(urdf)
 
 
 def test_branching_joints_ask_for_the_tip(elbow):

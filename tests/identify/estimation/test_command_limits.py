@@ -106,7 +106,7 @@ def test_limits_are_those_of_all_sessions_and_of_all_parts(monkeypatch):
     assert len(TIME) < PIECE
     monkeypatch.setattr("identify.estimation.command_limits.PIECE", 1000)
     session = type("", (), {"time": TIME, "position": SWING, "command": np.minimum(CURRENT, top)[:, None]})
-    parts = standing_in_parts(session, 0, np.array([0]))  # type: ignore[arg-type]
+    parts = standing_in_parts(session, 0, np.array([0]), steps)  # type: ignore[arg-type]
     assert len(parts) == 10
     assert limits(parts) == (-np.inf, top)
 
