@@ -28,11 +28,15 @@ LASTING = 3
 
 @dataclass(frozen=True)
 class Excess:
-    """A velocity or acceleration beyond its limit."""
+    """What goes beyond a limit.
+
+    unseen : whether it says that the position itself is not to be believed, so that nobody sees whether the axis stops
+    """
 
     row: int
     axis: int
     words: str
+    unseen: bool = False
 
 
 def excess_in_words(value: float, limit: float, unit: str) -> str:

@@ -8,8 +8,8 @@ of what was seen, else a person is told to press the emergency stop.
 import time
 from typing import Protocol
 
-from daq.motion_sequence import MotionSequence, Step
-from daq.power_off import PowerCut, PowerReport
+from daq.motion_sequence import BRAKES_CLOSE, MotionSequence, Step
+from daq.power_off import EMERGENCY_STOP, PowerCut, PowerReport
 from daq.rig import Rig
 from daq.rig_drives import RigDrives
 from daq.safety import StopCause, StopReason
@@ -21,8 +21,6 @@ _EMERGENCY_WAIT = 1.0
 """s for the EMCY that says why a drive has failed; the axes are at rest by then"""
 _SILENT = 0.1
 """s without any sample, at least, after which a stop is no longer left to the drives"""
-_COASTS = 0.5
-"""s, at least, for which samples are taken after power was cut, even if none holds a position: brakes close meanwhile"""
 _AFTER_CUT = 5.0
 """s, at most, for which samples are still taken once power was cut"""
 
@@ -184,8 +182,8 @@ class Motion:
                 # Simulated time would race on meanwhile.
                 self._cut.wait()
             return
-        coasted = sequence.lasted >= _COASTS or (silent and now - self._cut_at >= _COASTS)
-        blind = self._cut.done and coasted and (silent or sequence.silent)
+        coasted = sequence.lasted >= BRAKES_CLOSE or (silent and now - self._cut_at >= BRAKES_CLOSE)
+        blind = self._cut.done and coasted and (silent or sequence.silent or bool(sequence.unseen))
         too_long = now - self._cut_at > max(_AFTER_CUT, self._rig.supervision.stop_timeout)
         if sequence.step is Step.CUT and (blind or too_long):
             sequence.give_up()
@@ -235,8 +233,9 @@ class Motion:
             seen = "and was read back as off" if report.off else "and was not read back as off"
             sentence = f"{sentence}; {because}: power was cut by every means {seen}"
         self._report_alarm(report)
-        if report.alarm:
-            sentence = f"{sentence}; {report.alarm}"
+        alarm = self._for_a_person(report)
+        if alarm:
+            sentence = f"{sentence}; {alarm}"
         cause = reason.cause
         if not report.off and cause is StopCause.PLAN_DONE:
             cause = StopCause.POWER_NOT_OFF
@@ -255,5 +254,17 @@ class Motion:
 
     def _report_alarm(self, report: PowerReport) -> None:
         """Say what a person must do; or take it back, once every drive was read back as off."""
-        if report.alarm != self._acquisition.alarm:
-            self._alarm(report.alarm)
+        alarm = self._for_a_person(report)
+        if alarm != self._acquisition.alarm:
+            self._alarm(alarm)
+
+    def _for_a_person(self, report: PowerReport) -> str:
+        """What a person must do now; empty where every axis has no power and rests, as far as is known."""
+        unseen = self._sequence.unseen
+        if not unseen:
+            return report.alarm
+        watch = (
+            f"whether joint {unseen} rests cannot be seen from its position: keep clear until you see it rest, or"
+            f" {EMERGENCY_STOP}"
+        )
+        return f"{report.alarm}; {watch}" if report.alarm else watch

@@ -30,6 +30,8 @@ _REST_SHARE = 0.005
 """of its velocity limit: slower than that, an axis is at rest"""
 _POWER_OFF = 0.1
 """s for the drives to see the last controlword"""
+BRAKES_CLOSE = 0.5
+"""s, at least, for which samples are taken after a stop took the power: brakes close meanwhile"""
 
 _FAULT_REACTION = 0.5
 """s, at most, for a drive that ends its own fault reaction before it gives its power up"""
@@ -92,6 +94,8 @@ class MotionSequence:
         """whether the samples showed every axis at rest after a stop; None where they said nothing"""
         self.cut_because = ""
         """why power is to be taken at once, by every means; empty where it is not"""
+        self.unseen = ""
+        """the joint whose position is not to be believed, so that no sample shows whether it rests; empty where there is none"""
         self._watch = StoppingWatch(rig)
         self._setpoints = setpoints
         self._trajectory = trajectory
@@ -111,6 +115,7 @@ class MotionSequence:
         self._known = np.zeros(n, bool)
         self._age = 0
         self._told_now = False
+        self._patience = _POWER_OFF
         window = max(2, round(_REST_WINDOW / rig.cycle))
         self._recent = np.full((window, n), np.nan)
         self._rest_speed = np.array([axis.limits.velocity for axis in rig.axes]) * _REST_SHARE
@@ -125,6 +130,7 @@ class MotionSequence:
         """Bring every axis to rest by quick stop; the first reason counts."""
         if self.reason is None:
             self.reason = reason
+        self.unseen = self.unseen or reason.unseen
         if self.step is Step.STANDBY or (self.step is Step.ENABLING and not self._powered_now()):
             self._power_off()
         elif self.step in _WITH_POWER:
@@ -133,7 +139,10 @@ class MotionSequence:
             self._recent[:] = np.nan
             self._watch.begin()
             self._told_now = True
+            self._patience = BRAKES_CLOSE
             self._enter(Step.STOPPING)
+        if reason.unseen:
+            self.cut(f"nobody can see whether joint {reason.unseen} stops")
 
     def cut(self, because: str) -> None:
         """The axes cannot be left to the quick stop: no power, now. The first words count."""
@@ -184,7 +193,7 @@ class MotionSequence:
             case Step.CUT:
                 self._watch_rest()
             case Step.POWERING_OFF:
-                patience = _FAULT_REACTION if self._powered_now() else _POWER_OFF
+                patience = _FAULT_REACTION if self._powered_now() else self._patience
                 if self._age * self.rig.cycle >= patience:
                     self._enter(Step.ENDED)
             case Step.STANDBY | Step.ENDED:
@@ -300,7 +309,7 @@ class MotionSequence:
 
     def _watch_rest(self) -> None:
         """Without power the axes coast: until they rest, or until nothing more is to be expected."""
-        if self._at_rest():
+        if not self.unseen and self._at_rest():
             self.rest_seen = True
             self._enter(Step.ENDED)
         elif self._age * self.rig.cycle >= self.rig.supervision.stop_timeout:

@@ -4,7 +4,7 @@ The plan is checked before anything moves; here every sample is checked while it
 checked and not filled in: a drive that stays silent is a reason of its own.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
 
@@ -64,10 +64,14 @@ class StopCause(StrEnum):
 
 @dataclass(frozen=True)
 class StopReason:
-    """Why a motion ended: the cause, and one sentence for the operator."""
+    """Why a motion ended: the cause, and one sentence for the operator.
+
+    unseen : the joint whose position is not to be believed, so that nobody sees whether it stops; empty where there is none
+    """
 
     cause: StopCause
     words: str
+    unseen: str = ""
 
     @property
     def status(self) -> str:
@@ -123,6 +127,8 @@ class LimitMonitor:
         mask, pattern = State.OPERATION_ENABLED.value
         held = ~moving & (((rows["status"] & mask) == pattern) & came).any(axis=1)
         following = (rows["phase"] == Phase.PLAN) | (rows["phase"] == Phase.APPROACH)
+        current = np.abs(rows["command"] * self._ampere)
+        commanded = (rows["valid"] & COMMAND_CAME) != 0
 
         excesses = [
             self._beyond_position(position, moving | held),
@@ -130,23 +136,23 @@ class LimitMonitor:
                 np.column_stack([counted, stamped]), position, ~came | late, again, moving, held
             ),
             self._beyond_following(rows, position, following),
-            self._standing.check(rows, came, following),
+            self._standing.check(rows, came, following, held, np.where(commanded, current, 0.0)),
             *(() if self._following_watch is None else self._following_watch.check(rows, position)),
-            self._beyond_current(rows, moving),
+            self._beyond_current(current, commanded, moving),
             self._beyond_temperature(rows, moving),
         ]
-        reasons = [
-            (item.row, StopReason(StopCause.LIMIT, f"joint {self._names[item.axis]}: {item.words}"))
-            for item in excesses
-            if item is not None
-        ]
+        reasons = [(item.row, self._reason(item)) for item in excesses if item is not None]
         reasons += self._not_enabled(rows, came, following)
         reasons += self._silence(came, following)
         reasons += self._lost_sync(rows, moving)
         if not reasons:
             return None
         row, reason = min(reasons, key=lambda pair: pair[0])
-        return StopReason(reason.cause, f"{reason.words} in cycle {int(rows['cycle'][row])}")
+        return replace(reason, words=f"{reason.words} in cycle {int(rows['cycle'][row])}")
+
+    def _reason(self, excess: Excess) -> StopReason:
+        joint = self._names[excess.axis]
+        return StopReason(StopCause.LIMIT, f"joint {joint}: {excess.words}", joint if excess.unseen else "")
 
     def _first(self, bad: NDArray[np.bool_]) -> tuple[int, int] | None:
         """Row and axis of the first true entry of (M, n)."""
@@ -172,10 +178,10 @@ class LimitMonitor:
         unit = self._units[at[1]]
         return Excess(*at, f"following error {excess_in_words(error[at], self._following[at[1]], unit)}")
 
-    def _beyond_current(self, rows: NDArray[Any], moving: NDArray[Any]) -> Excess | None:
-        current = np.abs(rows["command"] * self._ampere)
-        came = (rows["valid"] & COMMAND_CAME) != 0
-        at = self._first((current > self._current * _ROUNDING) & came & moving[:, None])
+    def _beyond_current(
+        self, current: NDArray[Any], commanded: NDArray[Any], moving: NDArray[Any]
+    ) -> Excess | None:
+        at = self._first((current > self._current * _ROUNDING) & commanded & moving[:, None])
         if at is None:
             return None
         return Excess(*at, f"current {excess_in_words(current[at], self._current[at[1]], 'A')}")

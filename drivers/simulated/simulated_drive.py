@@ -200,6 +200,11 @@ class SimulatedDrive:
         if self._flipped_at is not None:
             self.servo.look_anew(-self.servo.velocity)
         resting = abs(self.servo.velocity) <= self._slow
+        if self._stood_at is not None:
+            # The brake closes by what the drive believes, and slips for as long as the axis turns in truth.
+            self._off_for = self.axis.brake_delay if resting else 0.0
+            self.servo.look_anew(2.0 * self._slow)
+            resting = False
         self._hold = float(self.image[slot.POSITION]) if self.axis.brake and resting else None
         self._settles_for = 0.0 if resting else _BRAKE_SETTLES
 

@@ -177,6 +177,25 @@ def test_the_end_waits_for_the_last_controlword_or_for_the_fault_reaction(drive,
     assert not drive.sequence.moves
 
 
+def test_after_a_stop_the_end_waits_until_brakes_have_closed(drive):
+    drive.to(Step.MOVING)
+    drive.sequence.stop(OPERATOR)
+    drive.says(State.QUICK_STOP_ACTIVE, count=drive.rows(0.1))
+    assert drive.says(State.QUICK_STOP_ACTIVE) is Step.POWERING_OFF
+    assert drive.says(State.SWITCH_ON_DISABLED, count=drive.rows(0.5) - 1) is Step.POWERING_OFF
+    assert drive.says(State.SWITCH_ON_DISABLED) is Step.ENDED
+
+
+def test_an_axis_that_nobody_sees_is_cut_and_its_rest_is_not_believed(drive):
+    drive.to(Step.MOVING)
+    drive.sequence.stop(StopReason(StopCause.LIMIT, "its position stands", unseen="j3"))
+    assert drive.sequence.step is Step.CUT
+    assert drive.sequence.cut_because == "nobody can see whether joint j3 stops"
+    assert drive.setpoints.commands[-1] == [0]
+    assert drive.says(State.SWITCH_ON_DISABLED, count=drive.rows(1.0)) is Step.CUT
+    assert drive.sequence.rest_seen is None
+
+
 def test_the_first_reason_counts_and_rest_ends_the_stop(drive):
     drive.to(Step.MOVING)
     drive.sequence.stop(OPERATOR)

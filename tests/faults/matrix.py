@@ -5,7 +5,7 @@ from typing import Any
 
 from daq.rig import Rig
 from daq.safety import StopCause
-from drivers.simulated.faults import PlannedFault
+from drivers.simulated.faults import ENCODER_STANDS, SHOWN_STANDS, PlannedFault
 from tests.faults.bench import Mischief, Outcome, Stage, bench_rig, is_safe, run
 from tests.faults.processes import CLOCK_KINDS, PROCESS_KINDS, undone
 
@@ -79,6 +79,8 @@ FAULTS = (
     Fault("feedback jumps by 0.01 rad", (("glitch", 20_000),), goes_on=True),
     Fault("feedback jumps by 0.001 rad", (("glitch", 2_000),), goes_on=True),
     Fault("feedback jumps by 0.1 rad", (("glitch", 200_000),), goes_on=True),
+    Fault("encoder stands", (("feedback-stands", ENCODER_STANDS),)),
+    Fault("shown position stands", (("feedback-stands", SHOWN_STANDS),)),
     Fault("drive runs away", (RUNS_AWAY,)),
     Fault("drive runs away, ignores controlwords", (RUNS_AWAY, ("disobey", 1))),
     Fault("drive runs away, ignores everything", (RUNS_AWAY, ("disobey", 1), ("deaf-to-nmt", 1))),

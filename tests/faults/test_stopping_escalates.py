@@ -37,15 +37,28 @@ def test_a_feedback_that_flips_its_sign_is_cut_before_the_axis_runs_away(phase):
 @pytest.mark.parametrize(("phase", "fastest"), [("slow", 3.0), ("fast", 2.0)])
 @pytest.mark.parametrize("stands", [ENCODER_STANDS, SHOWN_STANDS])
 def test_an_encoder_that_stands_does_not_let_the_axis_be_driven_on(stands, phase, fastest):
-    """By the limit of the following error alone, 50 mrad, it reached 7.3 rad/s and went 2.5 rad. What the drive still sees it
-    brakes; what it does not is left to the axis's brake, and how far that is, is the brake's affair."""
+    """By the limit of the following error alone, 50 mrad, it reached 7.3 rad/s and went 2.5 rad. An axis that nobody sees is
+    cut, and a person told; how far its brake lets it go is the brake's affair."""
     outcome = run(bench_rig(**fast(("feedback-stands", stands), phase=phase)))
     assert outcome.reason.cause is StopCause.LIMIT
     assert not outcome.powered
     assert outcome.fastest < fastest
-    assert outcome.travel < 0.5
-    # slow, it is the setpoint that goes on; fast, it seems to brake harder than any axis can
+    assert outcome.travel < (0.1 if stands == SHOWN_STANDS else 0.6)
+    assert is_safe(outcome)
+    # slow, it is the setpoint that goes on, or all the current; fast, it seems to brake harder than any axis can
     assert ("its position stands at" in outcome.reason.words) == (phase == "slow")
+    assert ("keep clear until you see it rest" in outcome.ended_alarm) == (phase == "slow")
+
+
+def test_an_axis_whose_encoder_never_told_is_stopped_before_the_approach():
+    """Power comes, the brake opens, and nobody holds what falls: by its setpoint alone it went 1.3 rad at 4.1 rad/s where the
+    encoder stood some counts beside its target, so that the drive's integral grew."""
+    stands = {"fault": "feedback-stands", "value": ENCODER_STANDS, "phase": "streaming", "after": 30}
+    outcome = run(bench_rig(planned=[stands]))
+    assert "while its drive gave 18 A" in outcome.reason.words
+    assert outcome.travel < 0.6
+    assert outcome.fastest < 2.0
+    assert is_safe(outcome)
 
 
 def test_a_drive_that_obeys_no_controlword_is_reset():
