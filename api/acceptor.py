@@ -15,7 +15,6 @@ newcomers at the service's port too.
 """
 
 import contextlib
-import json
 import logging
 import os
 import selectors
@@ -28,7 +27,6 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
-from http import HTTPStatus
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -39,9 +37,10 @@ from api.connections import HEAD_TIMEOUT, Connections, Link
 from api.descriptors import OUT_OF_DESCRIPTORS, Reserve
 from api.request_head import head_of, in_origin_form, objection_to, request_of
 from api.service.accounts import Role, User
-from api.service.problems import PROBLEM_MEDIA_TYPE, Problem
+from api.service.problems import Problem
 from api.service.pulse import PERIOD, Pulse
 from api.service.stop_requests import STOP_REQUEST, StopAnswer, StopOrder, StopRequests, problem_of
+from api.written_answer import written_answer
 
 WAITING_ROOM = 128
 """connections at one door of which no whole request has come yet"""
@@ -353,19 +352,8 @@ class Acceptor:
 
 def _response(answer: StopAnswer, listener: Listener, request: h11.Request | None) -> bytes:
     """The answer as it is sent."""
-    body = json.dumps(answer.content).encode()
-    kind = "application/json" if answer.status < 400 else PROBLEM_MEDIA_TYPE
-    lines = [
-        f"HTTP/1.1 {answer.status} {HTTPStatus(answer.status).phrase}",
-        f"Content-Type: {kind}",
-        f"Content-Length: {len(body)}",
-        "Connection: close",
-        "X-Content-Type-Options: nosniff",
-        "Cache-Control: no-store",
-        *(["Retry-After: 1"] if answer.status == 503 else []),
-        *_cross_origin(listener, request),
-    ]
-    return "\r\n".join([*lines, "", ""]).encode("latin-1") + body
+    later = ["Retry-After: 1"] if answer.status == 503 else []
+    return written_answer(answer.status, answer.content, *later, *_cross_origin(listener, request))
 
 
 def _scope_of(request: h11.Request, address: str) -> Scope:

@@ -7,7 +7,6 @@ loop serves and sweeps; what both use are sets and flags that change in one step
 
 import asyncio
 import contextlib
-import json
 import logging
 import select
 import socket
@@ -16,7 +15,6 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field
-from http import HTTPStatus
 
 import h11
 from starlette.types import Receive, Scope, Send
@@ -25,9 +23,9 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.server import ServerState
 
 from api.request_head import Objection, head_of, objection_to
-from api.service.problems import PROBLEM_MEDIA_TYPE
 from api.service.stop_requests import STOP_REQUEST
 from api.turnstile import Turnstile
+from api.written_answer import written_answer
 
 HEAD_TIMEOUT = 10.0
 """s that a connection may take for the head of a request, from its begin or from the answer before"""
@@ -174,12 +172,7 @@ class LinkedProtocol(H11Protocol):
 
     def _refuse(self, objection: Objection) -> None:
         content = {"type": "about:blank", "title": "Refused", **asdict(objection)}
-        body = json.dumps(content).encode()
-        head = (
-            f"HTTP/1.1 {objection.status} {HTTPStatus(objection.status).phrase}\r\nContent-Type: {PROBLEM_MEDIA_TYPE}\r\n"
-            f"Content-Length: {len(body)}\r\nConnection: close\r\n\r\n"
-        )
-        self._end_with(head.encode("ascii") + body)
+        self._end_with(written_answer(objection.status, content))
 
     def _end_with(self, answer: bytes) -> None:
         """Send the last answer of this connection."""

@@ -72,16 +72,17 @@ class Guard:
             return
         connection = HTTPConnection(scope)
         service = connection.app.state.service
+        method = scope["method"] if scope["type"] == "http" else ""
         send = _with_headers(send, service.settings, connection.app.state.stop_port)
         try:
             _check_address(connection)
-            if scope["type"] == "http" and (stopped := connection.app.state.stop_requests.answer(scope)):
+            if method and (stopped := connection.app.state.stop_requests.answer(scope)):
                 await JSONResponse(stopped.content, stopped.status)(scope, receive, send)
                 return
             check_host(connection, service.settings)
             user = await self._who(connection, service)
             scope["user"] = user
-            changes = scope["type"] == "http" and scope["method"] not in SAFE_METHODS
+            changes = method != "" and method not in SAFE_METHODS
             if changes or scope["type"] == "websocket":
                 check_origin(connection)
             if changes and user is not None and user.via != "token":
@@ -96,7 +97,9 @@ class Guard:
             await self._watched_by(user, connection, receive, send)
             return
         if not changes:
-            await self.app(scope, receive, send)
+            # HEAD is GET without the body, which the server leaves out (RFC 9110, 9.3.2).
+            as_read = {**scope, "method": "GET"} if method == "HEAD" else scope
+            await self.app(as_read, receive, send)
             return
         await self._changed(connection, service, receive, send)
 

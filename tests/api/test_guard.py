@@ -73,6 +73,18 @@ def test_every_response_forbids_framing_sniffing_and_foreign_scripts(service):
     assert "default-src 'self'" in headers["Content-Security-Policy"]
 
 
+def test_head_is_get_without_its_body(ada):
+    """As RFC 9110, 9.3.2, asks: the same status and fields, for whoever looks before a download."""
+    browser = ada.browser("ada")
+    for address in ("/experiments", "/", "/nowhere"):
+        asked, seen = browser.get(address), browser.head(address)
+        assert seen.status_code == asked.status_code
+        assert seen.headers["Content-Type"] == asked.headers["Content-Type"]
+        assert seen.content == b""
+    assert ada.client().head("/experiments").status_code == 401
+    assert browser.head("/rigs/rx130l-joint3-simulated/take").status_code == 405
+
+
 # --- live views
 
 

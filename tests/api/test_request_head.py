@@ -53,7 +53,9 @@ BOMBS = {
 @pytest.mark.parametrize("bomb", list(BOMBS))
 def test_a_bomb_is_turned_away_at_the_first_request_and_on_a_kept_connection(listening, bomb):
     status, head = BOMBS[bomb]
-    assert raw(listening, head + b"\r\n").startswith(b"HTTP/1.1 %d" % status)
+    answer = raw(listening, head + b"\r\n")
+    assert answer.startswith(b"HTTP/1.1 %d" % status)
+    assert b"X-Content-Type-Options: nosniff" in answer
     place = urlsplit(listening.address)
     with socket.create_connection((place.hostname, place.port), timeout=10) as kept:
         assert ask(kept, GET + b"\r\n").startswith(b"HTTP/1.1 200")
