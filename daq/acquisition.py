@@ -10,7 +10,7 @@ import signal
 import sys
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
@@ -39,6 +39,7 @@ from daq.simulated_rig import simulated_rig
 from daq.torque_mode import TorqueMode
 from daq.torque_offset import SentAhead
 from daq.torque_stream import TorqueSetpoints
+from drivers.as_found import HeldSettings
 from drivers.errors import DriverError
 from drivers.frames import FD_FRAME, FRAME
 from identify.recording.controller_file import ControllerFile
@@ -75,7 +76,8 @@ class AcquisitionMessage:
     """A word from the acquisition process.
 
     what : `checked` (check), `armed`, `moving`, `progress` (cycle, cycles, first: the SYNC of the plan's first row, None while
-        that is not known), `alarm` (what a person must do now), `ended` (reason, counters, alarm)
+        that is not known), `alarm` (what a person must do now), `ended` (reason, counters, alarm; remarks: what of the drives'
+        settings could not be put back)
     """
 
     what: Literal["checked", "armed", "moving", "progress", "alarm", "ended"]
@@ -90,6 +92,8 @@ class AcquisitionMessage:
     clock_source: str = ""
     controllers: ControllerFile | None = None
     """of the drives, as they said before the session"""
+    held_before: Mapping[int, HeldSettings] = field(default_factory=dict[int, HeldSettings])
+    """by node what the drives held before they were set up"""
     alarm: str = ""
 
 
@@ -107,6 +111,7 @@ class Acquisition:
         self._recorder = recorder
         self._heard = time.monotonic()
         self._beaten = 0.0
+        self._changed: tuple[str, ...] = ()
         self.alarm = ""
         """what a person must do now, because an axis may have power or move"""
         self._terminated = False
@@ -152,7 +157,14 @@ class Acquisition:
         finally:
             # Whatever closing met: how the motion ended is said.
             self.tell(
-                AcquisitionMessage("ended", reason.words, reason=reason, counters=counters, alarm=self.alarm)
+                AcquisitionMessage(
+                    "ended",
+                    reason.words,
+                    reason=reason,
+                    counters=counters,
+                    remarks=self._changed,
+                    alarm=self.alarm,
+                )
             )
 
     def _session(
@@ -167,7 +179,7 @@ class Acquisition:
             remarks += [each.words for each in granted]
             computer = [CheckItem("this computer", True, each.words, advice=not each.ok) for each in granted]
         drives = RigDrives(self.rig)
-        closing.callback(drives.close)
+        closing.callback(self._leave, drives)
         check = RigCheck((*computer, *check_rig(drives).items))
         if not check.ok:
             self.tell(AcquisitionMessage("checked", check.problems, check=check))
@@ -198,6 +210,7 @@ class Acquisition:
                 remarks=tuple(remarks),
                 clock_source=receiver.clock_source,
                 controllers=controllers,
+                held_before=drives.held_before(),
             )
         )
         asked = self._wait(drives, lambda: self._arm_asked)
@@ -213,6 +226,9 @@ class Acquisition:
         sequence_reason = self._move(loop, sequence, drives)
         counters = {**loop.counters(), "remarks": remarks}
         return sequence_reason, counters
+
+    def _leave(self, drives: RigDrives) -> None:
+        self._changed = tuple(drives.close())
 
     def _await_recorder(self, drives: RigDrives) -> StopReason | None:
         """Wait until the recorder's files are there; a reason to end instead, or None."""

@@ -100,9 +100,14 @@ def _left_changed(undo: Sequence[tuple[Drive, ObjectWrite, float]]) -> str:
 
 def _write(drive: Drive, each: ObjectWrite, value: float) -> None:
     whole = each.type != "float32"
-    drive.sdo.write_verified(
-        each.index, each.subindex, each.type, int(value) if whole else value, "writing a compensation table"
-    )
+    with drive.sdo.lasting():
+        drive.sdo.write_verified(
+            each.index,
+            each.subindex,
+            each.type,
+            int(value) if whole else value,
+            "writing a compensation table",
+        )
 
 
 def _compare(drive: Drive, writes: Sequence[ObjectWrite]) -> None:

@@ -157,6 +157,6 @@ class Homing:
             yield
         finally:
             with contextlib.suppress(DriverError):
-                drive.watch_master(MASTER_NODE, 0)
+                drive.end_master_watch()
             ended.set()
             thread.join()

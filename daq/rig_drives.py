@@ -6,13 +6,15 @@ Process data go another way (`daq/sampling_loop.py`); canopen never sees a TPDO.
 import contextlib
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 
 import numpy as np
 
 from daq.power_off import AxisPower, PowerCut, PowerReport, read_power
 from daq.rig import Axis, Rig
 from daq.safety import StopCause, StopReason
+from drivers.as_found import HeldSettings
 from drivers.bus_claim import BusClaim
 from drivers.canopen_network import CanopenNetwork
 from drivers.cia402 import Mode, State
@@ -224,24 +226,36 @@ class RigDrives:
         """Everything that takes the power of all axes, ready to be started."""
         return PowerCut(self.rig, self.drives, self.output, by_rpdo, tell)
 
-    def close(self) -> None:
-        """Leave the drives without power and silent, as far as they answer, and leave the bus.
+    def held_before(self) -> dict[int, HeldSettings]:
+        """By node what the drives held before they were set up, for a process that has to put it back."""
+        return {drive.node: drive.as_found.held for drive in self.drives}
+
+    def close(self) -> list[str]:
+        """Leave the drives without power, in PRE-OPERATIONAL, their settings as they were found, as far as they answer; and leave
+        the bus. What could not be put back, in words.
 
         A drive that is not read back without power goes on watching our heartbeat, which ends now: so it stops by itself.
         One that was only looked at is left as it was found: somebody else may be moving its axis.
         """
+        left: list[str] = []
         try:
             for axis, drive in zip(self.rig.axes, self.drives, strict=True):
                 if drive.is_as_found:
                     continue
-                with contextlib.suppress(DriverError), drive.sdo.hurried(_CLOSING_ANSWER, 1):
-                    drive.disable()
-                    drive.leave_torque_mode(MODES[axis.mode])
-                    drive.end_setpoint_watch()
-                    if self.rig.bus.interface != "virtual":
-                        drive.watch_master(MASTER_NODE, 0)
-                    drive.set_nmt_state("PRE-OPERATIONAL")
-                    drive.produce_heartbeat(0)
+                try:
+                    with drive.sdo.hurried(_CLOSING_ANSWER, 1):
+                        drive.disable()
+                        drive.leave_torque_mode(MODES[axis.mode])
+                        # First: from now on it misses our setpoints and our sign of life.
+                        drive.end_setpoint_watch()
+                        drive.end_master_watch()
+                        drive.set_nmt_state("PRE-OPERATIONAL")
+                        refused = drive.as_found.put_back()
+                except DriverError as silent:
+                    left.append(f"{self.joint(drive.node)}: {silent}")
+                else:
+                    left += [f"{self.joint(drive.node)}: it keeps {each}" for each in refused]
+            return left
         finally:
             self.network.close()
             if self.output is not None:
@@ -285,8 +299,10 @@ def friction_table(drive: Drive) -> tuple[int, int] | None:
     return None
 
 
-def take_power(rig: Rig) -> PowerReport:
+def take_power(rig: Rig, held_before: Mapping[int, HeldSettings] = MappingProxyType({})) -> PowerReport:
     """The process that moved the rig is gone: stop its drives from here, take their power, and say what they said.
+
+    held_before : by node what they held before that process set them up, as far as it could tell; it is put back
 
     Drives that watch our heartbeat stop by themselves meanwhile. Nothing is raised: what failed is in the report.
     """
@@ -298,6 +314,8 @@ def take_power(rig: Rig) -> PowerReport:
         )
     try:
         for drive in drives.drives:
+            if drive.node in held_before:
+                drive.as_found.held = held_before[drive.node]
             with contextlib.suppress(DriverError):
                 drive.quick_stop_at_once()
         latest = time.monotonic() + _QUICK_STOP

@@ -7,7 +7,7 @@ recorder; both go on to a safe end without us.
 import json
 import secrets
 import threading
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
@@ -39,6 +39,7 @@ from daq.session_outcome import Recorded, error_in_words, outcome_of
 from daq.session_processes import SessionProcesses
 from daq.torque_offset import SentAhead
 from daq.weighed_mass import require_mass
+from drivers.as_found import HeldSettings
 from identify.recording.controller_file import ControllerFile
 from identify.recording.errors import InputError
 from identify.recording.experiment_file import Payload
@@ -116,6 +117,7 @@ class PayloadSession:
         self._clock_source = ""
         self._controllers: ControllerFile | None = None
         self.remarks: tuple[str, ...] = ()
+        self._held_before: Mapping[int, HeldSettings] = {}
         """what is to be known of this computer and of the drives' set-up, once the rig was checked"""
         self._changed = threading.Condition()
         self._closing = threading.Event()
@@ -393,6 +395,7 @@ class PayloadSession:
                 assert message.check is not None
                 self.remarks, self._clock_source = message.remarks, message.clock_source
                 self._controllers = message.controllers
+                self._held_before = message.held_before
                 if message.check.ok:
                     self._enter(SessionState.CHECKED, "; ".join(["the rig is ready", *message.remarks]))
                 with self._changed:
@@ -415,6 +418,8 @@ class PayloadSession:
             case "ended":
                 self.alarm = message.alarm
                 self._ended = message
+                for left in message.remarks:
+                    self._on_event(SessionEvent("remark", self.state, f"not as it was found: {left}"))
             case "moving":
                 pass  # `start` has said so already
 
@@ -431,7 +436,7 @@ class PayloadSession:
             return ""
         if self.rig.bus.interface == "virtual":
             return ", and its simulated drives with it"
-        report = take_power(self.rig)
+        report = take_power(self.rig, self._held_before)
         if report.alarm:
             self._sound(report.alarm)
             return "; the drives, which heard nothing of it any more, had to stop by themselves"

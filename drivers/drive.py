@@ -276,6 +276,7 @@ class Drive(ManagedNode):
             torque=torque,
         )
         present = present_pdos(self.sdo, self.profile)
+        self.as_found.keep(present)
         require_pdos(self.node, wanted, present)
         stream, remarks = set_up_stream(self.sdo, wanted, present, mode)
         self.set_up_remarks += remarks

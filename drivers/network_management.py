@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from drivers.as_found import AsFound
 from drivers.canopen_network import CanopenNetwork, nmt_state_in_words
 from drivers.errors import DriveError
 from drivers.node_guarding import ToggleBit, life_time_factor
@@ -32,6 +33,7 @@ class ManagedNode(StateMachine):
         self.network = network
         self.sign_of_life_period = 0.0
         """s between two signs of life, as the drive confirmed it; 0 while it gives none"""
+        self.as_found = AsFound(sdo)
         self.set_up_remarks: list[str] = []
         """What was done otherwise than usual while it was set up, in words."""
         self._boot_ups_expected = 0
@@ -122,7 +124,7 @@ class ManagedNode(StateMachine):
         return "guarding" if self.guarded and self._has(_GUARD_TIME) and self._has(_LIFE_TIME_FACTOR) else ""
 
     def watch_master(self, master: int, timeout: float) -> None:
-        """Let the drive stop by itself when node `master`, which is we, fails for `timeout` s (0 ends it).
+        """Let the drive stop by itself when node `master`, which is we, fails for `timeout` s.
 
         By our heartbeat, or by the remote frames of node guarding. A drive that has neither cannot; that is said by `oddities`,
         and we go on watching its own signs of life.
@@ -139,13 +141,20 @@ class ManagedNode(StateMachine):
                 f"cannot be told to watch us ({refusal.where} can only be read): it may not notice when we are gone"
             )
 
+    def end_master_watch(self) -> None:
+        """Give the drive the watch over its master back that it had before `watch_master`.
+
+        Raises DriveError when the drive does not answer.
+        """
+        self.as_found.put_back(only=(_CONSUMER_HEARTBEAT, _GUARD_TIME, _LIFE_TIME_FACTOR))
+
     def _set_master_watch(self, by: str, master: int, timeout: float) -> None:
         if by == "heartbeat":
-            entry = (master & 0x7F) << 16 | round(timeout * 1e3) if timeout else 0
+            entry = (master & 0x7F) << 16 | round(timeout * 1e3)
             self._hold(_CONSUMER_HEARTBEAT, 1, "uint32", entry, "setting the heartbeat consumer")
         elif by == "guarding":
             period = self.sign_of_life_period
-            factor = life_time_factor(period, timeout) if timeout and period else 0
+            factor = life_time_factor(period, timeout) if period else 0
             what = "setting the life time of node guarding"
             self._hold(_GUARD_TIME, 0, "uint16", round(period * 1e3) if factor else 0, what)
             self._hold(_LIFE_TIME_FACTOR, 0, "uint8", factor, what)

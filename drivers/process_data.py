@@ -14,7 +14,7 @@ from functools import cached_property
 from drivers.errors import DriveError
 from drivers.sdo import SdoAccess
 
-_PDO_OFF = 1 << 31
+PDO_OFF = 1 << 31
 _NO_RTR = 1 << 30
 _STRUCT_OF_KIND = {"<i1": "b", "<i2": "h", "<i4": "i", "<u1": "B", "<u2": "H", "<u4": "I", "<f4": "f"}
 _BITS_OF_KIND = {"<i1": 8, "<i2": 16, "<i4": 32, "<u1": 8, "<u2": 16, "<u4": 32, "<f4": 32}
@@ -206,7 +206,7 @@ class PdoParameters:
     @property
     def valid(self) -> bool:
         """Whether it is switched on."""
-        return not self.cob_id & _PDO_OFF
+        return not self.cob_id & PDO_OFF
 
     @property
     def can_id(self) -> int:
@@ -320,7 +320,7 @@ def write_pdo(sdo: SdoAccess, wanted: WantedPdo) -> ProcessData:
     fixed_id = False
     if wanted.differs(present):
         fixed_id = (present.valid or present.can_id != can_id) and not _switched_off(
-            sdo, communication, _PDO_OFF | flags | can_id, what, usable=present.valid
+            sdo, communication, PDO_OFF | flags | can_id, what, usable=present.valid
         )
         if fixed_id:
             can_id = present.can_id
@@ -390,9 +390,9 @@ def switch_off_pdo(sdo: SdoAccess, kind: str, number: int) -> None:
         if is_missing(refusal):
             return
         raise
-    if not cob_id & _PDO_OFF:
-        sdo.write(communication, 1, "uint32", cob_id | _PDO_OFF, what)
-        if not sdo.read(communication, 1, "uint32", what) & _PDO_OFF:
+    if not cob_id & PDO_OFF:
+        sdo.write(communication, 1, "uint32", cob_id | PDO_OFF, what)
+        if not sdo.read(communication, 1, "uint32", what) & PDO_OFF:
             raise DriveError(
                 sdo.node, what, index=communication, subindex=1, expected="bit 31", received="it stayed valid"
             )

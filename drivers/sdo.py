@@ -5,7 +5,7 @@ import queue
 import struct
 import threading
 import time
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from typing import Any
 
 import can
@@ -68,6 +68,9 @@ class SdoAccess:
         self._segments = 0
         self.has_written = False
         """whether any object of the node was to be written, whatever became of it"""
+        self.about_to_write: Callable[[int, int], None] | None = None
+        """told index and subindex of an object before it is written, unless it is written to stay"""
+        self._to_stay = False
 
     @contextlib.contextmanager
     def hurried(self, timeout: float, retries: int = 0) -> Generator[None]:
@@ -79,6 +82,16 @@ class SdoAccess:
                 yield
             finally:
                 self.timeout, self.retries = before
+
+    @contextlib.contextmanager
+    def lasting(self) -> Generator[None]:
+        """What is written within is to stay when the bus is left."""
+        with self._lock:
+            self._to_stay = True
+            try:
+                yield
+            finally:
+                self._to_stay = False
 
     def _ask(self, request: bytes) -> bytes:
         """Send a request and wait for the answer to it; answers to what was asked earlier are passed over.
@@ -169,13 +182,21 @@ class SdoAccess:
             data = struct.pack(_FORMATS[kind], value)
         except struct.error as error:
             raise ValueError(f"{value} does not fit object 0x{index:04X}:{subindex:02X} ({kind})") from error
+        self.write_bytes(index, subindex, data, what or f"writing {value}")
+
+    def write_bytes(self, index: int, subindex: int, data: bytes, what: str = "") -> None:
+        """Write the bytes of an object.
+
+        Raises DriveError when the node does not answer or refuses.
+        """
         self.has_written = True
         with self._lock:
+            if self.about_to_write is not None and not self._to_stay:
+                self.about_to_write(index, subindex)
             try:
                 self._client.download(index, subindex, data)
             except (SdoAbortedError, SdoCommunicationError, can.CanError, OSError) as error:
-                doing = what or f"writing {value}"
-                raise self._in_words(error, doing, index, subindex) from error
+                raise self._in_words(error, what or "writing an object", index, subindex) from error
 
     def write_verified(self, index: int, subindex: int, kind: str, value: float, what: str = "") -> None:
         """Write an object and read it back.

@@ -1,5 +1,7 @@
 """The drives of a rig over their network: what they send and take, what they complain of, and how they are left."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from daq.safety import StopCause
 from drivers.bus import BusSettings, open_bus
 from drivers.cia402 import Command, Mode, State
 from drivers.emergency import Emergency
+from drivers.errors import DriveError
 from drivers.process_data import TARGET_TORQUE
 from drivers.simulated import process_image as slot
 
@@ -77,6 +80,76 @@ def test_drives_are_left_silent_and_where_they_answer(still_rig, powered):
     drives.close()
     (node,) = powered.nodes
     assert (node.nmt_state, node.heartbeat_period) == (127, 0.0)
+
+
+OWN_WATCH = 0x0001_01F4
+"""0x1016:01 of a drive that watches node 1, its machine's controller, for 500 ms"""
+
+
+def watching_its_own_master(rig):
+    """Its drive as it was before anybody of ours came."""
+    drives = RigDrives(rig)
+    with drives.drives[0].sdo.lasting():
+        drives.drives[0].sdo.write(0x1016, 1, "uint32", OWN_WATCH)
+        drives.drives[0].sdo.write(0x1017, 0, "uint16", 700)
+    drives.close()
+
+
+def master_watch(rig):
+    drives = RigDrives(rig)
+    (drive,) = drives.drives
+    watch = drive.sdo.read(0x1016, 1, "uint32"), drive.sdo.read(0x1017, 0, "uint16")
+    drives.close()
+    return watch
+
+
+def set_up(rig):
+    drives = RigDrives(rig)
+    drives.configure()
+    drives.drives[0].produce_heartbeat(0.1)
+    drives.drives[0].watch_master(MASTER_NODE, 0.3)
+    return drives
+
+
+def test_drives_get_back_what_they_held_before_a_session(still_rig, powered):
+    watching_its_own_master(still_rig)
+    drives = set_up(still_rig)
+    assert drives.drives[0].sdo.read(0x1016, 1, "uint32") == MASTER_NODE << 16 | 300
+    assert drives.close() == []
+    assert master_watch(still_rig) == (OWN_WATCH, 700)
+
+
+def test_drives_of_a_process_that_died_get_back_what_it_had_kept(still_rig, powered):
+    watching_its_own_master(still_rig)
+    dead = set_up(still_rig)
+    kept = pickle.loads(pickle.dumps(dead.held_before()))
+    dead.network.close()
+    dead._claim.close()
+    assert master_watch(still_rig) == (MASTER_NODE << 16 | 300, 100)
+    assert take_power(still_rig, kept).off
+    assert master_watch(still_rig) == (OWN_WATCH, 700)
+
+
+def test_what_cannot_be_put_back_is_said_by_joint(still_rig, powered, monkeypatch):
+    drives = set_up(still_rig)
+    (drive,) = drives.drives
+    whole = drive.sdo.write_bytes
+
+    def refusing(index, subindex, data, what=""):
+        if index == 0x1017:
+            raise DriveError(drive.node, what, index=index, received="the drive refused: read only")
+        whole(index, subindex, data, what)
+
+    monkeypatch.setattr(drive.sdo, "write_bytes", refusing)
+    assert drives.close() == ["joint j3 (node 3): it keeps 0x1017:00"]
+
+
+def test_a_drive_that_is_silent_when_it_is_left_is_said(still_rig, powered):
+    drives = set_up(still_rig)
+    powered.nodes[0].faults.frozen = True
+    (left,) = drives.close()
+    assert left.startswith("joint j3 (node 3): node 3: ")
+    assert "no answer" in left
 
 
 @pytest.mark.parametrize(

@@ -54,9 +54,17 @@ def foreign(rig):
     drive.close()
 
 
+def cycle_of(foreign) -> float:
+    """s, the interpolation time that the drive holds."""
+    return foreign.objects.read(0x60C2, 1) * 10.0 ** foreign.objects.read(0x60C2, 2)
+
+
 def test_a_session_is_recorded_and_the_foreign_drive_ends_without_power(rig, foreign, tmp_path):
+    before = cycle_of(foreign)
+    assert before != pytest.approx(CYCLE)
     with PayloadSession(rig, tmp_path / "e", PLAN, rig.payload("none"), "operator") as session:
         assert session.check().ok, session.reason
+        assert cycle_of(foreign) == pytest.approx(CYCLE)
         session.confirm_payload(0.0)
         session.arm()
         session.start()
@@ -71,4 +79,4 @@ def test_a_session_is_recorded_and_the_foreign_drive_ends_without_power(rig, for
     assert (positions.min(), positions.max()) == pytest.approx((0.2, 0.6), abs=2e-3)
     assert counters["frames_dropped"] == 0
     assert foreign.objects.read(0x6041, 0) & 0x6F in (0x40, 0x50 & 0x6F)
-    assert foreign.objects.read(0x60C2, 1) * 10.0 ** foreign.objects.read(0x60C2, 2) == pytest.approx(CYCLE)
+    assert cycle_of(foreign) == pytest.approx(before), "what the session has set is put back"

@@ -52,7 +52,8 @@ def test_a_node_that_is_never_asked_again_stops_by_itself(guarded):
     assert (drive.sdo.read(0x100C, 0, "uint16"), drive.sdo.read(0x100D, 0, "uint8")) == (50, 4)
     drive.ask_if_alive()
     assert drive.watch.wait_for(lambda: any(each.code == 0x8130 for each in drive.emergencies), 10.0)
-    drive.watch_master(127, 0)
+    drive.end_master_watch()
+    assert drive.sdo.read(0x100C, 0, "uint16") == 0
     assert drive.sdo.read(0x100D, 0, "uint8") == 0
 
 
