@@ -85,10 +85,12 @@ def install_openapi(application: FastAPI) -> None:
         return application.openapi_schema
 
     application.openapi = openapi  # type: ignore[method-assign]
+    application.add_api_route("/openapi.json", _answer, include_in_schema=False)
 
-    @application.get("/openapi.json", include_in_schema=False)
-    def document(_user: Viewer) -> JSONResponse:
-        return JSONResponse(openapi())
+
+def _answer(request: Request, _user: Viewer) -> JSONResponse:
+    # Not a function within the other: FastAPI keeps every endpoint that it has seen, and the application with it.
+    return JSONResponse(request.app.openapi())
 
 
 def _document(application: FastAPI) -> Json:
