@@ -169,6 +169,9 @@ def diagnose_record(
         here = verified(fits, present, added, refusals, least)
         if best is None or here.better_than(best):
             best = here
+    if (settled := fits.settled(here.present, here.added)) is not None:
+        again = verified(fits, *settled, refusals, least)
+        here = again if len(again.added) == len(here.added) else here
     screening, present, added = here.screening, here.present, list(here.added)
     held = {term.key: reason for term, _ in added if (reason := made_by_recording(present, term))}
     added.sort(key=lambda row: row[0].key in held)

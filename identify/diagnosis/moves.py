@@ -14,11 +14,13 @@ from identify.diagnosis.unseen_sessions import lowers_on_unseen, worse_on_unseen
 from identify.effects.effect import DeclaredLoad
 from identify.effects.model import Term
 from identify.estimation.fitted_model import FittedModel
-from identify.estimation.fitting import fit_model
+from identify.estimation.fitting import fit_model, searched_anew
 from identify.estimation.requested_model import known_effects
 
 Added = list[tuple[Term, int]]
 """Terms that a search added, each with the joint that it is judged on."""
+ROUNDING = 1e-9
+"""Of an error: two fits of the same columns in another order differ by less."""
 
 
 @dataclass(frozen=True)
@@ -117,6 +119,26 @@ class Fits:
         """The same for terms that are left of more, as they were fitted before there were more."""
         present = self._known.get(_keys(added))
         return self(added, start) if present is None else (present, _settled(present, added))
+
+    def settled(self, present: FittedModel, added: Added) -> tuple[FittedModel, Added] | None:
+        """The fit of a model at which a search ends, with the constants of all that it added searched together, from the
+        beginning and around what is there, until none changes; None where that fits no better.
+
+        A search chooses the constants of each effect beside those that were found before it. Beside all of them others may be
+        right, of another kind too (a time since each session began, or since the first).
+        """
+        summaries = present.record.summaries
+        if all(len(term.effect.grid(summaries[term.joint])) < 2 for term, _ in added):
+            return None
+        best, anew = present, searched_anew(present.record, present.model)
+        while _settled(anew, added) != _settled(best, added):
+            if anew.fit.relative_error >= best.fit.relative_error * (1 - ROUNDING):
+                break
+            best, anew = anew, fit_model(anew.record, anew.model, refine=True, start=anew)
+        if best is present:
+            return None
+        self._known[_keys(added)] = best
+        return best, _settled(best, added)
 
 
 def _keys(added: Added) -> frozenset[tuple[Key, int]]:

@@ -1,21 +1,19 @@
 """The steps of an improvement: what each adds, what it costs and gains, and what could stand in its place."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from identify.diagnosis.deciding_constants import DROP_PER_PARAMETER, FOLDS
 from identify.diagnosis.held_out import folds_of_motion, held_out_errors
-from identify.effects.model import Model, Term, terms_of
+from identify.diagnosis.moves import ROUNDING
+from identify.effects.model import Term, terms_of
 from identify.estimation.block_errors import block_errors
 from identify.estimation.fitted_model import FittedModel
-from identify.estimation.fitting import fit_model
+from identify.estimation.fitting import fit_model, searched_anew
 from identify.estimation.requested_model import known_effects
 from identify.validation.relative_error import ratio
-
-ROUNDING = 1e-9
-"""Of an error: two fits of the same columns in another order differ by less."""
 
 
 @dataclass(frozen=True)
@@ -121,21 +119,9 @@ def widened(fitted: FittedModel, term: Term) -> FittedModel:
     tried = [
         fit_model(fitted.record, wider, refine=True, start=fitted),
         fit_model(fitted.record, wider, refine=True),
-        _searched_anew(fitted, wider),
+        searched_anew(fitted.record, wider),
     ]
     return min(tried, key=lambda model: model.fit.relative_error)
-
-
-def _searched_anew(fitted: FittedModel, model: Model) -> FittedModel:
-    """A model with all its constants searched from the beginning, and then around what was found."""
-    searched = [
-        replace(term, constants=None)
-        if len(term.effect.grid(fitted.record.summaries[term.joint])) > 1
-        else term
-        for term in model.terms
-    ]
-    coarse = fit_model(fitted.record, model.with_constants(searched))
-    return fit_model(fitted.record, coarse.model, refine=True, start=coarse)
 
 
 def exchanged(steps: Sequence[Step], refused: frozenset[tuple[str, int]]) -> list[Step] | None:
@@ -155,7 +141,7 @@ def exchanged(steps: Sequence[Step], refused: frozenset[tuple[str, int]]) -> lis
         better: list[Step] = []
         for other in _alternatives(last, term, refused):
             model = last.fitted.model.without(term.key).with_terms([other])
-            step = step_of(other, _searched_anew(last.fitted, model))
+            step = step_of(other, searched_anew(last.fitted.record, model))
             after, before = step.joints[joint], last.joints[joint]
             if after.fit <= before.fit and after.unseen < before.unseen and step.lowers(last):
                 better.append(step)

@@ -146,6 +146,16 @@ def fit_model(
     return best
 
 
+def searched_anew(record: Record, model: Model) -> FittedModel:
+    """A model with all its constants searched from the beginning, and then around what was found."""
+    searched = [
+        replace(term, constants=None) if len(term.effect.grid(record.summaries[term.joint])) > 1 else term
+        for term in model.terms
+    ]
+    coarse = fit_model(record, model.with_constants(searched))
+    return fit_model(record, coarse.model, refine=True, start=coarse)
+
+
 def _require_torque_in_motion(record: Record, entries: Sequence[SessionEntry], fit: LeastSquares) -> None:
     """Raises InputError: there is nothing to fit, so that no relative error is defined."""
     if fit.norm.any():

@@ -12,7 +12,7 @@ from identify.diagnosis.refusals import Refusals
 from identify.diagnosis.screening import Screening
 from identify.effects.model import Term
 from identify.effects.position import JointSpring
-from identify.effects.viscous import ViscousAsymmetric
+from identify.effects.viscous import Stribeck, ViscousAsymmetric
 from identify.estimation.fitting import fit_model
 from identify.estimation.requested_model import open_record, requested_model
 from identify.recording import load_experiment
@@ -48,6 +48,25 @@ def test_a_term_that_is_added_once_more_is_fitted_once_more(fitted):
     again, _ = fits(added, alone)
     assert again is not alone
     assert again.fit.relative_error == pytest.approx(alone.fit.relative_error, rel=1e-6)
+
+
+def test_a_search_ends_with_the_constants_that_are_right_beside_all_that_it_added(tmp_path):
+    made = record({"stribeck": 1.0}, duration=10.0, rate=250.0, repeats=1, payload_masses=(0.0,))
+    opened = open_record(load_experiment(write_experiment(tmp_path / "curve", made)), "usual")
+    usual = fit_model(opened, requested_model(opened, "usual", ()))
+    fastest = Stribeck().grid(opened.summaries[0])[-1]  # several refinements away from the plant's 0.05 rad/s
+    wrong = Term(Stribeck(), 0).chosen(fastest)
+    present = fit_model(opened, usual.model.with_terms([wrong]), start=usual)
+    fits = Fits(usual)
+    settled = fits.settled(present, [(wrong, 0)])
+    assert settled is not None
+    better, ((term, _),) = settled
+    assert better.fit.relative_error < present.fit.relative_error
+    assert dict(term.constants)["stribeck_velocity"] == pytest.approx(0.05, rel=0.2)
+    # what the search goes back to is fitted so, and no better fit is there
+    assert fits.without_others([(term, 0)], better)[0] is better
+    assert Fits(usual).settled(better, [(term, 0)]) is None
+    assert fits.settled(usual, []) is None
 
 
 @pytest.mark.parametrize("better", [True, False])
