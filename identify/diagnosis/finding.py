@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identify.diagnosis.candidates import Candidate
 from identify.diagnosis.closed_loop import LoopEvidence
@@ -18,6 +19,8 @@ from identify.diagnosis.deciding_constants import (
 from identify.diagnosis.evidence import GroupEvidence
 from identify.diagnosis.held_out import HeldOut
 from identify.estimation.statistics import NORMAL
+
+Array = NDArray[np.float64]
 
 
 def gained(drop: float) -> float:
@@ -95,13 +98,24 @@ def steady(before: HeldOut, after: HeldOut) -> bool:
     what is gained in a fold is a part of the effect's power there, of the cause about all of it, and that part, Σ gain / Σ power,
     must be `NORMAL` of its standard errors over the folds (a ratio estimate; Cochran, Sampling techniques, 1977, ch. 6). Of
     `FEWEST_FOLDS` or less, as many as carry so much power alike, nothing of this is known (effective number of clusters:
-    Carter, Schnepel, Steigerwald 2017).
+    Carter, Schnepel, Steigerwald 2017). The strongest is then one witness that must not speak against it, and all of this is
+    asked of the others, which a disturbance of that stretch does not reach: motion that goes where no other stretch does has most
+    of the power of what acts there, though it acts everywhere.
     """
-    gain, power = before.fold - after.fold, after.power
-    squares = float(power @ power)
-    folds = float(power.sum()) ** 2 / max(squares, 1e-300)
-    if squares <= 0.0 or folds <= FEWEST_FOLDS or float(power[gain > 0].sum()) <= MOST * float(power.sum()):
+    gain, power, error = before.fold - after.fold, after.power, before.fold
+    while (folds := _effective(power)) <= FEWEST_FOLDS:
+        strongest = int(np.argmax(power))
+        if folds == 0.0 or gain[strongest] <= 0:
+            return False
+        gain, power, error = (np.delete(each, strongest) for each in (gain, power, error))
+    if float(power[gain > 0].sum()) <= MOST * float(power.sum()):
         return False
     scatter = gain - float(gain.sum() / power.sum()) * power
-    error = np.sqrt(float(scatter @ scatter) * folds / (folds - 1))
-    return bool(gain.sum() > min(NORMAL * error, LEAST_SHARE * before.total))
+    deviation = np.sqrt(float(scatter @ scatter) * folds / (folds - 1))
+    return bool(gain.sum() > min(NORMAL * deviation, LEAST_SHARE * error.sum()))
+
+
+def _effective(power: Array) -> float:
+    """How many folds carry the power, were each to carry as much; 0 where there is none."""
+    squares = float(power @ power)
+    return float(power.sum()) ** 2 / squares if squares > 0.0 else 0.0

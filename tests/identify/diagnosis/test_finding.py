@@ -103,3 +103,16 @@ def test_what_gains_as_much_as_structure_need_not_be_steady():
     before = held_out(*[4.1] * 10)
     assert not steady(before, held_out(*(4.1 - gains)))  # 9 % of the error's power
     assert steady(before, held_out(*(4.1 - 1.3 * gains)))  # 12 %
+
+
+def test_what_acts_mostly_in_one_fold_is_asked_of_the_others_as_well():
+    """A spring in motion of which one stretch goes where no other does."""
+    power = np.array([70.0, 11.0, 9.0, 4.0, 1.3, 0.9, 0.5, 0.8, 1.3, 1.0])
+    one = np.array([1.0] + [0.0] * 9)
+
+    def asked(part):
+        return steady(held_out(*(power + 1.0)), held_out(*(power * (1 - part) + 1.0), power=tuple(power)))
+
+    assert asked(0.9)
+    assert not asked(0.9 * one)  # a disturbance of that stretch
+    assert not asked(0.9 * (1 - one) - 0.1 * one)  # which must not speak against it
