@@ -251,6 +251,8 @@ class Describer:
         if forms:
             beside = [*forms, *([table.description] if table else [])]
             form = self._as_good_form(self._tried(summary, beside), said, imitators, table, bool(doubted))
+            if doubted and form is not None and not self._better_than_effects(form, imitators):
+                form = None
         if form is None and (table is None or doubted):
             return None
         return self._holding(joint, said, table, form)
@@ -284,23 +286,28 @@ class Describer:
     def _as_good_form(
         self, tried: _Tried, said: JointDiagnosis, imitators: Keys, table: _Found | None, replacing: bool
     ) -> _Found | None:
-        """The best closed form, if it does as well as the table; of one that is to replace effects, if it does clearly
-        better than they."""
+        """The best closed form; where there is a table and it is to replace no effect, if it does as well as the table."""
         if table is None:
             return self._best(tried, said, imitators, replacing, forms=True)
         joint = table.finding.candidate.judged
         form = tried.best(None, table.without, forms=True)
-        if form is None:
-            return None
-        if replacing:
-            with_them = tried.selection((), imitators)
-            before = with_them.motion.alone(joint, with_them.base())
-            return form if form.finding.after.total < (1 - 2 * LEAST_DROP) * before.total else None
+        if form is None or replacing:
+            return form
         as_low = _as_low(form.finding, table.finding)
         columns = tried.candidates[-1].columns(tried.observation, 0)
         beside = np.union1d(tried.base(table.without), form.columns)
         nearly = form.finding.gain >= NEARLY_ALL * table.finding.gain
         return form if as_low or (nearly and tried.p_value(joint, beside, columns) > SIGNIFICANCE) else None
+
+    def _better_than_effects(self, form: _Found, imitators: Keys) -> bool:
+        """Whether a form that is to stand in the place of effects, which explain nothing beside it, does clearly better than
+        they, and explains what they do not: of two that each do without the other the known one is the cause."""
+        finding, tried = form.finding, form.tried
+        joint, with_them = finding.candidate.judged, tried.selection((), imitators)
+        before = with_them.motion.alone(joint, with_them.base()).total
+        p_value = tried.p_value(joint, with_them.base(), form.columns)
+        searched = finding.candidate.searched * len(tried.candidates)
+        return finding.after.total < (1 - 2 * LEAST_DROP) * before and p_value * searched < SIGNIFICANCE
 
     def _holding(
         self, joint: int, said: JointDiagnosis, table: _Found | None, form: _Found | None

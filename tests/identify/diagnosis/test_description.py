@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import identify
-from identify.diagnosis.description import _Tried
+from identify.diagnosis.description import Describer, _Tried
+from identify.diagnosis.diagnosis import diagnose_record
 from identify.diagnosis.improvement import improve
 from identify.estimation.observation import observe
+from identify.estimation.requested_model import open_record, requested_model
 from identify.recording import InputError, append_effect
 from tests.plants.single_joint import record, write_experiment
 
@@ -104,3 +108,19 @@ def test_the_payload_ratio_is_the_models_last_column_and_no_column_of_its_base(t
     (dropped,) = [key for key in terms if key[0] == "viscous"]
     without = tried.base(frozenset({dropped}))
     np.testing.assert_array_equal(np.setdiff1d(base, without), tried.columns_of(frozenset({dropped})))
+
+
+@pytest.mark.parametrize(
+    ("effect", "strength", "seed"), [("viscous-asymmetric", 0.1, 1), ("viscous-quadratic", 0.15, 2)]
+)
+def test_a_form_that_explains_nothing_beside_a_known_effect_does_not_take_its_place(
+    tmp_path, effect, strength, seed
+):
+    """A form with an edge and a power bends to what the right effect is; in doubt the known one is the cause."""
+    folder = hidden(tmp_path, {effect: strength}, duration=20.0, seed=seed)
+    opened = open_record(identify.load_experiment(folder), "usual")
+    diagnosis = diagnose_record(opened, "usual", requested_model(opened, "usual", ()))
+    joint = diagnosis.joints[0]
+    assert [term.effect.name for term in joint.missing] == [effect]
+    describer = Describer.of(diagnosis.better, diagnosis.fitted)
+    assert describer.offer(0, replace(joint, doubted="dq")) is None
