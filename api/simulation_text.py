@@ -2,7 +2,13 @@
 
 from collections.abc import Iterator
 
-from identify.results.simulation import HorizonErrors, JointMotionError, SimulationDocument
+from identify.results.simulation import (
+    EffectInSimulation,
+    HorizonErrors,
+    JointMotionError,
+    SimulationDocument,
+)
+from identify.results.unseen_motion import UnseenMotionErrors
 
 GAINS = {
     "file": "gains from a file",
@@ -37,15 +43,8 @@ def _lines(document: SimulationDocument) -> Iterator[str]:
         if errors.energy_drift is not None:
             yield f"  energy drift {100 * errors.energy_drift:.2g} % of the work done"
     if document.unseen is not None:
-        where = (
-            "validation sessions"
-            if document.unseen.unseen == "validation"
-            else "stretches left out of the fit"
-        )
-        if document.controller is not None:
-            where += ", driven by the recorded torque"
         yield ""
-        yield f"{document.unseen.horizon:g} s ahead where the fit did not see ({where}):"
+        yield f"{document.unseen.horizon:g} s ahead where the fit did not see ({unseen_words(document.unseen, document)}):"
         for joint in document.unseen.joints:
             beside = (
                 ""
@@ -56,17 +55,36 @@ def _lines(document: SimulationDocument) -> Iterator[str]:
             yield f"  {joint.joint:10s} {_figure(joint.position_rms, joint.unit):>14s}{beside}{verdict}"
     yield ""
     for effect in document.formed:
-        if effect.state:
-            yield f"{effect.effect}@{effect.joint}: simulated with a state of its own, {effect.state}"
-        elif effect.formed == "command":
-            yield f"{effect.effect}@{effect.joint}: shifts the recorded command in time"
-        elif effect.formed == "left-out":
-            yield f"{effect.effect}@{effect.joint}: left out"
+        formed = formed_words(effect)
+        if formed is not None:
+            yield formed
     if document.inputs:
-        yield f"Taken from the record after each start: {', '.join(document.inputs)}."
+        yield input_words(document)
         yield "The measured motion gives the state at the start alone, whose speed is filtered from rows to either side."
     for remark in document.remarks:
         yield f"Remark: {remark}"
+
+
+def unseen_words(unseen: UnseenMotionErrors, document: SimulationDocument) -> str:
+    """Which motion the fit did not see, and what drives the model there in a simulation that closes the loop elsewhere."""
+    where = "validation sessions" if unseen.unseen == "validation" else "stretches left out of the fit"
+    return where if document.controller is None else f"{where}, driven by the recorded torque"
+
+
+def formed_words(effect: EffectInSimulation) -> str | None:
+    """How a simulation forms an effect's torque; None where it follows from the instant."""
+    name = f"{effect.effect}@{effect.joint}"
+    if effect.state:
+        return f"{name}: simulated with a state of its own, {effect.state}"
+    return {
+        "command": f"{name}: shifts the recorded command in time",
+        "left-out": f"{name}: left out",
+    }.get(effect.formed)
+
+
+def input_words(document: SimulationDocument) -> str:
+    """What of the record after its start a simulation was given, in a sentence."""
+    return f"Taken from the record after each start: {', '.join(document.inputs)}."
 
 
 def _heading(errors: HorizonErrors) -> str:

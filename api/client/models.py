@@ -1,5 +1,8 @@
 """Model versions of an experiment: fitted, changed, diagnosed, simulated, exported."""
 
+from collections.abc import Sequence
+from urllib.parse import urlencode
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -102,17 +105,22 @@ class ModelCalls(Connection):
         return self._done(MadePlanView, address, wanted)
 
     def simulate(
-        self, experiment: str, model: str, driven_by: str = "torque", gains: ControllerFile | None = None
+        self,
+        experiment: str,
+        model: str,
+        driven_by: str = "torque",
+        gains: ControllerFile | None = None,
+        horizons: Sequence[float] = (),
     ) -> JobView:
         """Run a model version forward along its record (a job): by the recorded torque, or in closed loop.
 
         gains : closes the loop where given; else `driven_by` says whose do: those of the `drives`, or what the record tells
             (`estimate`); `known` takes those of the drives where the record holds them, else the torque
+        horizons : s, of the windows; 0.1 and 1 where there are none
         """
-        address = f"/experiments/{experiment}/models/{model}/simulation"
-        if gains is not None:
-            return self._begin(address, gains.model_dump(mode="json"))
-        return self._begin(f"{address}?driven_by={driven_by}")
+        query = urlencode([("driven_by", driven_by), *(("horizon", each) for each in horizons)])
+        address = f"/experiments/{experiment}/models/{model}/simulation?{query}"
+        return self._begin(address, None if gains is None else gains.model_dump(mode="json"))
 
     def simulation(self, experiment: str, model: str) -> SimulationDocument:
         """How well a model version predicts motion."""

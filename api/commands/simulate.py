@@ -44,7 +44,8 @@ def simulate_command(
     from api.simulation_text import simulation_text
     from api.stored_experiments import resolve
     from identify.recording import load_experiment
-    from identify.simulation.simulate import HORIZONS, simulate
+    from identify.results.simulation import HORIZONS
+    from identify.simulation.simulate import simulate
 
     with Computing(workers, cluster)():
         document = simulate(

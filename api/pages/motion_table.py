@@ -5,15 +5,16 @@ from dataclasses import dataclass
 from typing import Literal
 from urllib.parse import urlencode
 
+from api.pages.job_views import polled_progress
 from api.pages.layout import experiment_link
-from api.pages.number_format import THIN, percent
+from api.pages.number_format import THIN, significant
 from api.pages.rendering import Context
 from api.pages.sentence import sentence
 from api.service.model_use import ENDINGS, Driven, Ending, ModelUse
-from api.simulation_text import GAINS
+from api.simulation_text import GAINS, formed_words, input_words, unseen_words
 from identify.recording.errors import InputError
 from identify.results.certificate import Certificate
-from identify.results.simulation import SimulationDocument
+from identify.results.simulation import HORIZONS, SimulationDocument
 
 NAMES: dict[Ending, str] = {
     "urdf": "URDF",
@@ -72,8 +73,14 @@ class ExportRow:
     ending: str
     link: str
     words: list[str] | None
+    certificate: str
+    """where REST has its certificate"""
+    certificate_file: str | None
+    """what that is called beside the file, where the file is there"""
     fault: str | None
     """why it could not be made the last time, if so"""
+    job: Context | None
+    """how far the file is that is being made, if so"""
 
 
 def motion_table(document: SimulationDocument, joint: str) -> list[MotionRow]:
@@ -98,7 +105,8 @@ def motion_table(document: SimulationDocument, joint: str) -> list[MotionRow]:
         unseen = next(each for each in document.unseen.joints if each.joint == joint)
         rows.append(
             MotionRow(
-                words=f"{document.unseen.horizon:g} s ahead, motion that the fit did not see",
+                words=f"{document.unseen.horizon:g} s ahead, motion that the fit did not see"
+                f" ({unseen_words(document.unseen, document)})",
                 error=figure(unseen.position_rms, unseen.unit),
                 usual=figure(unseen.position_rms_before, unseen.unit),
                 speed=None,
@@ -125,35 +133,49 @@ def motion_panel(use: ModelUse, experiment: str, version: str, joint: str) -> Co
         problem = "The figures of the last simulation cannot be read; predict the motion again."
     query = urlencode({"version": version})
     rows = None if document is None else motion_table(document, joint)
+    job = use.simulating(experiment, version)
+    horizons = () if document is None else [each.horizon for each in document.horizons]
     return {
         "motion_rows": rows,
         "motion_beside_usual": any(row.usual != NO_FIGURE for row in rows or ()),
-        "motion_driven": None if document is None else driven_words(document),
+        "motion_driven": None if document is None else driven_words(document, joint),
         "motion_problem": problem,
         "motion_fault": use.simulation_fault(experiment, version),
         "motion_link": f"{experiment_link(experiment, 'use/simulation')}?{query}",
         "motion_choices": CHOICES,
+        "motion_horizons": ", ".join(
+            f"{seconds:g}" for seconds in dict.fromkeys(horizons) or HORIZONS if seconds is not None
+        ),
+        "motion_job": None
+        if job is None
+        else polled_progress(job, experiment_link(experiment, "use/progress")),
     }
 
 
-def driven_words(document: SimulationDocument) -> list[str]:
-    """What drove the model, and what is to be known of it, in sentences."""
+def driven_words(document: SimulationDocument, joint: str) -> list[str]:
+    """What drove the model, what is a state of it on this joint, and what else is to be known of it, in sentences."""
     driven = "Driven by the recorded torque."
     if document.controller is not None:
         driven = f"In closed loop, {GAINS[document.controller.source]}."
     drifts = [errors.energy_drift for errors in document.horizons if errors.energy_drift is not None]
     drift = (
-        [f"Energy drift of the integration: at most {percent(max(drifts), 2)} of the work done."]
+        [
+            f"Energy drift of the integration: at most {significant(100 * max(drifts), 2)}{THIN}% of the work done."
+        ]
         if drifts
         else []
     )
-    return [driven, *drift, *(sentence(remark) for remark in document.remarks)]
+    inputs = [input_words(document)] if document.inputs else []
+    formed = [formed_words(each) for each in document.formed if each.joint == joint]
+    states = [sentence(each) for each in formed if each is not None]
+    return [driven, *inputs, *states, *drift, *(sentence(remark) for remark in document.remarks)]
 
 
 def export_rows(use: ModelUse, experiment: str, version: str) -> list[ExportRow]:
     """Every format: its name, where to ask for it, and the file with its certificate in words where it is there."""
     certificates = use.certificates(experiment, version)
     faults = use.export_faults(experiment, version)
+    jobs = use.exporting(experiment, version)
     shared = _shared(certificates.values())
     query = urlencode({"version": version})
     return [
@@ -163,7 +185,14 @@ def export_rows(use: ModelUse, experiment: str, version: str) -> list[ExportRow]
             ending=ending,
             link=f"{experiment_link(experiment, 'use/exports')}/{ending}?{query}",
             words=(certificate_words(certificates[ending], shared) if ending in certificates else None),
+            certificate=f"/experiments/{experiment}/models/{version}/exports/{ending}",
+            certificate_file=(
+                f"{certificates[ending].target}.certificate.json" if ending in certificates else None
+            ),
             fault=faults.get(ending),
+            job=polled_progress(jobs[ending], experiment_link(experiment, "use/progress"))
+            if ending in jobs
+            else None,
         )
         for ending in ENDINGS
     ]

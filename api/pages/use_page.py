@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from fastapi import APIRouter, File, Form, Query, Request, UploadFile
 from fastapi.responses import HTMLResponse, Response
 
-from api.pages.form_input import input_errors_as_problems
+from api.pages.form_input import input_errors_as_problems, typed_horizons
 from api.pages.job_views import follow
 from api.pages.layout import experiment_link
 from api.pages.rendering import PREFIX
@@ -14,6 +14,7 @@ from api.service.model_use import Driven, Ending
 from api.service.problems import Problem
 from identify.recording.controller_file import ControllerFile
 from identify.recording.strict_yaml import LARGEST_FILE
+from identify.results.simulation import HORIZONS
 from identify.simulation.controller import decode_controllers
 
 router = APIRouter(prefix=f"{PREFIX}/experiments/{{experiment}}/use", include_in_schema=False)
@@ -28,12 +29,14 @@ def simulate(
     experiment: str,
     version: Version,
     driven_by: Annotated[Driven | Literal["file"], Form()] = "torque",
+    horizons: Annotated[str, Form(max_length=200)] = "",
     gains: Annotated[UploadFile | None, File()] = None,
 ) -> HTMLResponse:
     """Run a version forward along its record."""
     driver = _gains(gains) if driven_by == "file" else driven_by
-    job = access.service_of(request).model_use.simulate(experiment, user.name, version, driver)
-    return follow(request, job.id, experiment_link(experiment, "use/progress"))
+    ahead = typed_horizons(horizons) if horizons.strip() else HORIZONS
+    job = access.service_of(request).model_use.simulate(experiment, user.name, version, driver, ahead)
+    return _followed(request, experiment, job.id)
 
 
 def _gains(file: UploadFile | None) -> ControllerFile:
@@ -50,7 +53,7 @@ def export(
 ) -> HTMLResponse:
     """Write a version for another program."""
     job = access.service_of(request).model_use.export(experiment, user.name, version, ending)
-    return follow(request, job.id, experiment_link(experiment, "use/progress"))
+    return _followed(request, experiment, job.id)
 
 
 @router.get("/exports/{ending}")
@@ -71,4 +74,11 @@ def progress(
     request: Request, _user: access.Viewer, experiment: str, job: Annotated[str, Query(max_length=32)]
 ) -> HTMLResponse:
     """How far it is; then a fresh page with what was found."""
-    return follow(request, job, experiment_link(experiment, "use/progress"))
+    return _followed(request, experiment, job)
+
+
+def _followed(request: Request, experiment: str, identifier: str) -> HTMLResponse:
+    job = access.service_of(request).jobs.get(identifier)
+    simulates = job is not None and job.kind == "simulate"
+    failure = "The motion was not predicted" if simulates else "The file was not made"
+    return follow(request, identifier, experiment_link(experiment, "use/progress"), failure)

@@ -5,6 +5,7 @@ Both are computed by jobs when somebody asks, and kept beside the fit that they 
 
 import io
 import zipfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
 
@@ -18,7 +19,7 @@ from identify.recording.atomic_file import write_atomically
 from identify.recording.controller_file import ControllerFile
 from identify.results.certificate import Certificate
 from identify.results.reading import read_document
-from identify.results.simulation import SimulationDocument
+from identify.results.simulation import HORIZONS, SimulationDocument
 
 if TYPE_CHECKING:
     from api.service.use_computations import PredictedMotion
@@ -29,6 +30,9 @@ Ending = Literal["urdf", "sdf", "xml", "py", "c", "st", "fmu", "json"]
 Driven = Literal["known", "torque", "drives", "estimate"]
 """what drives a simulated model: the recorded torque; or its controllers, with the gains that the drives held or that the record
 tells; `known` is the drives' where the record holds them, else the torque"""
+
+MOST_HORIZONS = 8
+"""of one simulation that is asked for"""
 
 ENDINGS: tuple[Ending, ...] = get_args(Ending)
 SIMULATION_FILE = "simulation.json"
@@ -46,17 +50,25 @@ class ModelUse:
         self._jobs = jobs
 
     def simulate(
-        self, experiment: str, user: str, model: str, driven_by: Driven | ControllerFile = "torque"
+        self,
+        experiment: str,
+        user: str,
+        model: str,
+        driven_by: Driven | ControllerFile = "torque",
+        horizons: Sequence[float] = HORIZONS,
     ) -> Job:
         """Run a version forward along its record (a job), in closed loop with gains where these are given.
+
+        horizons : s, of the windows
 
         Raises the problem 404.
         """
         story = self._story(experiment)
         version = story.read().version(model)
-        folder = story.fit_folder(model)
 
         def store(predicted: "PredictedMotion") -> JobResult:
+            # Beside the fit that stands now: what the job computed is of the sessions that there were when its turn came.
+            folder = story.fit_folder(model)
             # Never the curves of one run beside the figures of another, wherever the service may be killed.
             (folder / FREE_RUNS_FILE).unlink(missing_ok=True)
             write_atomically(folder / SIMULATION_FILE, predicted.document.json_text(indent=1).encode())
@@ -71,10 +83,12 @@ class ModelUse:
                 "model": version.model,
                 "add": version.add,
                 "driven_by": None if driven_by == "known" else driven_by,
+                "horizons": tuple(horizons),
             },
             store,
             user=user,
             experiment=experiment,
+            asked=(model, driven_by, tuple(horizons)),
             about=JobResult(model=model),
         )
 
@@ -95,7 +109,6 @@ class ModelUse:
         """Write a version for another program (a job). Raises the problem 404."""
         story = self._story(experiment)
         version = story.read().version(model)
-        target = self._target(experiment, model, ending)
         return self._jobs.submit(
             "export",
             f"{COMPUTATIONS}:export",
@@ -103,13 +116,28 @@ class ModelUse:
                 "experiment": str(story.folder.parent),
                 "model": version.model,
                 "add": version.add,
-                "target": str(target),
+                "target": str(self._target(experiment, model, ending)),
             },
             lambda certificate: JobResult(model=model, format=ending, file=certificate.target),
             user=user,
             experiment=experiment,
+            asked=(model, ending),
             about=JobResult(model=model, format=ending),
         )
+
+    def simulating(self, experiment: str, model: str) -> Job | None:
+        """The job that is to run a version forward, or is at it."""
+        return self._under_way(experiment, "simulate", model).get(None)
+
+    def exporting(self, experiment: str, model: str) -> dict[str | None, Job]:
+        """By format the jobs that are to write a version, or are at it."""
+        return self._under_way(experiment, "export", model)
+
+    def _under_way(self, experiment: str, kind: str, model: str) -> dict[str | None, Job]:
+        jobs = [
+            job for job in self._jobs.unfinished(experiment) if (job.kind, job.result.model) == (kind, model)
+        ]
+        return {job.result.format: job for job in reversed(jobs)}
 
     def export_faults(self, experiment: str, model: str) -> dict[str | None, str]:
         """By format why the last job that was to write a version in it made nothing; only of those that did not."""

@@ -30,14 +30,20 @@ class PredictedMotion:
 
 
 def simulate(
-    progress: Progress, experiment: str, model: str, add: list[str], driven_by: ControllerFile | str | None
+    progress: Progress,
+    experiment: str,
+    model: str,
+    add: list[str],
+    driven_by: ControllerFile | str | None,
+    horizons: tuple[float, ...],
 ) -> PredictedMotion:
     """A model run forward in windows along its record and freely from its start, beside the usual one.
 
     driven_by : what `identify.simulation.closing` takes for a controller
+    horizons  : s, of the windows
     """
     from identify.simulation.free_motion import FreeMotion
-    from identify.simulation.simulate import HORIZONS, simulated
+    from identify.simulation.simulate import simulated
 
     kept: list[FreeMotion] = []
     loaded = load_experiment(Path(experiment))
@@ -48,7 +54,7 @@ def simulate(
     document = simulated(
         result,
         usual,
-        HORIZONS,
+        horizons,
         driven_by,
         progress=lambda done, step: progress(0.3 + 0.6 * done, step),
         keep=kept.append,

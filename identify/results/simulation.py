@@ -8,6 +8,9 @@ from identify.results.document import Document, Figure, Part
 from identify.results.effect import EffectOnJoint
 from identify.results.unseen_motion import UnseenMotionErrors
 
+HORIZONS = (0.1, 1.0)
+"""s, where none is asked for: a controller's look ahead, and a move"""
+
 
 class JointMotionError(Part):
     """How far the simulated motion of a joint is from the measured one; root mean squares over all samples."""

@@ -20,6 +20,7 @@ from identify.recording import Experiment, InputError, SessionEntry
 from identify.recording.controller_file import ControllerFile
 from identify.results.effect import EffectOnJoint
 from identify.results.simulation import (
+    HORIZONS,
     EffectInSimulation,
     Formed,
     HorizonErrors,
@@ -42,9 +43,6 @@ from identify.simulation.windows import window_starts
 
 Array = NDArray[np.float64]
 Role = Literal["identification", "validation"]
-
-HORIZONS = (0.1, 1.0)
-"""s, where none is asked for: a controller's look ahead, and a move"""
 
 MOST_WINDOWS = 200
 """windows of one horizon in one session; more of them tell nothing new and cost memory"""
@@ -101,9 +99,7 @@ def simulate(
     free_run   : whether to run the model from the record's start to its end as well, which takes longest
     Raises InputError: the experiment, the model, an effect, a horizon or the controller is wrong.
     """
-    for horizon in horizons:
-        if not (math.isfinite(horizon) and horizon > 0):
-            raise InputError(f"--horizon {horizon:g}: must be a time in seconds above zero, e.g. 0.1")
+    _require_times(horizons)
     result = identify(experiment, model, add)
     usual = None if result.model == "usual" and not add else identify(experiment, "usual")
     return simulated(result, usual, horizons, controller, free_run, progress)
@@ -121,7 +117,9 @@ def simulated(
     """`simulate` for a model that is already identified; `usual` is the model that its errors stand beside.
 
     keep : called with every free run, sample by sample
+    Raises InputError: a horizon or the controller is wrong.
     """
+    _require_times(horizons)
     record, experiment = result.fitted.record, result.experiment
     names = record.joint_names
     closing = loop_asked_for(result, controller)
@@ -197,7 +195,7 @@ def simulated(
         every = [motion for session_motions in motions.values() for motion in session_motions]
         if _within_a_sample(max(horizons, default=None), every):
             raise InputError(
-                f"--horizon {max(horizons):g}: ends before the next sample; must be"
+                f"a horizon of {max(horizons):g} s ends before the next sample; must be"
                 f" {min(motion.period for motion in every):.3g} s or more"
             )
         longest = max(
@@ -205,8 +203,8 @@ def simulated(
             default=0.0,
         )
         raise InputError(
-            f"--horizon {min(horizons, default=0.0):g}: longer than every session; the longest stretch without a hole lasts"
-            f" {longest:.3g} s"
+            f"a horizon of {min(horizons, default=0.0):g} s is longer than every session; the longest stretch without a hole"
+            f" lasts {longest:.3g} s"
         )
     return SimulationDocument(
         experiment=experiment.name,
@@ -221,6 +219,12 @@ def simulated(
         unseen=_unseen(result, usual),
         remarks=tuple(remarks),
     )
+
+
+def _require_times(horizons: Sequence[float]) -> None:
+    for horizon in horizons:
+        if not (math.isfinite(horizon) and horizon > 0):
+            raise InputError(f"a horizon of {horizon:g} s: must be a time in seconds above zero, e.g. 0.1")
 
 
 def _formed(result: Identification, closed: bool) -> tuple[EffectInSimulation, ...]:

@@ -28,9 +28,13 @@ def test_a_model_is_simulated_and_its_errors_are_kept_with_its_fit(imported_shor
     before = client.get(address)
     assert before.status_code == 404
     assert "not simulated yet" in before.json()["detail"]
-    assert computed(client, address, finished)["kind"] == "simulate"
+    for wrong in ("0", "-1", "inf", "nan", "x"):
+        answer = client.post(f"{address}?horizon={wrong}")
+        assert answer.status_code == 422
+        assert "query.horizon" in answer.json()["detail"]
+    assert computed(client, f"{address}?horizon=1&horizon=0.3", finished)["kind"] == "simulate"
     found = Client("", http=client).simulation(experiment, "m1")
-    assert {row.horizon for row in found.horizons} == {0.1, 1.0, None}
+    assert [row.horizon for row in found.horizons] == [0.3, 1.0, None]
     assert found.unseen is not None
     assert found.model == "usual"
     free = next(row for row in found.horizons if row.horizon is None)

@@ -47,13 +47,13 @@ def test_motion_is_simulated_beside_the_usual_model_unless_it_is_that(monkeypatc
 
     def simulated(result, usual, horizons, driven_by, progress, keep):
         told_all(progress)
-        seen.append((result, usual, driven_by))
+        seen.append((result, usual, driven_by, horizons))
         return "document"
 
     monkeypatch.setattr(identify.simulation.simulate, "simulated", simulated)
     monkeypatch.setattr(use_computations, "stored_runs", lambda kept: b"")
-    found = use_computations.simulate(saying(heard), "arm", model, [], "estimated")
-    assert (found.document, seen) == ("document", [(model, beside, "estimated")])
+    found = use_computations.simulate(saying(heard), "arm", model, [], "estimated", (0.5,))
+    assert (found.document, seen) == ("document", [(model, beside, "estimated", (0.5,))])
     rises_from_nothing_to(heard, 0.9)  # what is left is to be stored
 
 

@@ -1,5 +1,6 @@
 """A free run over time: position and speed of a joint as measured and as models give them, each with the errors beneath."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -57,7 +58,8 @@ def draw_free_run(joint: str, drawn: FreeRun, width: float = 860, height: float 
     for strip in strips:
         lower = upper + strip.share * room
         scale = _scale(strip, lower, upper)
-        ticks = round_ticks(scale.low, scale.high, 4 if strip.share > 0.25 else 3)
+        # Of an error the largest round one within the strip, either way: a zero alone would be no scale.
+        ticks = _either_way(scale.high) if strip.from_zero else round_ticks(scale.low, scale.high, 4)
         content += [
             line(
                 left,
@@ -101,6 +103,13 @@ def _strips(name: str, curves: MotionCurves, unit: str, small: str) -> tuple[_St
     ]
     of_errors = [(SMALL * curves.error_usual, "before"), (SMALL * curves.error, "")]
     return _Strip(f"{name}, {unit}", of_values, 0.3, False), _Strip(f"error, {small}", of_errors, 0.2, True)
+
+
+def _either_way(reach: float) -> list[float]:
+    """The largest of 1, 2 or 5 times a power of ten up to `reach`, with its negative and zero."""
+    power = 10.0 ** math.floor(math.log10(reach))
+    tick = power * next(factor for factor in (5, 2, 1) if factor * power <= reach * (1 + 1e-9))
+    return [-tick, 0.0, tick]
 
 
 def _scale(strip: _Strip, lower: float, upper: float) -> Scale:

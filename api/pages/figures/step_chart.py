@@ -13,6 +13,10 @@ LABEL_HEIGHT = 22.0
 """Units above a node that its figure takes."""
 
 
+MOTION = "beneath the models: position 1 s ahead, unseen motion, rms"
+"""what the errors of motion are"""
+
+
 @dataclass(frozen=True)
 class ModelStep:
     """One model version: what it is called under the chart, its relative errors (fractions), and whether it is undone.
@@ -43,7 +47,8 @@ def draw_step_chart(
     steps: Sequence[ModelStep], noise_floor: float | None, width: float = 420, height: float = 190
 ) -> Markup:
     """Draw the relative error (fractions, shown in percent) of each version from left to right."""
-    beneath = 14.0 if any(step.motion for step in steps) else 0.0
+    # a row for the errors of motion, and one that says what they are
+    beneath = 26.0 if any(step.motion for step in steps) else 0.0
     left, right, top, bottom = 40.0, width - 10.0, 18.0, height - 34.0 - beneath
     errors = [step.relative_error for step in steps]
     errors += [step.relative_error_validation for step in steps if step.relative_error_validation is not None]
@@ -58,6 +63,8 @@ def draw_step_chart(
     content += [text(left - 7, y(tick / 100) + 3.8, number(tick, decimals), "end") for tick in ticks]
     content.append(text(left - 7, top - 4, "%", "end faint"))
     content += _staircase(list(steps), left, slot, y)
+    if beneath:
+        content.append(text(right, height - 4, MOTION, "end faint"))
     if noise_floor is not None and noise_floor < y.high:
         content.append(line(left, y(noise_floor), right, y(noise_floor), "floor"))
         below = y(noise_floor) + 12 < bottom

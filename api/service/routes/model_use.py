@@ -5,12 +5,13 @@ from typing import Annotated
 import numpy as np
 from fastapi import APIRouter, Body, Query, Request, Response
 from numpy.typing import NDArray
+from pydantic import Field
 
 from api.service import access
 from api.service.access import service_of
 from api.service.free_run_documents import Curves, FreeRunView
 from api.service.job_documents import JobView
-from api.service.model_use import Driven, Ending
+from api.service.model_use import MOST_HORIZONS, Driven, Ending
 from api.service.openapi import ResourceRoute, problems
 from api.service.problems import Problem
 from api.service.routes.experiments import ExperimentId
@@ -18,9 +19,11 @@ from api.service.routes.jobs import accepted
 from api.service.routes.models import ModelId
 from identify.recording.controller_file import ControllerFile
 from identify.results.certificate import Certificate
-from identify.results.simulation import SimulationDocument
+from identify.results.simulation import HORIZONS, SimulationDocument
 
 router = APIRouter(tags=["use of models"], route_class=ResourceRoute)
+
+Horizon = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 
 _GAINS = {"joints": [{"joint": "j3", "reference": "qref1", "position": 5000.0, "velocity": 60.0}]}
 
@@ -39,14 +42,24 @@ def simulate(
             "recorded, or told from the record; `known` takes the former where the record holds them, else the torque"
         ),
     ] = "torque",
+    horizon: Annotated[
+        list[Horizon] | None,
+        Query(
+            max_length=MOST_HORIZONS,
+            description="s: length of the windows that begin at measured states; may be repeated; 0.1 and 1 where there is none",
+            examples=[[0.1, 1.0]],
+        ),
+    ] = None,
     gains: Annotated[ControllerFile | None, Body(examples=[_GAINS])] = None,
 ) -> JobView:
-    """Run the model forward along its record: in windows of a tenth of a second and of a second, and freely from the start.
+    """Run the model forward along its record: in windows of each horizon, and freely from the start.
 
     In closed loop with gains where the body holds them (those of a controller's file, `docs/simulation.md`), else as `driven_by`
     says.
     """
-    job = service_of(request).model_use.simulate(experiment, user.name, model, gains or driven_by)
+    job = service_of(request).model_use.simulate(
+        experiment, user.name, model, gains or driven_by, horizon or HORIZONS
+    )
     return accepted(job, response)
 
 

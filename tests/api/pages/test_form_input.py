@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
-from api.pages.form_input import input_errors_as_problems, typed_mass
+from api.pages.form_input import input_errors_as_problems, typed_horizons, typed_mass
 from api.service.problems import Problem
 from identify.recording.errors import InputError
 
@@ -49,3 +51,25 @@ def test_an_error_becomes_a_sentence_and_the_name_of_a_file_stays_as_it_is(error
 def test_other_errors_pass():
     with pytest.raises(KeyError), input_errors_as_problems():
         raise KeyError("x")
+
+
+@pytest.mark.parametrize(
+    ("typed", "horizons"), [("0.1, 1", (0.1, 1.0)), (" 2 ", (2.0,)), ("0.1;0.5 1e0,", (0.1, 0.5, 1.0))]
+)
+def test_times_ahead_are_read_as_people_type_them(typed, horizons):
+    assert typed_horizons(typed) == horizons
+
+
+@pytest.mark.parametrize(
+    ("typed", "said"),
+    [
+        ("0,1", "“0” is not a time ahead; enter seconds above zero, with a decimal point, such as 0.1, 1."),
+        ("soon", "“soon” is not a time ahead"),
+        ("-1", "“-1” is not a time ahead"),
+        ("inf", "“inf” is not a time ahead"),
+        ("1 2 3 4 5 6 7 8 9", "These are 9 times ahead; enter at most 8."),
+    ],
+)
+def test_what_is_no_time_ahead_is_refused_in_one_sentence(typed, said):
+    with pytest.raises(Problem, match=re.escape(said)):
+        typed_horizons(typed)

@@ -36,7 +36,20 @@ def test_errors_are_drawn_to_one_scale_in_the_small_unit() -> None:
     }
     assert heights["before"] / heights[""] == pytest.approx(2.0, rel=0.01)
     assert ">200</text>" in drawing  # mrad
+    assert ">−200</text>" in drawing
     assert 'class="curve thin before"' not in drawn(usual=False)
+
+
+@pytest.mark.parametrize(
+    ("largest", "tick"), [(5.2e-3, "5"), (9.9e-3, "10"), (1.3e-3, "1"), (2.2e-5, "0.02")]
+)
+def test_an_error_has_a_scale_whatever_its_size(largest, tick) -> None:
+    measured = np.zeros(len(TIME))
+    model = largest * np.sin(TIME)
+    run = MotionCurves(measured, model, np.full(len(TIME), np.nan), model, np.full(len(TIME), np.nan))
+    drawing = draw_free_run("j2", FreeRun(TIME, run, run, "rad", "mrad"))
+    assert drawing.count(f">{tick}</text>") >= 2
+    assert f">−{tick}</text>" in drawing
 
 
 def test_a_mark_stands_where_a_run_leaves_the_record() -> None:

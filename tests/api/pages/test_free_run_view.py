@@ -88,7 +88,12 @@ def test_a_damaged_file_hides_no_page() -> None:
     def damaged(*_asked: object) -> None:
         raise InputError("simulation.json: not JSON")
 
-    use = SimpleNamespace(simulation=damaged, free_run=damaged, simulation_fault=lambda *_asked: None)
+    use = SimpleNamespace(
+        simulation=damaged,
+        free_run=damaged,
+        simulation_fault=lambda *_asked: None,
+        simulating=lambda *_asked: None,
+    )
     assert free_run_context(use, STORED, SHOWN, "j1", ALL_SESSIONS)["free_run"] is None
     assert "cannot be read" in motion_panel(use, "e", "m3", "j1")["motion_problem"]
     use.simulation = lambda _experiment, _model: DOCUMENT

@@ -122,7 +122,7 @@ def test_a_page_follows_a_job_until_its_end_and_is_then_drawn_afresh(followed, s
     for state, tone in ((JobState.CANCELLED, "warn"), (JobState.FAILED, "fault"), (JobState.LOST, "fault")):
         answer = followed(state)
         assert f'class="message {tone} problem"' in answer.text
-        assert "Nothing was found: half way." in answer.text
+        assert "The motion was not predicted: half way." in answer.text
         assert "hx-refresh" not in answer.headers
     viewer = service.client(Role.VIEWER)
     unknown = viewer.get("/pages/experiments/arm/use/progress", params={"job": "b2"}, headers=HTML)

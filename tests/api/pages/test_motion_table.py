@@ -16,9 +16,12 @@ from api.pages.motion_table import (
     motion_panel,
     motion_table,
 )
+from api.service.job_documents import JobState
+from api.service.jobs import Job
 from api.service.model_use import ENDINGS, ModelUse
 from identify.recording.errors import InputError
 from identify.results.certificate import Certificate, JointCertificate
+from identify.results.simulation import EffectInSimulation
 
 
 @pytest.mark.parametrize(
@@ -47,9 +50,12 @@ def joint(name, position, speed, usual, usual_speed):
     )
 
 
+QUIET = ("simulation_fault", "simulating")
+
+
 def model_use(**answers) -> ModelUse:
-    """As far as a test asks it; no prediction failed."""
-    return cast(ModelUse, SimpleNamespace(**{"simulation_fault": lambda *of: None, **answers}))
+    """As far as a test asks it; no prediction failed, and none is under way."""
+    return cast(ModelUse, SimpleNamespace(**{**dict.fromkeys(QUIET, lambda *of: None), **answers}))
 
 
 @pytest.fixture
@@ -64,9 +70,15 @@ def document():
             SimpleNamespace(role="identification", horizon=None, joints=second, energy_drift=0.0234),
             SimpleNamespace(role="identification", horizon=2.0, joints=second, energy_drift=None),
         ],
-        unseen=SimpleNamespace(horizon=1.0, joints=[unseen]),
+        unseen=SimpleNamespace(horizon=1.0, unseen="stretches", joints=[unseen]),
         controller=None,
         remarks=["delay is left out"],
+        inputs=("recorded torque",),
+        formed=(
+            EffectInSimulation(effect="presliding", joint="j2", formed="state", state="share built up"),
+            EffectInSimulation(effect="presliding", joint="j1", formed="state", state="share built up"),
+            EffectInSimulation(effect="viscous", joint="j2", formed="instant", state=None),
+        ),
     )
 
 
@@ -76,7 +88,7 @@ def test_a_joint_has_a_row_for_each_horizon_with_the_usual_model_beside_it(docum
         "0.5 s ahead, validation sessions",
         "free run from the start, sessions of the fit",
         "2 s ahead, sessions of the fit",
-        "1 s ahead, motion that the fit did not see",
+        "1 s ahead, motion that the fit did not see (stretches left out of the fit)",
     ]
     assert rows[0] == MotionRow(
         words="0.5 s ahead, validation sessions",
@@ -94,14 +106,21 @@ def test_a_joint_has_a_row_for_each_horizon_with_the_usual_model_beside_it(docum
 
 
 def test_what_drove_the_model_and_the_greatest_drift_of_energy_are_said(document):
-    assert driven_words(document) == [
+    assert driven_words(document, "j2") == [
         "Driven by the recorded torque.",
+        "Taken from the record after each start: recorded torque.",
+        "presliding@j2: simulated with a state of its own, share built up.",
         "Energy drift of the integration: at most 2.3\u202f% of the work done.",
         "Delay is left out.",
     ]
     document.controller = SimpleNamespace(source="estimated")
-    document.horizons = document.horizons[2:]
-    assert driven_words(document) == ["In closed loop, gains told from the record.", "Delay is left out."]
+    document.horizons[0].energy_drift, document.horizons[1].energy_drift = 9.5e-5, None
+    assert "at most 0.0095\u202f% of" in driven_words(document, "j1")[-2]
+    document.horizons, document.inputs = document.horizons[2:], ()
+    assert driven_words(document, "j3") == [
+        "In closed loop, gains told from the record.",
+        "Delay is left out.",
+    ]
 
 
 def test_figures_that_cannot_be_read_hide_no_page(document):
@@ -116,6 +135,8 @@ def test_figures_that_cannot_be_read_hide_no_page(document):
     shown = motion_panel(model_use(simulation=lambda *of: document), "arm", "m2", "j2")
     assert len(shown["motion_rows"]) == 4
     assert shown["motion_beside_usual"]
+    assert (panel["motion_horizons"], shown["motion_horizons"]) == ("0.1, 1", "0.5, 2")
+    assert shown["motion_job"] is None
     document.unseen = None
     for errors in document.horizons:
         for joint in errors.joints:
@@ -165,6 +186,17 @@ def test_a_certificate_is_said_in_sentences():
     assert certificate_words(CERTIFICATE.changed(joints=(whole,)))[1] == "j1: everything kept."
 
 
+UNDER_WAY = Job("5f1c", "export", "arm", "ada", JobState.RUNNING, 0.25, "writing", 0.0)
+
+
+def test_a_prediction_under_way_is_followed_in_place_of_the_form(document):
+    panel = motion_panel(
+        model_use(simulation=lambda *of: document, simulating=lambda *of: UNDER_WAY), "arm", "m2", "j2"
+    )
+    assert panel["motion_job"]["poll_link"].endswith("arm/use/progress?job=5f1c")
+    assert panel["motion_job"]["fraction"] == 0.25
+
+
 def test_what_all_formats_say_alike_is_said_once():
     other = CERTIFICATE.changed(
         target="arm.c", kind="C source", remarks=("payload-mass was estimated", "needs C99")
@@ -173,6 +205,7 @@ def test_what_all_formats_say_alike_is_said_once():
     use = model_use(
         certificates=lambda experiment, version: {"urdf": CERTIFICATE, "c": other},
         export_faults=lambda experiment, version: faults,
+        exporting=lambda experiment, version: {"fmu": UNDER_WAY},
     )
     assert export_remarks(use, "arm", "m1") == ["Payload-mass was estimated."]
     rows = {row.ending: row for row in export_rows(use, "arm", "m1")}
@@ -185,6 +218,12 @@ def test_what_all_formats_say_alike_is_said_once():
     assert rows["c"].words[2:] == ["Needs C99."]
     assert rows["urdf"].words[2:] == ["A URDF does not say which way gravity points."]
     assert rows["py"].words is None
+    assert (rows["c"].certificate, rows["c"].certificate_file) == (
+        "/experiments/arm/models/m1/exports/c",
+        "arm.c.certificate.json",
+    )
+    assert rows["py"].certificate_file is None
+    assert {ending: row.job["fraction"] for ending, row in rows.items() if row.job} == {"fmu": 0.25}
     assert {ending: row.fault for ending, row in rows.items() if row.fault} == faults
     assert rows["py"].link.endswith("arm/use/exports/py?version=m1")
     alone = model_use(certificates=lambda experiment, version: {"urdf": CERTIFICATE})

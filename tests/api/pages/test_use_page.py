@@ -29,12 +29,25 @@ def test_motion_is_predicted_when_asked_for_and_stands_beside_the_torque(importe
     asked = computed(client, finished, f"/pages/experiments/{experiment}/use/simulation?version=m1")
     assert "Predicting motion" in asked
     text = client.get(address).text
-    assert "1 s ahead, motion that the fit did not see" in text
+    assert "1 s ahead, motion that the fit did not see (" in text
     assert " mrad</td>" in text
     assert "Driven by the recorded torque." in text
     assert "free run from the start, sessions of the fit" in text
     assert "Motion over time" in text
     assert "leaves the record" in text
+    # windows of one's own, and what cannot be one
+    use = f"/pages/experiments/{experiment}/use/simulation?version=m1"
+    refused = client.post(use, data={"horizons": "0,1"})
+    assert refused.status_code == 422
+    assert refused.json()["detail"].startswith("“0” is not a time ahead; enter seconds above zero")
+    asked = client.post(use, data={"horizons": "0.2; 0.5"})
+    (job,) = set(re.findall(r"job=([0-9a-f]+)", asked.text))
+    assert set(re.findall(r"job=([0-9a-f]+)", client.post(use, data={"horizons": "0.2, 0.5"}).text)) == {job}
+    # the page that is loaded anew meanwhile goes on following it, and it can be cancelled there
+    assert client.post(f"/pages/jobs/{job}/cancel").status_code == 204
+    assert finished(client, {"id": job, "state": "queued"})["state"] == "cancelled"
+    ended = client.get(f"/pages/experiments/{experiment}/use/progress?job={job}").text
+    assert "The motion was not predicted: cancelled" in ended
     # in closed loop, if it can be: this record has no reference, and its drive was not asked
     answer = client.post(
         f"/pages/experiments/{experiment}/use/simulation?version=m1", data={"driven_by": "drives"}
@@ -87,4 +100,7 @@ def test_the_staircase_marks_a_step_whose_motion_is_worse(worse):
     drawn = draw_step_chart(steps, None)
     assert ("1.5 mrad ↑" in drawn) == worse
     assert "1.34 mrad" in drawn
-    assert "mrad" not in draw_step_chart([ModelStep("usual", 0.04)], None)
+    assert "position 1 s ahead, unseen motion, rms" in drawn
+    alone = draw_step_chart([ModelStep("usual", 0.04)], None)
+    assert "mrad" not in alone
+    assert "1 s ahead" not in alone

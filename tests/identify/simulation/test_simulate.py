@@ -118,14 +118,14 @@ def test_with_the_known_controller_the_emps_drive_stays_on_its_reference(emps, t
 
 @pytest.mark.parametrize("horizon", [0.0, -1.0, float("nan"), float("inf")])
 def test_a_horizon_that_is_no_time_is_refused(stribeck, horizon):
-    with pytest.raises(InputError, match="--horizon"):
+    with pytest.raises(InputError, match="must be a time in seconds above zero"):
         simulate(load_experiment(stribeck), "usual", [], [horizon])
 
 
 def test_a_horizon_within_a_sample_is_refused_or_left_out(stribeck):
     experiment = load_experiment(stribeck)
     with pytest.raises(
-        InputError, match=r"--horizon 1e-09: ends before the next sample; must be 0.00\d* s or more"
+        InputError, match=r"a horizon of 1e-09 s ends before the next sample; must be 0.00\d* s or more"
     ):
         simulate(experiment, "usual", [], [1e-9], free_run=False)
     document = simulate(experiment, "usual", [], [1e-9, 0.5], free_run=False)
