@@ -118,9 +118,11 @@ def motion_table(document: SimulationDocument, joint: str) -> list[MotionRow]:
 
 
 def figure(value: float | None, unit: str) -> str:
-    """An error of position, or of speed, with its unit, in thousandths, or where that is little in millionths."""
+    """An error of position or of speed with its unit: in thousandths, a small one in millionths, a large one whole."""
     if value is None:
         return NO_FIGURE
+    if value >= 0.9995:
+        return f"{significant(value)} {unit}"
     return f"{1e6 * value:.3g} µ{unit}" if 0.0 < value < 1e-5 else f"{1e3 * value:.3g} m{unit}"
 
 

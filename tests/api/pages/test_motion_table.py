@@ -32,10 +32,15 @@ from identify.results.simulation import EffectInSimulation
         (9.99e-6, "9.99 µrad"),
         (1e-5, "0.01 mrad"),
         (0.012345, "12.3 mrad"),
-        (2.0, "2e+03 mrad"),
+        (0.9994, "999 mrad"),
+        (0.9999, "1.000 rad"),
+        (2.0, "2.00 rad"),
+        (1234.5, "1234 rad"),
     ],
 )
-def test_an_error_is_in_thousandths_or_where_that_is_little_in_millionths(value, words):
+def test_an_error_is_in_thousandths_where_that_is_little_in_millionths_and_where_it_is_much_whole(
+    value, words
+):
     assert figure(value, "rad") == words
 
 
