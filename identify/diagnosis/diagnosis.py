@@ -105,7 +105,9 @@ def diagnose(
     """
     model = model_name(model)
     record = open_record(experiment, model)
-    result = with_descriptions(diagnose_record(record, model, requested_model(record, model, add), progress))
+    asked = requested_model(record, model, add)
+    with forked.side_by_side(record.joints):
+        result = with_descriptions(diagnose_record(record, model, asked, progress))
     return replace(result, motion=effects_on_motion(result.fitted, result.added)) if motion else result
 
 

@@ -72,7 +72,7 @@ class FoldedProducts:
         known: float = 0.0,
         model: Index | None = None,
     ) -> None:
-        self.observation, self.weights, self.folds, self.known = observation, weights, folds, known
+        self.observation, self.weights, self.folds = observation, weights, folds
         self.count = int(folds.max()) + 1
         self.products: list[Array] = []
         self._measured: list[float] = []
@@ -82,6 +82,8 @@ class FoldedProducts:
         self._last: tuple[int, Index, Index, Remainder, Remainder] | None = None
         # of each joint: place of every column among its own, of Y behind them, and of what is not on its rows: zeros
         self._local = np.empty((len(observation.joint_columns), observation.width + 1), np.intp)
+        # what is left of columns asks for products later; it is kept here, and must not refer to all of this
+        self._pairs = _Pairs(self.products, self._local, self.count, known)
         for joint, columns in enumerate(observation.joint_columns):
             width = len(columns) + 2
             products = np.zeros((self.count, width, width))
@@ -182,17 +184,12 @@ class FoldedProducts:
             there, here = self._on_rows(joint, base)
             products[:, there[:, None], there] += self.weights[joint] ** 2 * of_joint[:, here[:, None], here]
             products[:, there, -1] += self.weights[joint] ** 2 * of_joint[:, here, -2]
-        return self._training(products)
-
-    def _training(self, products: Array) -> Array:
-        """(folds + 1, …) products of each training set, from those of the folds (folds, …); of all data last."""
-        whole = products.sum(0)
-        return np.concatenate([(1 + self.known) * whole - products, whole[None]])
+        return self._pairs.training(products)
 
     def _beside(self, joint: int, base: Index, columns: Index) -> tuple[Remainder, Remainder]:
         """What is left of columns and Y beside the base: on each training set, and on the rows of a joint that it left
         out, where the base is taken out as the training set has it. All data are the last set, left out and not."""
-        known = self._base(base)
+        known, pairs = self._base(base), self._pairs
         wanted = np.append(columns, self.observation.width)
         cross = np.zeros((self.count, len(base), len(wanted)))
         carrying: list[tuple[float, int]] = []
@@ -203,7 +200,7 @@ class FoldedProducts:
                 carrying.append((weight, row))
                 on, at = self._on_rows(row, base)
                 cross[:, on[:, None], there] += weight * of_row[:, at[:, None], here]
-        cross = self._training(cross)
+        cross = pairs.training(cross)
         cross[:, :, -1] = known.target
         combination = np.empty_like(cross)
         combination[:, :, -1] = known.combination
@@ -212,10 +209,10 @@ class FoldedProducts:
             combination[:, :, :-1] = np.linalg.solve(known.inner, cross[:, :, :-1] / scale) / scale
 
         def training(one: Index, other: Index) -> Array:
-            return self._training(self._products(carrying, wanted[one], wanted[other]))
+            return pairs.training(pairs.of(carrying, wanted[one], wanted[other]))
 
         def left_out(one: Index, other: Index) -> Array:
-            products = self._products([(1.0, joint)], wanted[one], wanted[other])
+            products = pairs.of([(1.0, joint)], wanted[one], wanted[other])
             return np.concatenate([products, products.sum(0, keepdims=True)])
 
         of_joint = self.products[joint]
@@ -232,20 +229,39 @@ class FoldedProducts:
         )
         return trained, judged
 
-    def _products(self, joints: Sequence[tuple[float, int]], one: Index, other: Index) -> Array:
-        """(folds, …) weighted products of pairs of columns over the rows of some joints."""
-        products = np.zeros((self.count, *np.broadcast_shapes(one.shape, other.shape)))
-        for weight, joint in joints:
-            of_joint, here = self.products[joint], self._local[joint, one]
-            if (here < of_joint.shape[1] - 1).any():
-                products += weight * of_joint[:, here, self._local[joint, other]]
-        return products
-
     def _on_rows(self, joint: int, wanted: Index) -> tuple[Index, Index]:
         """Which of some columns stand on a joint's rows: their places among the wanted, and among the joint's."""
         local = self._local[joint, wanted]
         there = np.flatnonzero(local < self.products[joint].shape[1] - 1)
         return there, local[there]
+
+
+@dataclass(frozen=True, eq=False)
+class _Pairs:
+    """Products of pairs of columns.
+
+    products : of each joint those of its own columns, by fold
+    local    : (joints, columns + 1) of each joint the place of every column among its own, as in `FoldedProducts`
+    """
+
+    products: list[Array]
+    local: Index
+    folds: int
+    known: float
+
+    def training(self, products: Array) -> Array:
+        """(folds + 1, …) products of each training set, from those of the folds (folds, …); of all data last."""
+        whole = products.sum(0)
+        return np.concatenate([(1 + self.known) * whole - products, whole[None]])
+
+    def of(self, joints: Sequence[tuple[float, int]], one: Index, other: Index) -> Array:
+        """(folds, …) weighted products of pairs of columns over the rows of some joints."""
+        products = np.zeros((self.folds, *np.broadcast_shapes(one.shape, other.shape)))
+        for weight, joint in joints:
+            of_joint, here = self.products[joint], self.local[joint, one]
+            if (here < of_joint.shape[1] - 1).any():
+                products += weight * of_joint[:, here, self.local[joint, other]]
+        return products
 
 
 @dataclass(frozen=True)

@@ -1,13 +1,15 @@
 """`improve`: diagnose and add, step by step, until nothing more is justified."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from identify.diagnosis.diagnosis import Diagnosis, diagnose_record, with_descriptions
 from identify.diagnosis.motion_judgement import motion_of_story
 from identify.diagnosis.story import Step, exchanged, step_of, widened
-from identify.effects.model import model_name
+from identify.effects.model import Model, model_name
 from identify.estimation.fitting import Progress, fit_model
+from identify.estimation.forked import side_by_side
+from identify.estimation.record import Record
 from identify.estimation.requested_model import open_record, requested_model
 from identify.estimation.small_algebra import single_threaded
 from identify.recording import Experiment
@@ -101,12 +103,23 @@ def improve(
     record = open_record(experiment, model)
     present = requested_model(record, model, add)
     report = progress or (lambda fraction, step: None)
+    with side_by_side(record.joints):
+        improved = _improve(record, model, present, report)
+    if motion:
+        report(0.9, "predicting motion that the fits did not see")
+        judged = tuple(motion_of_story([step.fitted for step in improved.steps]))
+        improved = replace(improved, motion=judged)
+    report(1.0, "done")
+    return improved
+
+
+def _improve(record: Record, name: str, present: Model, report: Progress) -> Improvement:
     steps = [step_of(None, fit_model(record, present))]
     refused: set[tuple[str, int]] = set()
     while True:
         report(min(0.9, (len(steps) - 1) / MOST_STEPS), f"diagnosis after {len(steps) - 1} additions")
         last = steps[-1].fitted.model
-        diagnosis = diagnose_record(record, model, last, without=frozenset(refused))
+        diagnosis = diagnose_record(record, name, last, without=frozenset(refused))
         diagnosis = with_descriptions(diagnosis, of_doubted_only=True)
         # an effect of a motor that two joints share is found on both, and is one
         waiting = [term for term in diagnosis.added if not last.has(*term.key)]
@@ -131,9 +144,4 @@ def improve(
             refused |= {term.key for term in gone if term is not None}
             steps = better
     diagnosis = with_descriptions(diagnosis)
-    judged = None
-    if motion:
-        report(0.9, "predicting motion that the fits did not see")
-        judged = tuple(motion_of_story([step.fitted for step in steps]))
-    report(1.0, "done")
-    return Improvement(experiment, model, tuple(steps), diagnosis, frozenset(refused), judged)
+    return Improvement(record.experiment, name, tuple(steps), diagnosis, frozenset(refused))

@@ -6,11 +6,13 @@ from identify.effects.model import Term
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.fitting import fit_model
 from identify.results.unseen_motion import EffectOnMotion, UnseenMotionErrors
-from identify.simulation.unseen_motion import unseen_motion
 
 
 def motion_of_story(story: Sequence[FittedModel]) -> list[UnseenMotionErrors | None]:
     """Of each model, compared with the one before it; None where the sessions are shorter than a window."""
+    # Imported where needed: simulation is much to load, and most diagnoses do not ask for it.
+    from identify.simulation.unseen_motion import unseen_motion
+
     errors: list[UnseenMotionErrors | None] = []
     before = None
     for fitted in story:

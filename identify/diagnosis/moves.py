@@ -13,6 +13,7 @@ from identify.diagnosis.screening import Screening
 from identify.diagnosis.unseen_sessions import lowers_on_unseen, worse_on_unseen
 from identify.effects.effect import DeclaredLoad
 from identify.effects.model import Term
+from identify.estimation import forked
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.fitting import fit_model, searched_anew
 from identify.estimation.requested_model import known_effects
@@ -208,9 +209,14 @@ def exchanged(
     What was exchanged does not come back while what stands in its place stays.
     """
     screening, added = state.screening, state.added
-    for place, (term, judged) in enumerate(added):
-        named = doubts.get((term.effect.name, judged), ())
-        better = screening.replacement(term, named) if len(added) > 1 else None
+    if len(added) < 2:
+        return None
+    replacements = forked.each(
+        lambda row: screening.replacement(row[0], doubts.get((row[0].effect.name, row[1]), ())),
+        added,
+        known=[candidate.term.effect for candidate in screening.selection.candidates],
+    )
+    for place, ((term, judged), better) in enumerate(zip(added, replacements, strict=True)):
         if better is None or better[0].key in refusals.present(added) or (term.key, better[0].key) in tried:
             continue
         tried.add((term.key, better[0].key))

@@ -54,7 +54,7 @@ class Screening:
         tried = [slot for candidate in candidates for slot in candidate.slots()]
         slots = [*fitted.slots, *tried, *late_turns(record.joints)]
         noise = reversal_noise(fitted, predictions)
-        observation = observe(record, fitted.entries, slots, fitted.torque, noise)
+        observation = observe(record, fitted.entries, slots, fitted.torque, noise, by_joint=True)
         model_slots = list(range(first - 1 if fitted.estimates_payload_ratio else first))
         nothing = np.zeros(0, np.intp)
         model = np.concatenate(
@@ -87,9 +87,8 @@ class Screening:
             for function in FREE_FUNCTIONS
         ]
         noise = reversal_noise(self.fitted, self.predictions)
-        observation = observe(
-            record, self.fitted.entries, [*self.fitted.slots, *free], self.fitted.torque, noise
-        )
+        slots = [*self.fitted.slots, *free]
+        observation = observe(record, self.fitted.entries, slots, self.fitted.torque, noise, by_joint=True)
         functions: list[dict[str, NDArray[np.intp]]] = [{} for _ in range(record.joints)]
         for slot, columns in zip(free, observation.slot_columns[model:], strict=True):
             functions[slot.term.joint][slot.term.effect.name] = columns

@@ -3,6 +3,7 @@
 from collections.abc import Collection, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -211,7 +212,7 @@ class Selection:
         returned: list[Candidate] = []
         while True:
             kept = [each for each in added if not _one_of(each, gone)]
-            findings = [self._beside_the_rest(each, gone) for each in kept]
+            findings = forked.each(partial(self._beside_the_rest, gone=tuple(gone)), kept, known=kept)
             weak = [f for f in findings if not _holds(f, least)]
             if weak:
                 gone.append(min(weak, key=lambda finding: finding.drop).candidate)

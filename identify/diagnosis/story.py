@@ -9,6 +9,7 @@ from identify.diagnosis.deciding_constants import DROP_PER_PARAMETER, FOLDS
 from identify.diagnosis.held_out import folds_of_motion, held_out_errors
 from identify.diagnosis.moves import ROUNDING
 from identify.effects.model import Term, terms_of
+from identify.estimation import forked
 from identify.estimation.block_errors import block_errors
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.fitting import fit_model, searched_anew
@@ -134,22 +135,32 @@ def exchanged(steps: Sequence[Step], refused: frozenset[tuple[str, int]]) -> lis
 
     refused : effects (name, joint) that are not to be added
     """
-    for place in range(1, len(steps)):
-        term, last = steps[place].added, steps[-1]
-        assert term is not None  # every step but the first adds
-        joint = term.joint
-        better: list[Step] = []
-        for other in _alternatives(last, term, refused):
-            model = last.fitted.model.without(term.key).with_terms([other])
-            step = step_of(other, searched_anew(last.fitted.record, model))
-            after, before = step.joints[joint], last.joints[joint]
-            if after.fit <= before.fit and after.unseen < before.unseen and step.lowers(last):
-                better.append(step)
-        for step in sorted(better, key=lambda step: step.joints[joint].unseen):
-            assert step.added is not None  # the exchanged term
-            story = _retold(steps, place, step.added)
-            if story is not None:
-                return story
+    last = steps[-1]
+    added = [step.added for step in steps if step.added is not None]
+    asked = [
+        (place, term, other)
+        for place, term in enumerate(added, 1)
+        for other in _alternatives(last, term, refused)
+    ]
+
+    def unseen_if_better(asked: tuple[int, Term, Term]) -> float | None:
+        _, term, other = asked
+        model = last.fitted.model.without(term.key).with_terms([other])
+        step = step_of(other, searched_anew(last.fitted.record, model))
+        after, before = step.joints[term.joint], last.joints[term.joint]
+        better = after.fit <= before.fit and after.unseen < before.unseen and step.lowers(last)
+        return after.unseen if better else None
+
+    found = forked.each(unseen_if_better, asked)
+    better = [
+        (place, unseen, other)
+        for (place, _, other), unseen in zip(asked, found, strict=True)
+        if unseen is not None
+    ]
+    for place, _, other in sorted(better, key=lambda row: row[:2]):
+        story = _retold(steps, place, other)
+        if story is not None:
+            return story
     return None
 
 

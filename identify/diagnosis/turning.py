@@ -16,6 +16,7 @@ from identify.effects.effect import Constants, Effect
 from identify.effects.model import Term
 from identify.effects.motion import Array, JointMotion
 from identify.effects.parameter import EffectParameter
+from identify.estimation import forked
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.observation import Observation, Slot
 from identify.estimation.statistics import NORMAL
@@ -53,12 +54,16 @@ def possible_turns(
 
     The room is the 95 % interval of an instant. What would have to be later than that is an effect and no error.
     """
-    possible = []
-    for joint, turning in enumerate(columns):
+
+    def is_possible(joint: int) -> bool:
         room = NORMAL * deviation_of_instants(fitted, joint) * _dry_friction(fitted, joint)
-        later = group_evidence(observation, joint, base, turning).estimates if room > 0.0 else np.zeros(0)
-        possible.append(turning if len(later) and abs(float(later[0])) <= room else turning[:0])
-    return possible
+        if room <= 0.0:
+            return False
+        later = group_evidence(observation, joint, base, columns[joint]).estimates
+        return len(later) > 0 and abs(float(later[0])) <= room
+
+    possible = forked.each(is_possible, range(len(columns)))
+    return [turning if holds else turning[:0] for turning, holds in zip(columns, possible, strict=True)]
 
 
 def deviation_of_instants(fitted: FittedModel, joint: int) -> float:

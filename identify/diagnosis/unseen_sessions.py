@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from identify.diagnosis.deciding_constants import WORSE
 from identify.effects.model import Term
+from identify.estimation import forked
 from identify.estimation.block_errors import block_errors
 from identify.estimation.constrained import admissible_columns, admissible_fit
 from identify.estimation.fitted_model import FittedModel
@@ -58,16 +59,22 @@ def worse_on_unseen(fitted: FittedModel, added: Sequence[tuple[Term, int]]) -> l
         return []
     unseen, present = known
     bounds = admissible_columns(fitted.observation, fitted.record.summaries)
-    worse: list[tuple[float, tuple[Term, int]]] = []
-    for term, judged in added:
+
+    def left_without(row: tuple[Term, int]) -> Array | None:
+        (term, _) = row
         for slot, columns in zip(fitted.slots, fitted.observation.slot_columns, strict=True):
             if slot.term.key == term.key:
                 rest = np.setdiff1d(fitted.fit.fitted, columns)
                 other = least_squares(fitted.observation, rest, weights=fitted.fit.weights)
                 other = admissible_fit(fitted.observation, other, bounds)
-                left = block_errors(unseen, other.chi).sum(axis=0)[:, 0]
-                if _lower(left, present, judged):
-                    worse.append((float(left.sum()), (term, judged)))
+                return block_errors(unseen, other.chi).sum(axis=0)[:, 0]
+        return None
+
+    worse = [
+        (float(left.sum()), row)
+        for row, left in zip(added, forked.each(left_without, added), strict=True)
+        if left is not None and _lower(left, present, row[1])
+    ]
     return [row for _, row in sorted(worse, key=lambda each: each[0])]
 
 

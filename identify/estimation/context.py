@@ -164,6 +164,12 @@ class JointContext:
             )
         return self._gears[motor]
 
+    def forget(self) -> None:
+        """Let go of what is known of the motions: they refer to this context, so that it would stay in memory with all of its
+        signals until Python looks for such circles."""
+        self._views.clear()
+        self._gears.clear()
+
     def _view(self, joint: int, owner: int) -> JointMotion:
         block, body = self.block, self.record.body
         chi = np.zeros(len(body.base)) if self.fitted is None else self.fitted.chi
@@ -220,9 +226,9 @@ def contexts(
         context = JointContext(prepared, entry, session, start, before, load, load, memory, record, fitted)
         if fitted is not None and with_torque:
             context.torque = model_torque(context, fitted)
-            context._views.clear()
-            context._gears.clear()
+            context.forget()
         yield context
+        context.forget()
 
 
 def model_torque(context: JointContext, fitted: FittedTorque) -> Array:

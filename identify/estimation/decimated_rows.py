@@ -22,13 +22,15 @@ Array = NDArray[np.float64]
 class ColumnTable:
     """Which columns of W stand on the rows of which joint.
 
-    slot_columns  : global column indices of each slot, behind the base parameters
-    joint_columns : for every joint the global indices of the columns on its rows
+    slot_columns    : global column indices of each slot, behind the base parameters
+    joint_columns   : for every joint the global indices of the columns on its rows
+    slots_of_joints : for every joint the slots on its rows
     """
 
     base: int
     slot_columns: list[NDArray[np.intp]]
     joint_columns: list[NDArray[np.intp]]
+    slots_of_joints: Sequence[Sequence[int]]
 
     @classmethod
     def of(
@@ -44,7 +46,15 @@ class ColumnTable:
             ).astype(np.intp)
             for joint, slots in enumerate(slots_of_joints)
         ]
-        return cls(base, slot_columns, joint_columns)
+        return cls(base, slot_columns, joint_columns, slots_of_joints)
+
+    @classmethod
+    def merged(cls, record: Record, tables: Sequence["ColumnTable"]) -> "ColumnTable":
+        """Of tables of the rows of some joints each, in which a slot that is on none of their rows has no columns."""
+        widths = [
+            max(len(table.slot_columns[i]) for table in tables) for i in range(len(tables[0].slot_columns))
+        ]
+        return cls.of(record, widths, tables[0].slots_of_joints)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +63,7 @@ class DecimatedRows:
 
     time   : (M,) s
     rows   : for every joint (M, columns of the joint + 2): its columns of W, Y, tau
-    moving : (M, n) whether the sample takes part in the fit: a joint at rest does not
+    moving : (M, joints) whether the sample takes part in the fit: a joint at rest does not
     """
 
     time: Array
@@ -68,14 +78,17 @@ def decimated_rows(
     slots: Sequence[Slot],
     fitted: FittedTorque | None = None,
     reversals: ReversalNoise | None = None,
+    joints: Sequence[int] | None = None,
 ) -> Iterator[DecimatedRows]:
     """Pass once over the samples of a session.
 
     fitted    : the model that columns of load-dependent effects take the load from
     reversals : weigh samples by what is not known of the instants of reversal; all samples alike if not given
+    joints    : those whose rows are asked for; all of them if not given
     """
     samples = record.samples[entry.file]
-    columns = _Columns(record, entry, slots)
+    listed = list(range(record.joints) if joints is None else joints)
+    columns = _Columns(record, entry, slots, listed)
     done = 0
     for number, context in enumerate(contexts(record, entry, fitted, columns.with_torque)):
         rows, table = columns.rows(number, context)
@@ -83,12 +96,11 @@ def decimated_rows(
             dry = dry_friction(context, fitted)
             rows = [
                 part * reversals.weights(context.block, joint, dry[:, joint])[:, None]
-                for joint, part in enumerate(rows)
+                for joint, part in zip(listed, rows, strict=True)
             ]
         count = context.block.count
-        yield DecimatedRows(
-            samples.time[done : done + count], rows, samples.moving[done : done + count], table
-        )
+        of_block = slice(done, done + count)
+        yield DecimatedRows(samples.time[of_block], rows, samples.moving[of_block, listed], table)
         done += count
     columns.hold()
 
@@ -100,15 +112,17 @@ class _Columns:
     pass: a search passes over the samples some ten times, and most of its candidates are such.
     """
 
-    def __init__(self, record: Record, entry: SessionEntry, slots: Sequence[Slot]) -> None:
-        self._record, self._file, self._slots = record, entry.file, slots
+    def __init__(
+        self, record: Record, entry: SessionEntry, slots: Sequence[Slot], joints: Sequence[int]
+    ) -> None:
+        self._record, self._file, self._slots, self._joints = record, entry.file, slots, joints
         self._on_joint: list[list[int]] = [[] for _ in range(record.joints)]
         self._held: dict[tuple[int, int], list[Array]] = {}
         self._new: dict[tuple[int, int], list[Array]] = {}
         for index, slot in enumerate(slots):
             for joint in rows_of(record, slot.term):
                 self._on_joint[joint].append(index)
-                if slot.follows_fit:
+                if slot.follows_fit or joint not in joints:
                     continue
                 held = record.held_columns(entry.file, slot.name, joint)
                 if held is None:
@@ -118,10 +132,11 @@ class _Columns:
         self.with_torque = any(slot.term.effect.uses_torque for slot in slots)
 
     def rows(self, number: int, context: JointContext) -> tuple[list[Array], ColumnTable]:
-        """For every joint its rows [W Y tau] of the block with this number."""
+        """For every joint that is asked for its rows [W Y tau] of the block with this number."""
         prepared, joints = context.prepared, self._record.joints
         rows, widths = [], [0] * len(self._slots)
-        for joint, indices in enumerate(self._on_joint):
+        for joint in self._joints:
+            indices = self._on_joint[joint]
             known = {i: self._held[i, joint][number] for i in indices if (i, joint) in self._held}
             known |= self._computed(context, joint, [index for index in indices if index not in known])
             for index in indices:

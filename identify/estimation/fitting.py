@@ -253,12 +253,17 @@ def choose_constants(
 
     weights = least_squares(observation, columns_of(range(len(variants)))).weights
     products = _weighted_products(observation, weights)
+    # most second sweeps find the other terms as the first left them
+    known: dict[tuple[int, bytes], tuple[Array, float]] = {}
     for _ in range(MOST_SWEEPS if len(several) > 1 else 1):
         before = list(picked)
         for index in several:
             others = columns_of([i for i in range(len(variants)) if i != index])
             options = [observation.slot_columns[starts[index] + o] for o in range(len(variants[index]))]
-            explained, left = _explained(products, others, options)
+            asked = index, others.tobytes()
+            if asked not in known:
+                known[asked] = _explained(products, others, options)
+            explained, left = known[asked]
             widths = np.array([len(option) for option in options])
             # With the widest choice all joints' weighted residuals are about equal.
             price = column_price(left, explained, len(observation.blocks), len(observation.joint_columns))

@@ -7,6 +7,7 @@ from typing import cast
 import numpy as np
 
 from identify.effects.motion import JointSummary
+from identify.estimation import forked
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.position_lines import position_lines
 from identify.estimation.prediction import Prediction, predict_sessions
@@ -32,10 +33,14 @@ def _informed(fitted: FittedModel, predictions: Sequence[Sequence[Prediction]]) 
     record = fitted.record
     torque_of = fitted.torque
     inertias = record.own_inertias(fitted.entries, torque_of.chi)
+    cutoff = record.settings.decimation_cutoff
+    known = record.summaries
+    found = forked.each(
+        lambda joint: position_lines(predictions[joint], known[joint], cutoff), range(len(known))
+    )
     informed = []
-    for summary, parts in zip(record.summaries, predictions, strict=True):
+    for summary, parts, lines in zip(known, predictions, found, strict=True):
         torque = np.concatenate([part.predicted for part in parts])
-        lines = position_lines(parts, summary, record.settings.decimation_cutoff)
         informed.append(
             replace(
                 summary,

@@ -12,6 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.estimation import forked
 from identify.estimation.context import FittedTorque, Slot, rows_of
 from identify.estimation.decimated_rows import ColumnTable, DecimatedRows, decimated_rows
 from identify.estimation.executor import chosen_executor
@@ -160,15 +161,26 @@ def observe(
     slots: Sequence[Slot],
     fitted: FittedTorque | None = None,
     reversals: ReversalNoise | None = None,
+    by_joint: bool = False,
 ) -> Observation:
     """Pass once over the samples of some sessions and reduce them to factors, where the executor says (`computed_by`).
 
     fitted    : the model that columns of load-dependent effects take the load from
     reversals : weigh samples by what is not known of the instants of reversal; all samples alike if not given
+    by_joint  : divide the joints among processes that go side by side here, which pays for many columns
     """
     listed = list(entries)
-    reduced = chosen_executor()(partial(_observe_session, record, list(slots), fitted, reversals), listed)
-    return assemble(listed, list(slots), list(reduced))
+    of_session = partial(_observe_session, record, list(slots), fitted, reversals)
+    processes = min(forked.dividing(), record.joints) if by_joint else 1
+    if processes < 2:
+        return assemble(listed, list(slots), list(chosen_executor()(of_session, listed)))
+
+    def of_joints(place: int) -> list[SessionFactors]:
+        return [of_session(entry, range(place, record.joints, processes)) for entry in listed]
+
+    # the columns of a joint stay where they were computed, for the next pass
+    parts = zip(*forked.each(of_joints, range(processes), kept=True), strict=True)
+    return assemble(listed, list(slots), [_merged(record, of_one) for of_one in parts])
 
 
 def _observe_session(
@@ -177,8 +189,18 @@ def _observe_session(
     fitted: FittedTorque | None,
     reversals: ReversalNoise | None,
     entry: SessionEntry,
+    joints: Sequence[int] | None = None,
 ) -> SessionFactors:
-    return reduce_rows(record, entry, decimated_rows(record, entry, slots, fitted, reversals))
+    return reduce_rows(record, entry, decimated_rows(record, entry, slots, fitted, reversals, joints))
+
+
+def _merged(record: Record, parts: Sequence[SessionFactors]) -> SessionFactors:
+    """Of all joints, from parts that each have the rows of every so manieth."""
+    factors = [
+        [of_parts[joint % len(parts)][joint // len(parts)] for joint in range(record.joints)]
+        for of_parts in zip(*(part.factors for part in parts), strict=True)
+    ]
+    return SessionFactors(ColumnTable.merged(record, [part.table for part in parts]), parts[0].spans, factors)
 
 
 def assemble(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
 from types import SimpleNamespace
 
 import numpy as np
@@ -53,6 +55,25 @@ def test_the_held_out_error_is_that_of_a_refit_without_the_fold(seed, base, vari
             on_test = np.sum((target[test] - columns[np.ix_(test, kept)] @ fit) ** 2)
             errors.append((on_train, on_test))
         assert found.fold[fold] == pytest.approx(min(errors)[1], rel=1e-5)
+
+
+def test_products_go_with_the_last_who_asks_for_them():
+    """They are the largest that a round of a search holds, and would stay until Python looks for objects that refer to each
+    other."""
+    random = np.random.default_rng(3)
+    products = FoldedProducts(
+        observed(random.standard_normal((60, 3)), random.standard_normal(60), 6),
+        np.ones(1),
+        np.arange(6) // 2,
+    )
+    gc.disable()
+    try:
+        products.evaluate(0, np.arange(2), [Trial((np.array([2]),))])
+        left = weakref.ref(products)
+        del products
+        assert left() is None
+    finally:
+        gc.enable()
 
 
 def coloured(random: np.random.Generator, count: int, memory: float) -> np.ndarray:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import threading
 from itertools import pairwise
 
 import pytest
 
 import identify
 from identify.diagnosis.improvement import improve
+from identify.estimation.forked import forked
 from identify.estimation.parameters import parameters_of
+from tests.identify.diagnosis.test_any_record import write
 
 
 def test_improve_ends_adequate_and_every_step_lowers_the_error(hidden):
@@ -32,6 +35,17 @@ def test_improve_adds_a_wrong_load_where_the_payload_ratio_has_taken_up_its_erro
     ratios = [value for parameter, value in values.items() if "ratio" in parameter]
     assert ratios == pytest.approx([1.16] * len(ratios), abs=0.01)
     assert ratios
+
+
+def test_two_processes_tell_the_story_of_one(tmp_path, monkeypatch):
+    monkeypatch.setattr(threading, "active_count", lambda: 1)  # the test runner's own thread is idle
+    experiment = identify.load_experiment(write(tmp_path, "free", 2, 100.0, [6.0], False, seed=4))
+    alone = improve(experiment, "rigid")
+    with forked(2):
+        together = improve(experiment, "rigid")
+    assert len(alone.steps) > 1  # friction is missing in the rigid model
+    assert together.to_json() == alone.to_json()
+    assert together.diagnosis.to_json() == alone.diagnosis.to_json()
 
 
 @pytest.mark.slow

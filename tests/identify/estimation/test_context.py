@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
 
+import identify
 from identify.effects.catalogue import effects
 from identify.effects.model import Term
-from identify.estimation.context import FittedTorque, Slot
+from identify.estimation.context import FittedTorque, Slot, contexts
+from identify.estimation.record import Record
 
 DRY = Slot.of(Term(effects()["coulomb"], 0))
 STRIBECK = Term(effects()["stribeck"], 0)
@@ -35,3 +40,20 @@ def test_half_way_is_the_mean_of_what_both_have_whatever_their_constants():
     assert mean.chi == pytest.approx([1.0, 3.0])
     assert [slot for slot, _ in mean.factors] == [fast, DRY]
     assert [float(values[0]) for _, values in mean.factors] == [0.5, 3.0]
+
+
+def test_what_the_columns_of_a_block_were_made_of_goes_with_the_pass(three_sessions):
+    """It is as large as the block, and would stay until Python looks for objects that refer to each other."""
+    record = Record.of(identify.load_experiment(three_sessions))
+    entry = record.entries()[0]
+    gc.disable()
+    try:
+        left = []
+        for context in contexts(record, entry, None):
+            assert context.columns(DRY, 0).shape == (len(context.block.time), 1)
+            left.append(weakref.ref(context))
+        del context
+        assert left
+        assert not any(reference() for reference in left)
+    finally:
+        gc.enable()
