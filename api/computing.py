@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Self
 
 MOST_FORKS = 2
-"""Processes among which a diagnosis divides its joints unless told otherwise; half of what it does is not divided."""
+"""Processes in which a diagnosis goes side by side unless told otherwise. What it does not divide, each of them does."""
 
 
 @dataclass(frozen=True)
