@@ -151,10 +151,10 @@ def exchanged(steps: Sequence[Step], refused: frozenset[tuple[str, int]]) -> lis
         better = after.fit <= before.fit and after.unseen < before.unseen and step.lowers(last)
         return after.unseen if better else None
 
-    found = forked.each(unseen_if_better, asked)
+    errors = forked.each(unseen_if_better, asked)
     better = [
         (place, unseen, other)
-        for (place, _, other), unseen in zip(asked, found, strict=True)
+        for (place, _, other), unseen in zip(asked, errors, strict=True)
         if unseen is not None
     ]
     for place, _, other in sorted(better, key=lambda row: row[:2]):

@@ -151,13 +151,15 @@ class _Together:
             held.append(set(answer_or_error))
             answers |= answer_or_error
         # what a fork had that ended without an answer is computed here
-        found = [answers[index] if index in answers else function(item) for index, item in enumerate(items)]
+        everything = [
+            answers[index] if index in answers else function(item) for index, item in enumerate(items)
+        ]
         for link, its in zip(self._forks, held[1:], strict=False):
-            rest = {index: each for index, each in enumerate(found) if index not in its}
+            rest = {index: each for index, each in enumerate(everything) if index not in its}
             if not link.send((call, rest), known):
                 self.end()
                 break
-        return found
+        return everything
 
     def _as_fork(
         self,

@@ -35,11 +35,11 @@ def _informed(fitted: FittedModel, predictions: Sequence[Sequence[Prediction]]) 
     inertias = record.own_inertias(fitted.entries, torque_of.chi)
     cutoff = record.settings.decimation_cutoff
     known = record.summaries
-    found = forked.each(
+    listed = forked.each(
         lambda joint: position_lines(predictions[joint], known[joint], cutoff), range(len(known))
     )
     informed = []
-    for summary, parts, lines in zip(known, predictions, found, strict=True):
+    for summary, parts, lines in zip(known, predictions, listed, strict=True):
         torque = np.concatenate([part.predicted for part in parts])
         informed.append(
             replace(
