@@ -22,6 +22,7 @@ class Give:
     gap        : rad or m, from flank to flank
     flank_load : N m or N, at which half the gap is taken up
     relaxation : s, damping over stiffness of a spring: twist + relaxation · its rate is what the load makes it at rest
+    link_dry   : N m or N, dry friction on the link; all other friction is on the motor
     """
 
     rotor: float
@@ -29,6 +30,7 @@ class Give:
     gap: float = 0.0
     flank_load: float = 1.0
     relaxation: float = 0.0
+    link_dry: float = 0.0
 
     def twist(self, load: Array) -> Array:
         """How far the motor stands ahead of the link at rest, rad or m."""
@@ -60,4 +62,9 @@ class Give:
             parts.append(f"a stiffness of {1.0 / self.compliance:.3g} {torque}/{length}")
         if self.gap:
             parts.append(f"a gap of {self.gap:.3g} {length}")
-        return f"{' and '.join(parts)} before a rotor of {self.rotor:.3g} {inertia}"
+        description = f"{' and '.join(parts)} before a rotor of {self.rotor:.3g} {inertia}"
+        return (
+            f"{description}, {self.link_dry:.3g} {torque} of the dry friction on the link"
+            if self.link_dry
+            else description
+        )

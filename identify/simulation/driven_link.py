@@ -3,8 +3,9 @@
 With theta of the motor, L = tau_out of eq. (6) along it, B the inertia on the motor's side, J that of the link, G the slope of
 L over the position and x the twist, the link's equation of motion (Spong 1987) is, to the first order in x,
 
-    J x'' + s = f − G x,   f = L − B theta'',   s the torque that the gear carries: x + T_r x' = twist(s)
+    J x'' + s = f − G x + r,   f = L − B theta'',   s the torque that the gear carries: x + T_r x' = twist(s)
 
+r = F sign(theta' − x') is the dry friction of the link; where that speed is zero it is what holds the link there, up to F.
 A pendulum that hangs on a known motion: integrating it is stable, and the future of the motion has no part in it.
 """
 
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_banded
 
 from identify.effects.give import Give
+from identify.simulation.link_friction import FLANK, link_friction
 
 Array = NDArray[np.float64]
 
@@ -39,7 +41,8 @@ class DrivenLink:
     """What drives the link of a joint over a stretch of a record; (N,) or (N, joints), SI units.
 
     joint    : whose transmission gives
-    ddq      : (N,) acceleration of its motor
+    dq       : (N,) speed of its motor
+    ddq      : (N,) its acceleration
     load     : (N,) its tau_out at the motors' motion
     slopes   : (N, joints) of every joint's tau_out over the position of this one
     inertias : (N, joints) over its acceleration, the rotor of the joint included
@@ -47,6 +50,7 @@ class DrivenLink:
 
     joint: int
     period: float
+    dq: Array
     ddq: Array
     load: Array
     slopes: Array
@@ -63,53 +67,64 @@ class DrivenLink:
     def torque(self, give: Give, lag: LinkLag) -> Array:
         """(N, joints) N m or N: what the motors give because the transmission gives, beside the rigid robot's torque."""
         free = self.free_torque(give)
-        swing = (free - self.slopes[:, self.joint] * lag.twist - lag.carried) / self.link_inertia(give)
+        driven = free - self.slopes[:, self.joint] * lag.twist + lag.friction
+        swing = (driven - lag.carried) / self.link_inertia(give)
         torque = -self.slopes * lag.twist[:, None] - self.inertias * swing[:, None]
         torque[:, self.joint] = lag.carried - free
         return torque
 
 
 def driven_link(
-    joint: int, period: float, motion: tuple[Array, Array], loads: Callable[[Array, Array], Array]
+    joint: int, period: float, motion: tuple[Array, Array, Array], loads: Callable[[Array, Array], Array]
 ) -> DrivenLink:
     """What drives the link of a joint over rows of a motion.
 
-    motion : positions and accelerations of the motors, (N, joints) each
+    motion : positions, speeds and accelerations of the motors, (N, joints) each
     loads  : (N, joints) tau_out for positions and accelerations of these rows
     """
-    q, ddq = motion
+    q, dq, ddq = motion
     moved, faster = q.copy(), ddq.copy()
     moved[:, joint] += SLOPE_STEP
     faster[:, joint] += 1.0
     load = loads(q, ddq)
     slopes = (loads(moved, ddq) - load) / SLOPE_STEP
-    return DrivenLink(joint, period, ddq[:, joint], load[:, joint], slopes, loads(q, faster) - load)
+    inertias = loads(q, faster) - load
+    return DrivenLink(joint, period, dq[:, joint], ddq[:, joint], load[:, joint], slopes, inertias)
 
 
 @dataclass(frozen=True, eq=False)
 class LinkLag:
     """Of a link behind its motor; (N,), SI units.
 
-    twist   : how far the motor stands ahead
-    carried : s
-    swings  : (N, 2) what the gear carries more for each unit of twist at the first two rows; none where the link forgets them
+    twist    : how far the motor stands ahead
+    carried  : s
+    friction : r
+    swings   : (N, 2) what the gear carries more for each unit of twist at the first two rows; none where the link forgets them
     """
 
     twist: Array
     carried: Array
+    friction: Array
     swings: Array
 
 
 def link_lags(give: Give, links: Sequence[DrivenLink]) -> list[LinkLag]:
     """How links lag behind their motors with a give, each over a stretch of its own."""
-    return _across_gaps(give, links) if give.gap else [_on_a_spring(give, link) for link in links]
+    if give.gap:
+        return _stepped(give, links)
+    lags = [_on_a_spring(give, link) for link in links]
+    return _stepped(give, links, lags) if give.link_dry else lags
 
 
 def _on_a_spring(give: Give, link: DrivenLink) -> LinkLag:
-    """By the trapezoidal rule (Newmark 1959), all rows at once; the first two rows are where the link begins quietest."""
+    """By the trapezoidal rule (Newmark 1959), all rows at once; the first two rows are where the link begins quietest.
+
+    Dry friction of the link opposes the motion of its motor here.
+    """
     stiffness, step = 1.0 / give.compliance, link.period
     damping = give.relaxation * stiffness / (2.0 * step)
-    mass, free = link.link_inertia(give) / step**2, link.free_torque(give)
+    friction = give.link_dry * np.sign(link.dq)
+    mass, free = link.link_inertia(give) / step**2, link.free_torque(give) + friction
     whole = stiffness + link.slopes[:, link.joint]
     rows, inner = len(free), slice(1, -1)
     bands, driven = np.zeros((3, rows)), np.zeros((rows, 3))
@@ -125,38 +140,109 @@ def _on_a_spring(give: Give, link: DrivenLink) -> LinkLag:
     still = free / whole - courses[:, 0]
     start = np.linalg.lstsq(courses[begin, 1:], still[begin], rcond=None)[0]
     carried = stiffness * (courses + give.relaxation * np.gradient(courses, step, axis=0))
-    return LinkLag(
-        courses[:, 0] + courses[:, 1:] @ start, carried[:, 0] + carried[:, 1:] @ start, carried[:, 1:]
-    )
+    twist, load = (course[:, 0] + course[:, 1:] @ start for course in (courses, carried))
+    return LinkLag(twist, load, friction, carried[:, 1:])
 
 
-def _across_gaps(give: Give, links: Sequence[DrivenLink]) -> list[LinkLag]:
-    """By backward Euler, as a rollout does; segments of all stretches side by side."""
+def _stepped(give: Give, links: Sequence[DrivenLink], begun: Sequence[LinkLag] = ()) -> list[LinkLag]:
+    """Row by row, segments of all stretches side by side.
+
+    Across a gap by backward Euler, as a rollout does; on a spring, on which links have `begun`, by the trapezoidal rule.
+    """
     step = links[0].period
     before, length = round(RUN_IN / step), max(2, round(SEGMENT / step))
     parts, counts = [], []
-    for link in links:
+    for number, link in enumerate(links):
         starts = np.arange(0, len(link.load), length)
         rows = np.maximum(0, starts - before + np.arange(before + length)[:, None])
         rows = np.minimum(rows, len(link.load) - 1)
-        table = np.stack([link.free_torque(give), link.link_inertia(give), link.slopes[:, link.joint]])
-        parts.append(table[:, rows])
+        table = [link.free_torque(give), link.link_inertia(give), link.slopes[:, link.joint], link.dq]
+        if begun:
+            rate = np.gradient(begun[number].twist, link.period)
+            table += [begun[number].twist, rate, np.gradient(rate, link.period)]
+        parts.append(np.stack(table)[:, rows])
         counts.append(len(starts))
-    free, inertia, slope = np.concatenate(parts, axis=2)
-    steps = np.repeat([link.period for link in links], counts)
-    yielding = steps**2 / inertia
-    twists, carries = np.empty_like(free), np.empty_like(free)
-    twist, rate = give.twist(free[0]), np.zeros(free.shape[1])
+    free, inertia, slope, speed, *courses = np.concatenate(parts, axis=2)
+    h = np.repeat([link.period for link in links], counts)
+    late = 0.5 * h if begun else h
+    further = late * (late if begun else h)
+    states = np.empty((3, *free.shape))
+    twist, rate, swing = (
+        (each[0] for each in courses)
+        if courses
+        else (give.twist(free[0] + give.link_dry * np.sign(speed[0])), 0.0 * h, 0.0 * h)
+    )
     for row in range(len(free)):
-        reached = twist + steps * rate + yielding[row] * (free[row] - slope[row] * twist)
-        carries[row] = give.load_where(reached, yielding[row])
-        twists[row] = reached - yielding[row] * carries[row]
-        rate, twist = (twists[row] - twist) / steps, twists[row]
+        going = speed[max(0, row - 1)] - rate
+        reached = twist + h * rate
+        if begun:
+            reached, rate = reached + further * swing, rate + late * swing
+        step_on = _Step(
+            give,
+            inertia[row],
+            free[row] - slope[row] * (reached if begun else twist),
+            reached + give.relaxation * rate,
+            further + give.relaxation * late,
+            speed[row] - rate,
+            late,
+        )
+        friction = np.zeros(len(h))
+        if give.link_dry:
+            carried, friction = step_on.solved_with_friction(going)
+        else:
+            carried = step_on.carried(friction)
+        swing = step_on.swing(carried, friction)
+        twist, rate = reached + further * swing, rate + late * swing
+        states[:, row] = twist, carried, friction
     lags, first = [], 0
-    for link, count in zip(links, counts, strict=True):
+    for number, (link, count) in enumerate(zip(links, counts, strict=True)):
         columns = slice(first, first + count)
         rows = len(link.load)
-        twist, carried = (values[before:, columns].T.ravel()[:rows] for values in (twists, carries))
-        lags.append(LinkLag(twist, carried, np.zeros((rows, 0))))
+        twist, carried, friction = states[:, before:, columns].transpose(0, 2, 1).reshape(3, -1)[:, :rows]
+        swings = begun[number].swings if begun else np.zeros((rows, 0))
+        lags.append(LinkLag(twist, carried, friction, swings))
         first += count
     return lags
+
+
+@dataclass(frozen=True)
+class _Step:
+    """One step of links behind motors, (windows,): what their swing x'' makes of it is linear in x''.
+
+    driven   : N m or N, all that acts on x but what is carried and dry friction
+    reached  : x + T_r x' at the end with x'' = 0; `weight` · x'' more of it
+    speed    : of the link at the end with x'' = 0; `late` · x'' less
+    """
+
+    give: Give
+    inertia: Array
+    driven: Array
+    reached: Array
+    weight: Array
+    speed: Array
+    late: Array
+
+    def carried(self, friction: Array) -> Array:
+        """What the gear carries under a friction."""
+        yielding = self.weight / self.inertia
+        return self.give.load_where(self.reached + yielding * (self.driven + friction), yielding)
+
+    def swing(self, carried: Array, friction: Array) -> Array:
+        """x''."""
+        return (self.driven + friction - carried) / self.inertia
+
+    def solved_with_friction(self, going: Array) -> tuple[Array, Array]:
+        """What is carried and what dry friction takes, of links that went with a speed until now."""
+
+        def solved(friction: Array) -> tuple[Array, Array]:
+            carried = self.carried(friction)
+            return carried, self.speed - self.late * self.swing(carried, friction)
+
+        def holding() -> Array:
+            still = self.speed / self.late
+            # flanks that do not give are taken to do so by a little, for a motor that measurement moves a little into them
+            yielding = 0.0 if self.give.compliance else FLANK * self.weight / self.inertia
+            carried = self.give.load_where(self.reached + self.weight * still, np.asarray(yielding))
+            return self.inertia * still - self.driven + carried
+
+        return link_friction(self.give.link_dry, going, solved, holding)

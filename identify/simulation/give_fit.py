@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,16 +18,17 @@ from numpy.typing import NDArray
 from identify.dynamics.inverse_dynamics import InverseDynamics
 from identify.dynamics.payload import payload_parameters
 from identify.dynamics.standard_parameters import PARAMETERS_PER_JOINT
-from identify.effects.admissible import Admissible
+from identify.effects.dry_friction import Coulomb
+from identify.effects.effect import Simulated
 from identify.effects.give import Give
-from identify.estimation.constrained import admissible_columns, nearest_admissible
 from identify.estimation.context import Slot
 from identify.estimation.decimated_rows import DecimatedRows, decimated_rows
 from identify.estimation.fitted_model import FittedModel
 from identify.recording import SessionEntry
 from identify.signals import MotionBlock
-from identify.simulation.driven_link import DrivenLink, driven_link, link_lags
-from identify.simulation.give_range import GiveRange
+from identify.simulation.driven_link import DrivenLink, driven_link
+from identify.simulation.give_equation import GiveEquation, Stretch
+from identify.simulation.give_range import LEAST_ON_LINK, PARTS_ON_LINK, GiveRange
 
 Array = NDArray[np.float64]
 Hidden = Mapping[str, tuple[float, float]]
@@ -36,6 +36,9 @@ Hidden = Mapping[str, tuple[float, float]]
 
 ROUNDS = 2
 """passes in which links are driven by the load of the last; parameters move by parts of a thousandth in the second"""
+
+SEARCHES = 3
+"""for friction on the link, from the best beginnings: a gap that is met at other instants is another minimum"""
 
 MOST_TRIALS = 12
 """steps of the search in one pass; it ends by itself after three to ten"""
@@ -53,10 +56,11 @@ class GiveFit:
     gives: Mapping[int, Give]
 
 
-def give_fit(fitted: FittedModel, hidden: Hidden | None = None) -> GiveFit:
+def give_fit(fitted: FittedModel, hidden: Hidden | None = None, begun: GiveFit | None = None) -> GiveFit:
     """Fit what gives in a model on the sessions that it was fitted to.
 
     hidden : parts of sessions to leave out
+    begun  : of the same effects, whose gives the search begins with, and whose links have dry friction where these do
     Joints that have no inertia in the model (eq. 30 in its linear form) give nothing.
     """
     sought = giving_slots(fitted)
@@ -66,32 +70,29 @@ def give_fit(fitted: FittedModel, hidden: Hidden | None = None) -> GiveFit:
         kept = fitted.held.get("gives")
         if isinstance(kept, GiveFit):
             return kept
-    given = _fit(fitted, sought, hidden or {})
+    given = _fit(fitted, sought, hidden or {}, begun.gives if begun else None)
     if hidden is None:
         fitted.held["gives"] = given
     return given
 
 
 def giving_slots(fitted: FittedModel) -> list[Slot]:
-    """The effects of a model that give between motor and link."""
-    return [slot for slot in fitted.slots if slot.term.effect.simulated_with(slot.values) == "give"]
+    """The effects of a model that give between motor and link; a gap whose columns are pushed by motion too."""
+    return [slot for slot in fitted.slots if slot.term.effect.gives is not None]
 
 
-@dataclass(frozen=True, eq=False)
-class _Stretch:
-    """One block of a session: its links, and the decimated samples that take part.
+def formed_as(slot: Slot, gives: Mapping[int, Give]) -> Simulated:
+    """How a simulation forms the torque of an effect, of joints that give as told.
 
-    rows  : of the block where links are followed; at its ends the filters' own transients are left out
-    links : by the place of their joint among those that give
+    Where a model has no inertia that motor and link could share, a gap pushed by motion keeps the law of its columns.
     """
-
-    block: MotionBlock
-    rows: slice
-    links: list[DrivenLink]
-    moving: NDArray[np.bool_]
+    gives_way = slot.term.effect.gives is not None and slot.term.joint in gives
+    return "give" if gives_way else slot.term.effect.simulated_with(slot.values)
 
 
-def _fit(fitted: FittedModel, sought: Sequence[Slot], hidden: Hidden) -> GiveFit:
+def _fit(
+    fitted: FittedModel, sought: Sequence[Slot], hidden: Hidden, begun: Mapping[int, Give] | None = None
+) -> GiveFit:
     observation, base = fitted.observation, fitted.observation.base
     numbered = zip(fitted.slots, observation.slot_columns, strict=True)
     giving = np.concatenate([columns for slot, columns in numbered if slot in sought])
@@ -99,6 +100,7 @@ def _fit(fitted: FittedModel, sought: Sequence[Slot], hidden: Hidden) -> GiveFit
     joints = sorted({slot.term.joint for slot in sought})
     chi = fitted.fit.chi
     stretches = _stretches(fitted, chi[:base], joints, hidden)
+    dry = _dry_friction(fitted)
     ranges: dict[int, GiveRange] = {}
     for number, joint in enumerate(joints):
         reach = _range_of(fitted, [stretch.links[number] for stretch, _ in stretches], sought)
@@ -106,17 +108,32 @@ def _fit(fitted: FittedModel, sought: Sequence[Slot], hidden: Hidden) -> GiveFit
             ranges[joint] = reach
     if len(ranges) < len(joints):
         able = [slot for slot in sought if slot.term.joint in ranges]
-        rest = _fit(fitted, able, hidden) if able else GiveFit(fitted, {})
+        rest = _fit(fitted, able, hidden, begun) if able else GiveFit(fitted, {})
         return GiveFit(_with_values(rest.fitted, rest.fitted.fit.chi, giving), rest.gives)
     listed = list(ranges.values())
-    equation = _Equation(fitted, kept, stretches)
-    values = _begun(equation, listed)
+    equation = GiveEquation(fitted, kept, stretches)
+    if begun is None:
+        chosen = [each.starts()[0] for each in listed]
+        for number, each in enumerate(listed):
+            chosen = _by_joint(listed, _best_first(equation, listed, chosen, number, each.starts())[0])
+        values = _searched(equation, listed, np.concatenate(chosen))
+        for number, joint in enumerate(joints):
+            if joint in dry:
+                listed, values = _with_friction_on_link(equation, listed, values, (number, dry[joint]))
+    else:
+        known = [begun[joint] for joint in joints]
+        listed = [
+            replace(each, dry=dry.get(joint, 0.0) if give.link_dry else 0.0)
+            for each, joint, give in zip(listed, joints, known, strict=True)
+        ]
+        values = np.concatenate([each.values(give) for each, give in zip(listed, known, strict=True)])
     for last in range(ROUNDS - 1, -1, -1):
-        values = _searched(equation, listed, values)
+        if not last:
+            values = _searched(equation, listed, values)
         chi = np.zeros(observation.width)
         chi[kept] = equation.linear(_gives(listed, values))
         if last:
-            equation = _Equation(fitted, kept, _stretches(fitted, chi[:base], joints, hidden))
+            equation = GiveEquation(fitted, kept, _stretches(fitted, chi[:base], joints, hidden))
     gives = _gives(listed, values)
     given = _with_values(fitted, chi, giving)
     left = equation.deviations(gives) * np.sqrt(fitted.fit.rows)
@@ -133,7 +150,7 @@ def _with_values(fitted: FittedModel, chi: Array, giving: NDArray[np.intp]) -> F
 
 def _stretches(
     fitted: FittedModel, chi: Array, joints: Sequence[int], hidden: Hidden
-) -> list[tuple[_Stretch, DecimatedRows]]:
+) -> list[tuple[Stretch, DecimatedRows]]:
     """The blocks of all sessions of a fit with the links of the joints that give, base parameters chi."""
     listed = []
     for entry in fitted.entries:
@@ -150,7 +167,7 @@ def _stretches(
             seen = (rows.time >= block.time[0] + reach) & (rows.time <= block.time[-1] - reach)
             seen &= (rows.time < begin) | (rows.time > end)
             links = [_driven(rigid, block, inner, joint) for joint in joints]
-            listed.append((_Stretch(block, inner, links, rows.moving & seen[:, None]), rows))
+            listed.append((Stretch(block, inner, links, rows.moving & seen[:, None]), rows))
     return listed
 
 
@@ -169,7 +186,7 @@ def _driven(rigid: InverseDynamics, block: MotionBlock, rows: slice, joint: int)
         load = rigid.torques(q, dq, ddq)[0]
         return load if block.external is None else load - block.external[rows]
 
-    return driven_link(joint, block.sampling_period, (block.q[rows], block.ddq[rows]), loads)
+    return driven_link(joint, block.sampling_period, (block.q[rows], dq, block.ddq[rows]), loads)
 
 
 def _range_of(fitted: FittedModel, links: Sequence[DrivenLink], sought: Sequence[Slot]) -> GiveRange | None:
@@ -191,129 +208,76 @@ def _range_of(fitted: FittedModel, links: Sequence[DrivenLink], sought: Sequence
     )
 
 
-class _Equation:
-    """The weighted torque equation of all samples: W chi + torque of what gives = Y.
-
-    Where a link begins on its spring is not known: the swings of the stretches' beginnings are columns of their own.
-    """
-
-    def __init__(
-        self, fitted: FittedModel, kept: NDArray[np.intp], stretches: Sequence[tuple[_Stretch, DecimatedRows]]
-    ) -> None:
-        self._fitted, self._kept = fitted, kept
-        self.stretches = [stretch for stretch, _ in stretches]
-        self._weights = fitted.fit.weights
-        tables, measured, joints = [], [], []
-        for stretch, rows in stretches:
-            for joint, part in enumerate(rows.rows):
-                weighted = part[stretch.moving[:, joint]] * self._weights[joint]
-                wide = np.zeros((len(weighted), fitted.observation.width))
-                wide[:, rows.table.joint_columns[joint]] = weighted[:, :-2]
-                tables.append(wide[:, kept])
-                measured.append(weighted[:, -2])
-                joints.append(np.full(len(weighted), joint))
-        columns = np.vstack(tables)
-        self._measured, self._joints = np.concatenate(measured), np.concatenate(joints)
-        norms = np.linalg.norm(columns, axis=0)
-        scale = np.where(norms > 0.0, norms, 1.0)
-        self._q, triangle = np.linalg.qr(columns / scale)
-        self._triangle = triangle * scale
-
-    def residual(self, gives: Sequence[Give]) -> Array:
-        """(samples,) weighted, beside the least squares of all that is linear."""
-        torque, swings = self._torque(gives)
-        left = self._beside(self._measured - torque)
-        if swings.shape[1]:
-            basis, _ = np.linalg.qr(self._beside(swings))
-            left = left - basis @ (basis.T @ left)
-        return left
-
-    def deviations(self, gives: Sequence[Give]) -> Array:
-        """(joints,) N m or N, root mean square of what is left of the torque of each joint."""
-        left = self.residual(gives)
-        each = [left[self._joints == joint] for joint in range(len(self._weights))]
-        return np.array([np.sqrt(np.mean(part**2)) if len(part) else 0.0 for part in each]) / self._weights
-
-    def linear(self, gives: Sequence[Give]) -> Array:
-        """(kept,) the linear parameters beside gives, inside what they can be."""
-        torque, swings = self._torque(gives)
-        left = self._measured - torque
-        if swings.shape[1]:
-            start = np.linalg.lstsq(self._beside(swings), self._beside(left), rcond=None)[0]
-            left = left - swings @ start
-        least = np.asarray(np.linalg.lstsq(self._triangle, self._q.T @ left, rcond=None)[0], float)
-        return nearest_admissible(self._triangle, least, self._admissible)
-
-    @cached_property
-    def _admissible(self) -> Admissible:
-        whole = admissible_columns(self._fitted.observation, self._fitted.record.summaries)
-        kept = self._kept
-        known = ~np.any(np.delete(whole.matrix, kept, axis=1) != 0.0, axis=1)
-        return Admissible(
-            whole.lower[kept], whole.upper[kept], whole.matrix[known][:, kept], whole.least[known]
-        )
-
-    def _beside(self, values: Array) -> Array:
-        """What the columns leave of values."""
-        return values - self._q @ (self._q.T @ values)
-
-    def _torque(self, gives: Sequence[Give]) -> tuple[Array, Array]:
-        """(samples,) torque of what gives, and (samples, k) of the links' beginnings, as the columns are filtered."""
-        lags = [
-            link_lags(give, [stretch.links[number] for stretch in self.stretches])
-            for number, give in enumerate(gives)
-        ]
-        parts: list[Array] = []
-        swings: list[tuple[int, Array]] = []
-        for place, stretch in enumerate(self.stretches):
-            joints, rows = stretch.moving.shape[1], stretch.rows
-            lagging = [lag[place] for lag in lags]
-            torque = sum(
-                link.torque(give, lag) for link, give, lag in zip(stretch.links, gives, lagging, strict=True)
-            )
-            inner = np.hstack([torque, *(lag.swings for lag in lagging)])
-            ends = (rows.start, len(stretch.block.time) - rows.stop)
-            table = stretch.block.decimate(np.pad(inner, (ends, (0, 0)), mode="edge"))
-            first = joints
-            for link, lag in zip(stretch.links, lagging, strict=True):
-                count = lag.swings.shape[1]
-                if count:
-                    moving = stretch.moving[:, link.joint]
-                    begun = table[moving, first : first + count] * self._weights[link.joint]
-                    swings.append((len(parts) + link.joint, begun))
-                first += count
-            for joint in range(joints):
-                parts.append(table[stretch.moving[:, joint], joint] * self._weights[joint])
-        edges = np.concatenate([[0], np.cumsum([len(part) for part in parts])])
-        columns = np.zeros((int(edges[-1]), sum(each.shape[1] for _, each in swings)))
-        first = 0
-        for part, each in swings:
-            columns[edges[part] : edges[part + 1], first : first + each.shape[1]] = each
-            first += each.shape[1]
-        norms = np.linalg.norm(columns, axis=0)
-        return np.concatenate(parts), columns[:, norms > 0.0] / norms[norms > 0.0]
-
-
 def _gives(ranges: Sequence[GiveRange], values: Array) -> list[Give]:
-    edges = np.cumsum([0, *(len(each.lower) for each in ranges)])
-    return [
-        each.give(values[first:last]) for each, first, last in zip(ranges, edges[:-1], edges[1:], strict=True)
-    ]
+    return [each.give(part) for each, part in zip(ranges, _by_joint(ranges, values), strict=True)]
 
 
-def _begun(equation: _Equation, ranges: Sequence[GiveRange]) -> Array:
-    """Where the search begins: of a few values of each joint those with the least error, one joint after the other."""
-    chosen = [each.starts()[0] for each in ranges]
-    for number, each in enumerate(ranges):
-        errors = []
-        for start in each.starts():
-            tried = [*chosen[:number], start, *chosen[number + 1 :]]
-            errors.append(np.linalg.norm(equation.residual(_gives(ranges, np.concatenate(tried)))))
-        chosen[number] = each.starts()[int(np.argmin(errors))]
-    return np.concatenate(chosen)
+def _dry_friction(fitted: FittedModel) -> dict[int, float]:
+    """N m or N, by joint: the constant dry friction of a model, of joints that have some."""
+    numbered = zip(fitted.slots, fitted.observation.slot_columns, strict=True)
+    dry_of_joint = {
+        slot.term.joint: float(fitted.fit.chi[columns[0]])
+        for slot, columns in numbered
+        if isinstance(slot.term.effect, Coulomb)
+    }
+    return {joint: dry for joint, dry in dry_of_joint.items() if dry > 0.0}
 
 
-def _searched(equation: _Equation, ranges: Sequence[GiveRange], values: Array) -> Array:
+def _with_friction_on_link(
+    equation: GiveEquation, ranges: Sequence[GiveRange], values: Array, joint: tuple[int, float]
+) -> tuple[list[GiveRange], Array]:
+    """Ranges and values with a part of a joint's dry friction on its link, or without where the torque does not call for it.
+
+    joint : place among those that give, and its dry friction, N m or N
+    Both are searched from where the other ends, so that neither is the better for its beginning alone.
+    """
+    number, dry = joint
+    rubbing = list(ranges)
+    rubbing[number] = replace(ranges[number], dry=dry)
+    present = _by_joint(ranges, values)
+    starts = [*(np.append(present[number], part) for part in PARTS_ON_LINK), *rubbing[number].starts()]
+    listed = _best_first(equation, rubbing, present, number, starts)
+    best, least = _best_of(
+        equation, rubbing, [_searched(equation, rubbing, each) for each in listed[:SEARCHES]]
+    )
+    free = _by_joint(rubbing, best)
+    free[number] = free[number][:-1]
+    smooth, without = _best_of(equation, ranges, [values, _searched(equation, ranges, np.concatenate(free))])
+    # each second of the record counts as one sample, whatever the noise of those within it has in common
+    called_for = equation.seconds * np.log(without / least) > np.log(equation.seconds)
+    if called_for and _by_joint(rubbing, best)[number][-1] >= LEAST_ON_LINK:
+        return rubbing, best
+    return list(ranges), smooth
+
+
+def _best_of(
+    equation: GiveEquation, ranges: Sequence[GiveRange], listed: Sequence[Array]
+) -> tuple[Array, float]:
+    """Of some values those with the least error, and its square."""
+    squares = [float(np.sum(equation.residual(_gives(ranges, each)) ** 2)) for each in listed]
+    best = int(np.argmin(squares))
+    return listed[best], squares[best]
+
+
+def _by_joint(ranges: Sequence[GiveRange], values: Array) -> list[Array]:
+    """The values of each joint."""
+    return np.split(values, np.cumsum([len(each.lower) for each in ranges])[:-1])
+
+
+def _best_first(
+    equation: GiveEquation,
+    ranges: Sequence[GiveRange],
+    chosen: Sequence[Array],
+    number: int,
+    starts: Sequence[Array],
+) -> list[Array]:
+    """Values of all joints with some of one joint's beside the others' `chosen`, those with the least error first."""
+    listed = [np.concatenate([*chosen[:number], start, *chosen[number + 1 :]]) for start in starts]
+    errors = [np.linalg.norm(equation.residual(_gives(ranges, each))) for each in listed]
+    return [listed[place] for place in np.argsort(errors, kind="stable")]
+
+
+def _searched(equation: GiveEquation, ranges: Sequence[GiveRange], values: Array) -> Array:
     """The values with the least error, from some to begin with."""
     from scipy.optimize import least_squares
 

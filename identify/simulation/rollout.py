@@ -83,6 +83,7 @@ def energy_drift(model: TorqueModel, motion: MeasuredMotion, simulated: Trajecto
         twist = flat.q[:, joint] - link_q[:, joint]
         carried = give.load_where(twist, np.full(len(rows), 1e-12))
         kinetic += (rotor + give.energy(carried)).reshape(samples, count)
+        power -= (give.link_dry * np.abs(link_dq[:, joint])).reshape(samples, count)
         if give.relaxation:
             twisting = flat.dq[:, joint] - link_dq[:, joint]
             power -= (give.relaxation / give.compliance * twisting**2).reshape(samples, count)

@@ -33,7 +33,7 @@ from identify.simulation.closing import loop_asked_for, why_not_closed
 from identify.simulation.controller import Controllers, estimated_controllers
 from identify.simulation.free_motion import Keep, Run, free_motions
 from identify.simulation.free_run import free_run
-from identify.simulation.give_fit import give_fit, giving_slots
+from identify.simulation.give_fit import formed_as, give_fit, giving_slots
 from identify.simulation.loop_stability import unstable_loop
 from identify.simulation.measured_motion import MeasuredMotion, measured_motions
 from identify.simulation.rollout import energy_drift, roll_out
@@ -234,7 +234,7 @@ def _formed(result: Identification, closed: bool) -> tuple[EffectInSimulation, .
     listed = []
     for slot, lead in _with_command_leads(fitted):
         effect = slot.term.effect
-        how: Formed = effect.simulated_with(slot.values)
+        how: Formed = formed_as(slot, gives)
         state = {"give": "position and speed of the link", "state": effect.state_name}.get(how)
         if how == "command" and closed and lead < 0.0:
             how, state = "state", "commands that have not acted yet"
@@ -258,7 +258,7 @@ def _on_gives(result: Identification) -> list[str]:
         f"{slot.term.effect.name}@{names[slot.term.joint]}: left out, since the model has no inertia of the joint that motor and"
         " link could share"
         for slot in giving_slots(fitted)
-        if slot.term.joint not in gives
+        if slot.term.joint not in gives and formed_as(slot, gives) == "give"
     ]
 
 

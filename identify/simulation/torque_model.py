@@ -24,7 +24,7 @@ from identify.estimation.record import PreparedBlock
 from identify.recording import SessionEntry
 from identify.signals import MotionBlock
 from identify.simulation.driven_link import SLOPE_STEP
-from identify.simulation.give_fit import GiveFit, give_fit
+from identify.simulation.give_fit import GiveFit, formed_as, give_fit
 
 Array = NDArray[np.float64]
 StateKey = tuple[str, int]
@@ -107,7 +107,7 @@ class TorqueModel:
         self._slots = [
             (s, s.term.effect.simulated_values(v, s.values, inertias[s.term.joint]))
             for s, v in values
-            if s.term.effect.simulated_with(s.values) not in ("command", "give")
+            if formed_as(s, given.gives) not in ("command", "give")
         ]
         self.stateful = [s for s, _ in self._slots if s.term.effect.simulated_with(s.values) == "state"]
         self.meets = any("play" in slot.values for slot in self.stateful)
@@ -285,7 +285,7 @@ class TorqueModel:
         torque = context.load.copy()
         for slot, values in load_from.factors:
             effect = slot.term.effect
-            if effect.uses_torque or effect.simulated_with(slot.values) in ("command", "give"):
+            if effect.uses_torque or formed_as(slot, self.gives) in ("command", "give"):
                 continue
             for joint in rows_of(context.record, slot.term):
                 torque[:, joint] += self._slot_torque(context, slot, values, joint, windows)

@@ -1,9 +1,10 @@
 """Steps of motion where transmissions give: a motor and a link with a spring or a gap between them.
 
-The encoder is on the motor, and so are friction and the applied torque. With theta of the motors and q of the links, for a
-joint whose transmission gives, B its inertia on the motor's side and s what the gear carries (Spong 1987):
+The encoder is on the motor, and so are the applied torque and friction, but for the dry friction F of a link. With theta of
+the motors and q of the links, for a joint whose transmission gives, B its inertia on the motor's side and s what the gear
+carries (Spong 1987):
 
-    s = tau_out(q, q', q'') − B q'',   B theta'' = tau − friction(theta', tau_out) − s,   theta − q = twist(s)
+    s = tau_out(q, q', q'') − B q'' + F sign(q'),   B theta'' = tau − friction(theta', tau_out) − s,   theta − q = twist(s)
 
 tau_out is that of eq. (6), whose parameters hold both inertias of a joint. The other joints' rows are as ever.
 
@@ -29,6 +30,7 @@ from identify.simulation.forward_dynamics import (
     correction,
     prediction,
 )
+from identify.simulation.link_friction import Transmission
 from identify.simulation.measured_motion import MeasuredMotion
 from identify.simulation.torque_model import (
     LINK,
@@ -47,6 +49,9 @@ MOST_RADIANS = 1.0
 
 SETTLED = 1e-4
 """of the torque's size: what friction that follows the load is asked for again where the carried torque changed by more"""
+
+HELD = 1e-9
+"""of the speed that dry friction takes of a link in a step: a link that is slower is at rest up to rounding"""
 
 MOST_ROUNDS = 4
 MOST_SWEEPS = 30
@@ -86,25 +91,33 @@ class Links:
 
 @dataclass(frozen=True)
 class _Rule:
-    """The twist at the end of a rule's step: anchor + weight · (theta'' − q''); (windows, giving joints) and (giving joints,)."""
+    """The twist at the end of a rule's step: anchor + weight · (theta'' − q''); (windows, giving joints) and (giving joints,).
+
+    going : (windows, giving joints) the links' speeds as the step begins
+    speed : at its end with q'' = 0; `late` s · q'' more
+    """
 
     anchor: Array
     weight: Array
+    going: Array
+    speed: Array
+    late: float
 
 
 @dataclass(frozen=True)
 class _Solution:
-    """Accelerations of motors and links (windows, joints), directions of the motors, what is carried (windows, giving joints)."""
+    """Accelerations of motors and links (windows, joints), directions of the motors, what drives the links (windows, giving
+    joints): what is carried less their dry friction."""
 
     motor: Array
     link: Array
     direction: Array
-    carried: Array
+    driving: Array
     mobility: Array
 
     @property
     def guess(self) -> Array:
-        return np.hstack([self.link, self.carried])
+        return np.hstack([self.link, self.driving])
 
 
 @dataclass(frozen=True)
@@ -125,6 +138,7 @@ class TwoMasses:
         self._gives = [model.gives[joint] for joint in self._joints]
         self._rotors = np.array([give.rotor for give in self._gives])
         rates = oscillations(model, windows)
+        self._rubbing = np.array([give.link_dry for give in self._gives])
         self._relaxations = np.array([give.relaxation for give in self._gives])
         self._shown = np.array(
             [joint in rates and rates[joint] * row <= MOST_RADIANS for joint in self._joints]
@@ -135,7 +149,8 @@ class TwoMasses:
         twist, rate = self._twist(windows)
         h, relaxation = self._period, self._relaxations
         anchor = np.where(self._shown, twist, twist + h * rate) + relaxation * rate
-        rule = _Rule(anchor, np.where(self._shown, 0.0, h * (h + relaxation)))
+        speed = self._link(windows)[1]
+        rule = _Rule(anchor, np.where(self._shown, 0.0, h * (h + relaxation)), speed, speed, h)
         solution = self._solved(windows, applied, guess, rule)
         return _BeginningOfTwo(solution.motor, solution.direction, solution.guess, solution)
 
@@ -161,6 +176,9 @@ class TwoMasses:
         rule = _Rule(
             ahead - (link + h * speed + part * link_first) + self._relaxations * rate,
             np.where(shown, 0.25, 1.0) * h**2 + self._relaxations * np.where(shown, 0.5, 1.0) * h,
+            speed,
+            speed + 0.5 * h * link_first,
+            0.5 * h,
         )
         second = self._solved(middle, applied, first.guess, rule, first.mobility)
         ended = correction(
@@ -176,13 +194,15 @@ class TwoMasses:
         links = 0.5 * (link_first + second.link[:, joints])
         twisting = motor - links
         moved = reached[:, joints] + 0.5 * h**2 * motor
-        # what follows gives way by the whole of its step; the mean of both masses does not
+        # what follows gives way by the whole of its step; the mean of both masses does not, nor a link that friction holds
         mobile = np.diagonal(first.mobility[:, joints][:, :, joints], axis1=1, axis2=2)
-        share = 1.0 / (1.0 + self._rotors * mobile)
+        speed_after = speed + h * links
+        slowed = h * self._rubbing * mobile
+        held = np.abs(speed_after) < HELD * slowed
+        share = 1.0 / (1.0 + self._rotors * np.where(held, 0.0, mobile))
         moved = np.where(shown, moved, moved + share * 0.5 * h**2 * twisting)
         q = ended.q.copy()
         q[:, joints] = np.where(stops, q[:, joints], moved)
-        speed_after = speed + h * links
         twist, rate = self._twist(windows)
         linked = np.where(
             shown, link + h * speed + 0.5 * h**2 * links, moved - (twist + h * rate + h**2 * twisting)
@@ -210,34 +230,34 @@ class TwoMasses:
     def _solved(
         self, windows: Windows, applied: Array, guess: Array, rule: _Rule, mobility: Array | None = None
     ) -> _Solution:
-        """Accelerations and carried torques under an applied torque, with the twist of a rule."""
+        """Accelerations and what drives the links under an applied torque, with the twist of a rule."""
         n, joints = windows.q.shape[1], self._joints
-        link, carried = guess[:, :n], guess[:, n:]
+        link, driving = guess[:, :n], guess[:, n:]
         size = SETTLED * max(1e-12, float(np.max(np.abs(applied), initial=0.0)))
         resting = windows.dq[:, joints] == 0.0
         for last in range(MOST_ROUNDS - 1, -1, -1):
-            driving = applied.copy()
-            driving[:, joints] = carried
-            link, direction = accelerations(self._links, windows, driving, link, free=joints)
+            torque = applied.copy()
+            torque[:, joints] = driving
+            link, direction = accelerations(self._links, windows, torque, link, free=joints)
             if mobility is None:
                 stuck = (windows.dq == 0.0) & (direction == 0.0)
                 stuck[:, joints] = False
                 mobility = self._links.mobility(windows, link, stuck)
             least, most = self._friction(windows, link, direction, resting)
             motors = applied[:, joints], least, most, resting
-            balanced = self._carried(
-                rule, carried, link[:, joints], mobility[:, joints][:, :, joints], motors
+            carried, friction = self._carried(
+                rule, driving, link[:, joints], mobility[:, joints][:, :, joints], motors
             )
-            change = balanced - carried
+            change = carried - friction - driving
             link = link + (mobility[:, :, joints] @ change[:, :, None])[:, :, 0]
-            carried = balanced
+            driving = carried - friction
             if not last or np.max(np.abs(change), initial=0.0) <= size:
                 motor, ways = link.copy(), direction.copy()
                 motor[:, joints], moving = self._motors(applied[:, joints] - carried, least, most, resting)
                 ways[:, joints] = np.where(
                     resting, np.where(moving, np.sign(motor[:, joints]), 0.0), direction[:, joints]
                 )
-                return _Solution(motor, link, ways, carried, mobility)
+                return _Solution(motor, link, ways, driving, mobility)
         raise AssertionError("the last round returns")
 
     def _friction(
@@ -262,32 +282,44 @@ class TwoMasses:
     def _carried(
         self,
         rule: _Rule,
-        carried: Array,
+        driving: Array,
         link: Array,
         mobility: Array,
         motors: tuple[Array, Array, Array, NDArray[np.bool_]],
-    ) -> Array:
-        """(windows, giving joints) carried torques with which the twist of the rule is that of the transmission.
+    ) -> tuple[Array, Array]:
+        """(windows, giving joints) each: carried torques with which the twist of the rule is that of the transmission, and the
+        links' dry friction.
 
-        link : the links' accelerations under `carried`; they change with it by `mobility`
+        link : the links' accelerations where `driving` drives them; they change with it by `mobility`
         """
         applied, least, most, resting = motors
-        before, balanced = carried, carried.copy()
+        carried, friction = driving.copy(), np.zeros(driving.shape)
         for _ in range(MOST_SWEEPS):
             change = 0.0
             for number, give in enumerate(self._gives):
-                links = link[:, number] + np.einsum("wk,wk->w", mobility[:, number], balanced - before)
-                motor, moving = self._motors(applied - balanced, least, most, resting)
-                yielding = rule.weight[number] * (
-                    mobility[:, number, number] + np.where(moving[:, number], 1.0 / give.rotor, 0.0)
+                mobile = mobility[:, number, number]
+                further = carried - friction - driving
+                further[:, number] = -driving[:, number]
+                alone = link[:, number] + np.einsum("wk,wk->w", mobility[:, number], further)
+                motor, moving = self._motors(applied - carried, least, most, resting)
+                transmission = Transmission(
+                    give,
+                    rule.anchor[:, number] + rule.weight[number] * (motor[:, number] - alone),
+                    rule.weight[number] * np.where(moving[:, number], 1.0 / give.rotor, 0.0),
+                    rule.weight[number] * mobile,
+                    carried[:, number],
                 )
-                twist = rule.anchor[:, number] + rule.weight[number] * (motor[:, number] - links)
-                new = give.load_where(twist + yielding * balanced[:, number], yielding)
-                change = max(change, float(np.max(np.abs(new - balanced[:, number]), initial=0.0)))
-                balanced[:, number] = new
-            if change <= 1e-12 * (1.0 + float(np.max(np.abs(balanced), initial=0.0))):
+                if give.link_dry:
+                    new, friction[:, number] = transmission.with_friction(
+                        rule.going[:, number], rule.speed[:, number] + rule.late * alone, rule.late * mobile
+                    )
+                else:
+                    new = transmission.carried(0.0)
+                change = max(change, float(np.max(np.abs(new - carried[:, number]), initial=0.0)))
+                carried[:, number] = new
+            if change <= 1e-12 * (1.0 + float(np.max(np.abs(carried), initial=0.0))):
                 break
-        return balanced
+        return carried, friction
 
 
 def oscillations(model: TorqueModel, windows: Windows) -> dict[int, float]:
@@ -305,7 +337,7 @@ def oscillations(model: TorqueModel, windows: Windows) -> dict[int, float]:
 def measured_links(
     model: TorqueModel, motion: MeasuredMotion, first: Rows
 ) -> tuple[dict[StateKey, Array], Array]:
-    """Where the links stand at some rows, and what they carry: links that the measured motion of their motors has driven until
+    """Where the links stand at some rows, and what drives them: links that the measured motion of their motors has driven until
     then."""
 
     def loads(q: Array, ddq: Array) -> Array:
@@ -318,15 +350,15 @@ def measured_links(
         return model.load(windows, ddq)
 
     states: dict[StateKey, Array] = {}
-    carried = []
+    driving = []
     later = np.maximum(first, 1)
     for joint in sorted(model.gives):
-        link = driven_link(joint, motion.period, (motion.q, motion.ddq), loads)
+        link = driven_link(joint, motion.period, (motion.q, motion.dq, motion.ddq), loads)
         (lag,) = link_lags(model.gives[joint], [link])
         rate = (lag.twist[later] - lag.twist[later - 1]) / motion.period
         states[LINK, joint] = motion.q[first, joint] - lag.twist[first]
         states[LINK_SPEED, joint] = (
             np.where(motion.resting[first, joint], 0.0, motion.dq[first, joint]) - rate
         )
-        carried.append(lag.carried[first])
-    return states, np.stack(carried, axis=1)
+        driving.append(lag.carried[first] - lag.friction[first])
+    return states, np.stack(driving, axis=1)

@@ -119,6 +119,7 @@ def _of_stretches(fitted: FittedModel, horizon: float) -> Iterator[Array]:
     observation = fitted.observation
     bounds = admissible_columns(observation, fitted.record.summaries)
     motions: dict[str, list[MeasuredMotion]] = {}
+    whole = give_fit(fitted)
     for stretch in range(STRETCHES):
         left_out: dict[int, list[int]] = {}
         for session in range(len(fitted.entries)):
@@ -141,7 +142,7 @@ def _of_stretches(fitted: FittedModel, horizon: float) -> Iterator[Array]:
             )
             for session, hidden_blocks in left_out.items()
         }
-        given = give_fit(without, spans)
+        given = give_fit(without, spans, whole)
         for file, (begin, end) in spans.items():
             entry = next(each for each in fitted.entries if each.file == file)
             if file not in motions:

@@ -4,7 +4,7 @@ It shares no line with `identify`, nor with the simulated drives. The motor is u
 encoder; sessions run side by side in small steps:
 
     B theta'' = u − FV theta' − FC sign(theta') − offset − s                              the motor
-    (ZZ + m L²) q'' = s − (MX + m L) g cos q                                              the link
+    (ZZ + m L²) q'' = s − (MX + m L) g cos q − LV q' − LC sign(q')                        the link, held at rest up to LC
     s = k (twist beyond the gap) + d (its rate), and no pull across the gap                the transmission
 """
 
@@ -32,8 +32,10 @@ STILL = 2e-3
 class TwoMasses:
     """SI units, at the joint.
 
-    gap     : rad, from flank to flank
-    damping : N m s/rad, of the transmission
+    gap          : rad, from flank to flank
+    damping      : N m s/rad, of the transmission
+    viscous      : N m s/rad, of the motor's bearings; link_viscous of the link's
+    coulomb      : N m, dry friction on the motor; link_coulomb on the link
     """
 
     stiffness: float = 2.0e4
@@ -44,6 +46,9 @@ class TwoMasses:
     first_moment: float = 9.0
     viscous: float = 18.0
     coulomb: float = 14.0
+    link_viscous: float = 0.0
+    link_coulomb: float = 0.0
+    gravity: float = GRAVITY
     offset: float = 3.0
     drive_gain: float = 30.0
     reach: float = 0.9
@@ -60,26 +65,31 @@ class TwoMasses:
         return np.where(torque * beyond > 0.0, torque, 0.0)
 
     def accelerations(self, torque: Array, state: tuple[Array, ...], mass: Array) -> tuple[Array, Array]:
-        """rad/s², of motor and link."""
+        """rad/s², of motor and link; dry friction of the link beside."""
         theta, dtheta, q, dq = state
         carried = self.carried(theta - q, dtheta - dq)
         lost = self.viscous * dtheta + self.coulomb * np.tanh(dtheta / STILL) + self.offset
-        gravity = GRAVITY * (self.first_moment + mass * self.reach) * np.cos(q)
+        pull = self.gravity * (self.first_moment + mass * self.reach) * np.cos(q) + self.link_viscous * dq
         inertia = self.link + mass * self.reach**2
-        return (torque - lost - carried) / self.rotor, (carried - gravity) / inertia
+        return (torque - lost - carried) / self.rotor, (carried - pull) / inertia
+
+    def braked(self, dq: Array, mass: Array) -> Array:
+        """The link's speed after what its dry friction takes of it in a step: all of it where it holds the link."""
+        taken = STEP * self.link_coulomb / (self.link + mass * self.reach**2)
+        return np.sign(dq) * np.maximum(0.0, np.abs(dq) - taken)
 
     def moved(self, torque: Array, state: tuple[Array, ...], mass: Array) -> tuple[Array, ...]:
         """The state a step later."""
         motor, link = self.accelerations(torque, state, mass)
         theta, dtheta, q, dq = state
-        dtheta, dq = dtheta + STEP * motor, dq + STEP * link
+        dtheta, dq = dtheta + STEP * motor, self.braked(dq + STEP * link, mass)
         return theta + STEP * dtheta, dtheta, q + STEP * dq, dq
 
     def settled(self, theta: Array, acceleration: Array, mass: Array) -> Array:
         """Where the link hangs without a swing of its own behind a motor that moves with an acceleration, rad/s²."""
         q, inertia = theta.copy(), self.link + mass * self.reach**2
         for _ in range(50):
-            load = GRAVITY * (self.first_moment + mass * self.reach) * np.cos(q) + inertia * acceleration
+            load = self.gravity * (self.first_moment + mass * self.reach) * np.cos(q) + inertia * acceleration
             q = theta - load / self.stiffness - np.sign(load) * 0.5 * self.gap
         return q
 
@@ -152,8 +162,8 @@ def measured_states(recorded: Recorded, session: int, first: NDArray[np.intp]) -
     smooth, velocity, acceleration = (
         np.asarray(savgol_filter(position, 31, 3, deriv=order, delta=period), float) for order in range(3)
     )
-    if not plant.gap:
-        moment = GRAVITY * (plant.first_moment + mass * plant.reach)
+    if not plant.gap and not plant.link_coulomb:
+        moment = plant.gravity * (plant.first_moment + mass * plant.reach)
         load = (plant.link + mass * plant.reach**2) * acceleration + moment * np.cos(position)
         twist = load / plant.stiffness
         still = position - twist, velocity - np.gradient(twist, period)
@@ -167,7 +177,7 @@ def measured_states(recorded: Recorded, session: int, first: NDArray[np.intp]) -
             theta = smooth[row : row + 1] + share * (smooth[row + 1] - smooth[row])
             dtheta = velocity[row : row + 1] + share * (velocity[row + 1] - velocity[row])
             _, faster = plant.accelerations(np.zeros(1), (theta, dtheta, link, link_speed), mass)
-            link_speed = link_speed + STEP * faster
+            link_speed = plant.braked(link_speed + STEP * faster, mass)
             link = link + STEP * link_speed
     return Begun(first, position[first], velocity[first], *links[first].T)
 
@@ -207,7 +217,7 @@ def write_experiment(folder: Path, recorded: Recorded) -> Path:
         "format: 1",
         "name: two-masses",
         "robot:",
-        f"  gravity: [0.0, {-GRAVITY}, 0.0]",
+        f"  gravity: [0.0, {-plant.gravity}, 0.0]",
         "  joints:",
         f"    - {{name: elbow, type: revolute, drive_gain: {plant.drive_gain}}}",
         "payloads:",

@@ -40,3 +40,8 @@ def test_a_give_is_told_with_its_units():
     assert Give(4.0, 1e-6, 1e-3).in_words(False) == (
         "a stiffness of 1e+06 N/m and a gap of 0.001 m before a rotor of 4 kg"
     )
+    assert (
+        Give(4.0, 1e-6, link_dry=20.0)
+        .in_words(True)
+        .endswith("kg m², 20 N m of the dry friction on the link")
+    )

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from identify import load_experiment
+from identify.effects.give import Give
+from identify.effects.hysteresis import Backlash
 from identify.identification import identify
-from identify.simulation.give_fit import give_fit
+from identify.simulation.give_fit import formed_as, give_fit
 from identify.simulation.measured_motion import measured_motions
 from identify.simulation.rollout import roll_out
 from identify.simulation.torque_model import LINK, TorqueModel
@@ -58,3 +61,12 @@ def test_what_a_fit_does_not_see_has_no_part_in_what_gives(arm):
     assert part.gives[1] != whole.gives[1]
     assert give_fit(fitted) is whole
     assert whole.gives[1].compliance == pytest.approx(part.gives[1].compliance, rel=0.2)
+    assert whole.gives[1].link_dry == part.gives[1].link_dry == 0.0
+    begun = give_fit(fitted, {file: (0.0, 9.0)}, whole)
+    assert begun.gives[1].compliance == pytest.approx(part.gives[1].compliance, rel=0.05)
+
+
+def test_a_gap_pushed_by_motion_gives_where_motor_and_link_have_an_inertia():
+    slot = SimpleNamespace(term=SimpleNamespace(effect=Backlash(), joint=0), values={"play": 0.01})
+    assert formed_as(slot, {0: Give(4.0, gap=0.01)}) == "give"
+    assert formed_as(slot, {1: Give(4.0, gap=0.01)}) == "state"

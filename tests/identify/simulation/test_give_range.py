@@ -29,3 +29,12 @@ def test_a_damping_ratio_is_that_of_the_link_with_its_motor_held():
     damping, link = give.relaxation * 2e4, 8.0
     assert give.rotor == pytest.approx(4.0)
     assert damping == pytest.approx(2 * 0.25 * np.sqrt(2e4 * link))
+
+
+@pytest.mark.parametrize(("spring", "gap"), [(True, False), (False, True)])
+@pytest.mark.parametrize("dry", [0.0, 14.0])
+def test_the_values_of_a_give_are_those_that_make_it(spring, gap, dry):
+    reach = GiveRange(12.0, 200.0, 1.5, 1e-5, spring, gap, dry)
+    for values in reach.starts():
+        np.testing.assert_allclose(reach.values(reach.give(values)), values, rtol=1e-9)
+        assert reach.give(values).link_dry == (dry * values[-1] if dry else 0.0)

@@ -97,6 +97,7 @@ def test_the_identified_spring_is_the_hidden_one(elastic):
     give = give_fit(right.fitted).gives[0]
     assert give.compliance == pytest.approx(1 / 4e4, rel=0.25)
     assert give.rotor == pytest.approx(4.0, rel=0.35)
+    assert give.link_dry == 0.0
     assert right.fitted.fit.chi[0] == pytest.approx(12.0, rel=0.02)
 
 
@@ -130,6 +131,7 @@ def test_with_the_hidden_gap_motion_is_predicted_within_twice_of_the_true_parame
     gap = recorded.plant.gap
     assert give_fit(right.fitted).gives[0].gap == pytest.approx(gap, rel=0.1)
     assert give_fit(right.fitted).gives[0].rotor == pytest.approx(4.0, rel=0.1)
+    assert give_fit(right.fitted).gives[0].link_dry == 0.0
     motion, first, after = motion_errors(right)
     _, _, before = motion_errors(usual)
     rows = np.round(motion.time[first] / (recorded.time[1] - recorded.time[0])).astype(int)
@@ -144,3 +146,56 @@ def test_with_the_hidden_gap_motion_is_predicted_within_twice_of_the_true_parame
     # links are where they are, to a tenth of the gap: that of the plant is nobody's measurement
     assert np.median(np.abs(begun.link - recorded.link[rows, 4])) < 0.1 * gap
     assert np.median(np.abs(begun.link_speed - recorded.link_speed[rows, 4])) < 2e-3
+
+
+@pytest.fixture(
+    scope="module",
+    params=[
+        (
+            "backlash",
+            TwoMasses(stiffness=3e5, damping=800.0, gap=15e-3, gravity=0.0, coulomb=4.0, link_coulomb=20.0),
+        ),
+        ("elasticity", TwoMasses(damping=40.0, coulomb=9.6, link_coulomb=14.4)),
+    ],
+    ids=["behind-a-gap", "on-a-spring"],
+)
+def rubbing(request, tmp_path_factory):
+    """A link with dry friction of its own, identified without and with what gives."""
+    effect, plant = request.param
+    masses, paces = (0.0, 4.0, 4.0, 0.0, 2.0), (4.0, 11.0, 6.0, 9.0, 8.0)
+    recorded = two_masses.record(replace(plant, noise=0.005), masses, paces, 9.0, 3)
+    experiment = load_experiment(
+        two_masses.write_experiment(tmp_path_factory.mktemp("rubbing") / "bench", recorded)
+    )
+    return recorded, identify(experiment, "usual"), identify(experiment, "usual", [effect])
+
+
+def test_with_dry_friction_on_the_link_motion_is_predicted_as_with_the_true_parameters(rubbing):
+    recorded, usual, right = rubbing
+    plant = recorded.plant
+    given = give_fit(right.fitted)
+    give = given.gives[0]
+    assert give.link_dry == pytest.approx(plant.link_coulomb, rel=0.1)
+    assert give.rotor == pytest.approx(plant.rotor, rel=0.25)
+    (on_motor,) = (
+        given.fitted.fit.chi[columns[0]]
+        for slot, columns in zip(given.fitted.slots, given.fitted.observation.slot_columns, strict=True)
+        if slot.term.effect.name == "coulomb"
+    )
+    assert on_motor == pytest.approx(plant.coulomb, abs=0.05 * (plant.coulomb + plant.link_coulomb))
+    motion, first, after = motion_errors(right)
+    _, _, before = motion_errors(usual)
+    rows = np.round(motion.time[first] / (recorded.time[1] - recorded.time[0])).astype(int)
+    true = two_masses.one_second_error(recorded, 4, two_masses.measured_states(recorded, 4, rows))
+    assert after < 2.0 * true
+    assert after < 0.2 * before
+
+
+def test_the_energy_that_the_links_friction_takes_is_counted(rubbing):
+    _, _, right = rubbing
+    entry = right.experiment.sessions[4]
+    (motion,) = measured_motions(right.fitted.record, entry)
+    model = TorqueModel(right.fitted, entry)
+    drift = energy_drift(model, motion, roll_out(model, motion, [100, 900], 150))
+    assert drift is not None
+    assert drift < 2e-2

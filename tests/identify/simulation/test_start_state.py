@@ -13,6 +13,7 @@ import pytest
 from identify import load_experiment
 from identify.effects.give import Give
 from identify.identification import identify
+from identify.simulation.give_fit import GiveFit
 from identify.simulation.measured_motion import MeasuredMotion, measured_motions
 from identify.simulation.start_state import start_state
 from identify.simulation.torque_model import LINK, LINK_SPEED, TorqueModel
@@ -141,7 +142,8 @@ def test_memories_begin_as_the_fit_has_them_though_a_simulation_sees_fewer_rows(
     (seen,) = measured_motions(result.fitted.record, entry)
     assert seen.rows_in_one == 2
     first = np.arange(0, len(seen), 7)
-    memory = start_state(TorqueModel(result.fitted, entry), seen, first).windows.memory
+    model = TorqueModel(result.fitted, entry, GiveFit(result.fitted, {}))
+    memory = start_state(model, seen, first).windows.memory
     start = float(result.fitted.record.facts(entry).start)
     rows = np.searchsorted(motion.t, seen.time[first] - start - 1e-6)
     np.testing.assert_allclose(memory["presliding", 0], np.array(bristle)[rows], atol=1e-9)

@@ -102,6 +102,43 @@ def test_a_link_crosses_its_gap_freely_and_is_caught():
     assert motor_speed[-1] > 0.02
 
 
+def test_a_link_that_rubs_brakes_in_its_gap_and_rests_there():
+    """16 N m on 8 kg m²: 0.1 rad/s end after 0.05 s and 2.5 mrad, within the gap; a motor at rest is not met."""
+    give = Give(ROTOR, gap=0.02, flank_load=1e-6, link_dry=16.0)
+    time, motor, link, _, link_speed = run(OneJoint(give), at(link_speed=0.1), 0.3, 1e-3)
+    braking = np.minimum(time, 0.05)
+    np.testing.assert_allclose(link, 0.1 * braking - braking**2, atol=6e-5)
+    np.testing.assert_allclose(link_speed[time > 0.052], 0.0, atol=1e-12)
+    np.testing.assert_allclose(motor, 0.0, atol=6e-5)
+
+
+def test_a_motor_crosses_the_gap_before_a_link_that_rubs_and_takes_it_along():
+    """The link rests until the motor meets it, momentum is shared then, and both are driven by what friction leaves."""
+    give = Give(ROTOR, gap=0.01, flank_load=1e-3, link_dry=20.0)
+    begun = at(motor=-0.005)
+    time, _, link, speed, link_speed = run(OneJoint(give), begun, 0.4, 1e-3, torque=26.0)
+    met = math.sqrt(2 * 0.01 * ROTOR / 26.0)
+    resting = time < met - 2e-3
+    np.testing.assert_allclose(link[resting], 0.0, atol=1e-7)
+    after = time > met + 0.02
+    shared = 26.0 * met / WHOLE + (26.0 - 20.0) / WHOLE * (time - met)
+    np.testing.assert_allclose(speed[after], shared[after], rtol=0.02)
+    np.testing.assert_allclose(link_speed[after], shared[after], rtol=0.02)
+
+
+def test_friction_holds_a_link_on_a_spring_that_pulls_less():
+    give = Give(ROTOR, 1.0 / STIFFNESS, link_dry=25.0)
+    _, motor, link, *_ = run(OneJoint(give, dry=50.0), at(motor=1e-3), 0.3, 1e-3)  # 20 N m
+    np.testing.assert_allclose(link, 0.0, atol=1e-12)
+    np.testing.assert_allclose(motor, 1e-3, atol=1e-12)
+    _, _, link, *_ = run(
+        OneJoint(Give(ROTOR, 1.0 / STIFFNESS, link_dry=5.0), dry=50.0), at(motor=1e-3), 0.3, 1e-3
+    )
+    # of each half of a swing friction takes twice 5/20000 rad
+    assert np.max(link) == pytest.approx(2e-3 - 2 * 0.25e-3, rel=0.02)
+    assert abs(link[-1] - 1e-3) <= 0.25e-3
+
+
 def test_across_a_gap_pushed_by_motion_the_state_has_the_columns_of_the_course():
     constants = {"play": 0.05}
     slope = np.full(500, 3.0)
