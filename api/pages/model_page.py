@@ -217,7 +217,7 @@ def _by_joint(stored: StoredExperiment, models: list[ShownModel]) -> list[error_
     return [
         error_tables.ErrorRow(
             name,
-            models[0].document.samples,
+            models[0].samples_of(name),
             tuple(model.joint(name).relative_error for model in models),
         )
         for name in stored.joint_names

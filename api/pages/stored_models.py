@@ -43,6 +43,12 @@ class ShownModel:
         """The joint's errors."""
         return next(entry for entry in self.document.joints if entry.joint == name)
 
+    def samples_of(self, name: str) -> int:
+        """How many of the fit's rows are the joint's."""
+        each = (entry for speed in self.document.speeds if speed.range == "all" for entry in speed.joints)
+        counted = next((entry.samples for entry in each if entry.joint == name), None)
+        return self.document.samples // len(self.document.joints) if counted is None else counted
+
 
 class Experiments(Protocol):
     """Where experiments are kept, such as the service's store."""

@@ -33,6 +33,8 @@ def simulate(
     gains: Annotated[UploadFile | None, File()] = None,
 ) -> HTMLResponse:
     """Run a version forward along its record."""
+    if driven_by != "file" and gains is not None and gains.filename:
+        raise Problem(422, f"Choose “gains from a file”, or take the file {gains.filename} away.")
     driver = _gains(gains) if driven_by == "file" else driven_by
     ahead = typed_horizons(horizons) if horizons.strip() else HORIZONS
     job = access.service_of(request).model_use.simulate(experiment, user.name, version, driver, ahead)

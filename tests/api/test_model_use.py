@@ -50,6 +50,9 @@ def test_a_model_is_simulated_and_its_errors_are_kept_with_its_fit(imported_shor
     gains = {"joints": [{"joint": name, "position": 1.0, "velocity": 0.5}]}
     wrong = client.post(address, json={"joints": [{"joint": name, "position": "stiff", "velocity": 0.5}]})
     assert wrong.status_code == 422
+    twice = client.post(f"{address}?driven_by=estimate", json=gains)
+    assert twice.status_code == 422
+    assert "driven_by is estimate and the body holds gains" in twice.json()["detail"]
     job = by_rest.simulate(experiment, "m1", gains=ControllerFile.model_validate(gains))
     assert "no column 'qref1' with the reference" in finished(client, job)["words"]
     for file, joint, said in (

@@ -57,6 +57,10 @@ def simulate(
     In closed loop with gains where the body holds them (those of a controller's file, `docs/simulation.md`), else as `driven_by`
     says.
     """
+    if gains is not None and driven_by != "torque":
+        raise Problem(
+            422, f"driven_by is {driven_by} and the body holds gains: one of them says what drives the model."
+        )
     job = service_of(request).model_use.simulate(
         experiment, user.name, model, gains or driven_by, horizon or HORIZONS
     )

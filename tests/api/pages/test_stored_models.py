@@ -11,6 +11,7 @@ from api.pages.stored_models import StoredExperiment
 from api.service.model_story import ModelStory
 from api.service.prediction_files import prediction_file, write_candidate
 from api.service.problems import Problem
+from identify.results.identification import JointSpeedError, SpeedError
 
 JOINT = "j3"
 
@@ -35,6 +36,35 @@ def test_versions_are_counted_from_one_and_called_after_the_effect_that_made_the
     with pytest.raises(Problem) as unknown:
         stored.model("m9")
     assert unknown.value.status == 404
+
+
+def test_each_joint_has_its_own_number_of_samples(stored):
+    """The document's is over all joints."""
+    shown = stored.model(stored.story.versions[0].id)
+    assert shown.samples_of(JOINT) == shown.document.samples
+    of_joint = {"relative_error": 0.1, "relative_error_validation": None}
+    document = shown.document.model_copy(
+        update={
+            "samples": 300,
+            "joints": (*shown.document.joints, shown.document.joints[0].model_copy(update={"joint": "j4"})),
+            "speeds": (
+                SpeedError(
+                    range="all",
+                    from_=0.0,
+                    to=1.0,
+                    samples=300,
+                    joints=(
+                        JointSpeedError(joint=JOINT, samples=180, **of_joint),
+                        JointSpeedError(joint="j4", samples=120, **of_joint),
+                    ),
+                    **of_joint,
+                ),
+            ),
+        }
+    )
+    assert [replace(shown, document=document).samples_of(name) for name in (JOINT, "j4")] == [180, 120]
+    without = document.model_copy(update={"speeds": ()})
+    assert replace(shown, document=without).samples_of("j4") == 150
 
 
 def test_before_the_first_fit_there_is_no_current_version(experiments):

@@ -63,6 +63,9 @@ def test_motion_is_predicted_when_asked_for_and_stands_beside_the_torque(importe
     refused = with_gains(client, experiment, "joints: 5\n")
     assert refused.status_code == 422
     assert refused.json()["detail"] == "gains.yaml line 1: joints: must be a list, [...], not 5."
+    beside = client.post(use, data={"driven_by": "torque"}, files={"gains": ("gains.yaml", "joints: 5\n")})
+    assert beside.status_code == 422
+    assert beside.json()["detail"] == "Choose “gains from a file”, or take the file gains.yaml away."
     answer = with_gains(client, experiment, "joints:\n  - {joint: j1, position: 1.0, velocity: 0.5}\n")
     (job,) = set(re.findall(r"job=([0-9a-f]+)", answer.text))
     assert "no column 'qref1' with the reference" in finished(client, {"id": job, "state": "queued"})["words"]
