@@ -4,6 +4,7 @@ the fit.
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from identify.effects.catalogue import KnownEffects
 from identify.effects.model import Model, Term
 from identify.effects.motion import JointSummary
 from identify.effects.payload_errors import PayloadMass
+from identify.estimation import forked
 from identify.estimation.constrained import admissible_columns, admissible_fit
 from identify.estimation.fitted_model import FittedModel
 from identify.estimation.least_squares import LeastSquares, least_squares
@@ -111,17 +113,21 @@ def fit_model(
         if last is not None and list(last.slots) == slots and fitted and fitted.same_as(last.load_from):
             observation = last.observation
         else:
-            observation = observe(record, chosen, slots, fitted)
+            observation = observe(record, chosen, slots, fitted, by_joint=True)
         starts = [_place(choices, settled.get(t.key)) for t, choices in zip(active, variants, strict=True)]
         picked = choose_constants(observation, variants, inertial, starts)
         searched = observation
-        observation, fit = _fit_chosen(searched, variants, picked, inertial, summaries)
+        narrowed: dict[tuple[int, ...], Observation] = {}
+        fit_of = partial(_fit_chosen, searched, variants, narrowed, inertial, summaries)
+        # what the search found best without bounds need not be best inside them; mostly both are asked for
+        at_once = [picked, starts] if picked != starts and forked.dividing() > 1 else [picked]
+        fit, *others = forked.each(fit_of, at_once, kept=True)
         _require_torque_in_motion(record, chosen, fit)
         if fit.free is not None and picked != starts:
-            # what the search found best without bounds need not be best inside them
-            other, kept = _fit_chosen(searched, variants, starts, inertial, summaries)
+            kept = others[0] if others else fit_of(starts)
             if _left(kept) < _left(fit):
-                observation, fit, picked = other, kept, starts
+                fit, picked = kept, starts
+        observation = narrowed.get(tuple(picked)) or _chosen(searched, variants, picked)
         for term, choices, pick in zip(active, variants, picked, strict=True):
             settled[term.key] = choices[pick]
         result = FittedModel(
@@ -173,21 +179,33 @@ def _left(fit: LeastSquares) -> float:
     return float(np.sum((fit.residual / norm) ** 2))
 
 
+def _chosen(
+    observation: Observation, variants: Sequence[Sequence[dict[str, float]]], picked: Sequence[int]
+) -> Observation:
+    """The observation with the columns of one choice of each term's constants."""
+    if not any(len(choices) > 1 for choices in variants):
+        return observation
+    firsts = np.concatenate([[0], np.cumsum([len(choices) for choices in variants])])[:-1]
+    return only_slots(observation, [int(s) + p for s, p in zip(firsts, picked, strict=True)])
+
+
 def _fit_chosen(
     observation: Observation,
     variants: Sequence[Sequence[dict[str, float]]],
-    picked: Sequence[int],
+    narrowed: dict[tuple[int, ...], Observation],
     inertial: bool,
     summaries: Sequence[JointSummary],
-) -> tuple[Observation, LeastSquares]:
-    """The fit with one choice of each term's constants, its parameters inside what they can be."""
-    if any(len(choices) > 1 for choices in variants):
-        firsts = np.concatenate([[0], np.cumsum([len(choices) for choices in variants])])[:-1]
-        observation = only_slots(observation, [int(s) + p for s, p in zip(firsts, picked, strict=True)])
+    picked: Sequence[int],
+) -> LeastSquares:
+    """The fit with one choice of each term's constants, its parameters inside what they can be.
+
+    narrowed : gets the observation with the columns of that choice
+    """
+    observation = narrowed[tuple(picked)] = _chosen(observation, variants, picked)
     if not inertial:
-        return observation, least_squares(observation, np.arange(observation.base, observation.width))
+        return least_squares(observation, np.arange(observation.base, observation.width))
     fit = least_squares(observation)
-    return observation, admissible_fit(observation, fit, admissible_columns(observation, summaries))
+    return admissible_fit(observation, fit, admissible_columns(observation, summaries))
 
 
 def _without_load(term: Term) -> bool:
