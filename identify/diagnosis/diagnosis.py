@@ -164,7 +164,7 @@ def diagnose_record(
                 here = best = best.again(refusals, least)
                 continue
             else:
-                other = exchanged(here, refusals, doubts, tried)
+                other = exchanged(here, fits, refusals, doubts, tried)
                 if other is None:
                     break
                 present, added = fits(other, present)

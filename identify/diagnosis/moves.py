@@ -6,7 +6,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from identify.diagnosis.caution import load_siblings
-from identify.diagnosis.finding import Finding
+from identify.diagnosis.deciding_constants import DROP_PER_PARAMETER, FOLDS
+from identify.diagnosis.finding import Finding, gained
+from identify.diagnosis.held_out import folds_of_motion, held_out_errors
 from identify.diagnosis.pairs import Addition
 from identify.diagnosis.refusals import Key, Refusals
 from identify.diagnosis.screening import Screening
@@ -196,6 +198,7 @@ def without_harmful(
 
 def exchanged(
     state: State,
+    fits: Fits,
     refusals: Refusals,
     doubts: dict[Key, tuple[str, ...]],
     tried: set[tuple[Key, Key]],
@@ -218,6 +221,8 @@ def exchanged(
     )
     for place, ((term, judged), better) in enumerate(zip(added, replacements, strict=True)):
         if better is None or better[0].key in refusals.present(added) or (term.key, better[0].key) in tried:
+            better = _better_refitted(state, fits, place, refusals, tried)
+        if better is None:
             continue
         tried.add((term.key, better[0].key))
         refusals.refuse(term, judged, [*added, better])
@@ -229,3 +234,51 @@ def exchanged(
         doubts[better[0].effect.name, better[1]] = tuple({term.effect.name} & set(siblings))
         return [*added[:place], better, *added[place + 1 :]]
     return None
+
+
+def _better_refitted(
+    state: State, fits: Fits, place: int, refusals: Refusals, tried: set[tuple[Key, Key]]
+) -> tuple[Term, int] | None:
+    """An effect seen over the same variable as an added term, with no more parameters, that does better in its place by what a
+    parameter must bring once the model is fitted with it; None where there is none.
+
+    Others of that variable have constants that were chosen beside the term: a Stribeck velocity beside a cube of the speed bends
+    so that the cube fits best. Only where there are such is the model fitted anew.
+    """
+    selection, present = state.screening.selection, state.present
+    term, judged = state.added[place]
+    rest = [row for row in state.added if row != (term, judged)]
+    summary, variable = present.record.summaries[term.joint], term.effect.variable
+    if not any(
+        each.effect.variable == variable and joint == judged and len(each.effect.grid(summary)) > 1
+        for each, joint in rest
+    ):
+        return None
+    widest = len(term.effect.parameters_of(summary, dict(term.constants or ())))
+    widest += len(term.constants or ())
+    # the present constants follow once more, as those of a model with another effect do
+    around, _ = fits(state.added, present)
+    error = min(_held_out(each, judged) for each in (present, around))
+    least = (1 - gained(DROP_PER_PARAMETER)) * error**2
+    for finding in state.listed[judged]:
+        candidate = finding.candidate
+        if (
+            candidate.term.effect.variable != variable
+            or candidate.declared_load is not term.effect.declared_load
+            or candidate.complexity(selection.observation, finding.variant) > widest
+            or candidate.term.key in refusals.present(state.added)
+            or (term.key, candidate.term.key) in tried
+        ):
+            continue
+        tried.add((term.key, candidate.term.key))
+        other = candidate.term.chosen(candidate.constants[finding.variant])
+        wider, _ = fits([*rest, (other, judged)], present)
+        if _held_out(wider, judged) ** 2 < least:
+            return other, judged
+    return None
+
+
+def _held_out(fitted: FittedModel, joint: int) -> float:
+    """Relative error of a joint on folds of motion that its fit did not see."""
+    folds = folds_of_motion(fitted.observation, FOLDS)
+    return held_out_errors(fitted.observation, fitted.fit.weights, folds)[joint]

@@ -7,16 +7,16 @@ from types import SimpleNamespace
 import pytest
 
 from identify.diagnosis import moves
-from identify.diagnosis.moves import Fits, State, verified, without_harmful
+from identify.diagnosis.moves import Fits, State, _better_refitted, verified, without_harmful
 from identify.diagnosis.refusals import Refusals
 from identify.diagnosis.screening import Screening
 from identify.effects.model import Term
 from identify.effects.position import JointSpring
-from identify.effects.viscous import Stribeck, ViscousAsymmetric
+from identify.effects.viscous import Stribeck, ViscousAsymmetric, ViscousCubic, ViscousQuadratic
 from identify.estimation.fitting import fit_model
 from identify.estimation.requested_model import open_record, requested_model
 from identify.recording import load_experiment
-from tests.plants.single_joint import record, write_experiment
+from tests.plants.single_joint import Joint, record, write_experiment
 
 SPRING, LEAN = (Term(JointSpring(), 0), 0), (Term(ViscousAsymmetric(), 0), 0)
 
@@ -100,3 +100,25 @@ def test_of_two_joints_that_asked_for_one_term_only_the_one_that_justifies_it_ha
     added = verified(fits, fitted, [(term, 0), (term, 1)], refusals, [0.0, 0.0])  # type: ignore[arg-type]
     assert added == [(term, 1)]
     assert refusals.present(added) == set()
+
+
+@pytest.mark.parametrize(
+    ("wrong", "right"), [(ViscousCubic(), "viscous-quadratic"), (ViscousQuadratic(), None)]
+)
+def test_what_stands_in_the_place_of_another_is_judged_with_constants_that_follow(tmp_path, wrong, right):
+    """A Stribeck velocity that was chosen beside a cube of the speed is another than beside the square that is the cause."""
+    hidden, quiet = {"viscous-quadratic": 0.3, "stribeck": 0.4}, Joint(command_noise=0.005, slow_noise=0.0005)
+    made = record(hidden, joint=quiet, duration=20.0, rate=250.0, repeats=1, payload_masses=(0.0,))
+    opened = open_record(load_experiment(write_experiment(tmp_path / "joint", made)), "usual")
+    usual = fit_model(opened, requested_model(opened, "usual", ()))
+    fits, refusals = Fits(usual), Refusals()
+    curve = Term(Stribeck(), 0).chosen(Stribeck().grid(opened.summaries[0])[1])
+    present, added = fits([(Term(wrong, 0), 0), (curve, 0)], usual)
+    screening = Screening.of(present)
+    state = State.of(screening, added, {}, refusals, [0.0])
+    better = _better_refitted(state, fits, 0, refusals, set())
+    assert (None if better is None else better[0].effect.name) == right
+    # with no constants that could follow nothing is fitted anew
+    alone, only = fits([(Term(wrong, 0), 0), SPRING], usual)
+    nothing = State.of(Screening.of(alone), only, {}, refusals, [0.0])
+    assert _better_refitted(nothing, fits, 0, refusals, set()) is None
