@@ -79,7 +79,7 @@ def test_a_wrong_effect_that_helps_the_torque_and_hurts_the_motion_is_told(distu
             known[effects] = unseen_motion(fitted)
         return known[effects]
 
-    for module in (motion_judgement, simulate):
+    for module in (sys.modules[unseen_motion.__module__], simulate):
         monkeypatch.setattr(module, "unseen_motion", judged_once)
     experiment = load_experiment(disturbed)
     usual, wider = identify(experiment, "usual"), identify(experiment, "usual", ["friction-position"])
