@@ -121,6 +121,7 @@ class PayloadSession:
         """what is to be known of this computer and of the drives' set-up, once the rig was checked"""
         self._changed = threading.Condition()
         self._closing = threading.Event()
+        self._closer = threading.Lock()
         self.processes: SessionProcesses | None = None
         """once the rig was checked"""
         self._threads: list[threading.Thread] = []
@@ -286,10 +287,20 @@ class PayloadSession:
         return self.state
 
     def close(self) -> None:
-        """End everything: stop if need be, and wait for the processes. Harmless when repeated."""
+        """End everything: stop if need be, and wait for the processes. Harmless when repeated, also by several threads
+        at once: who comes later waits until all is closed."""
         self.stop("the session was closed")
         self.wait(_CLOSE_TIMEOUT)
         self._closing.set()
+        # A thread of the session's own is waited for by who closes it, and must not wait for them.
+        if not self._closer.acquire(blocking=threading.current_thread() not in self._threads):
+            return
+        try:
+            self._close()
+        finally:
+            self._closer.release()
+
+    def _close(self) -> None:
         if self.processes is not None:
             self.processes.end(_CLOSE_TIMEOUT)
         for thread in self._threads:

@@ -4,6 +4,8 @@ import json
 import re
 import shutil
 import subprocess
+import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import can
 import h5py
@@ -199,6 +201,33 @@ def test_lost_and_late_answers_are_marked_exactly(rig, armed_session):
     assert cycle[(valid & 4) != 0].tolist() == [2500, 2600]
     assert (valid[(valid & 4) != 0] & 3 == 3).all()
     assert (counters["lost"], counters["late"]) == ([3], [2])
+
+
+def test_two_threads_that_close_a_session_at_once_close_it_once_and_both_wait(
+    rig, armed_session, monkeypatch
+):
+    """A service that ends closes a session that somebody has just closed: one of them met a pipe that was gone."""
+    session = armed_session(rig)
+    closed, inside = session.processes.close, threading.Lock()
+    reached, other_back, clashes = threading.Event(), threading.Event(), []
+
+    def watched():
+        if not inside.acquire(blocking=False):
+            clashes.append("both at once")
+            return
+        reached.set()
+        other_back.wait(0.5)
+        closed()
+        inside.release()
+
+    monkeypatch.setattr(session.processes, "close", watched)
+    with ThreadPoolExecutor(2) as threads:
+        first = threads.submit(session.close)
+        assert reached.wait(60)
+        threads.submit(session.close).add_done_callback(lambda _: other_back.set())
+        first.result(60)
+    assert other_back.is_set()
+    assert not clashes
 
 
 def test_a_second_session_takes_the_next_number(rig, armed_session):
