@@ -232,8 +232,7 @@ class Motion:
         if self._cut is not None:
             seen = "and was read back as off" if report.off else "and was not read back as off"
             sentence = f"{sentence}; {because}: power was cut by every means {seen}"
-        self._report_alarm(report)
-        alarm = self._for_a_person(report)
+        alarm = self._report_alarm(report)
         if alarm:
             sentence = f"{sentence}; {alarm}"
         cause = reason.cause
@@ -252,11 +251,12 @@ class Motion:
         if restart is not None:
             self._story.explain(restart)
 
-    def _report_alarm(self, report: PowerReport) -> None:
-        """Say what a person must do; or take it back, once every drive was read back as off."""
+    def _report_alarm(self, report: PowerReport) -> str:
+        """Say what a person must do; or take it back, once every drive was read back as off. What was said."""
         alarm = self._for_a_person(report)
         if alarm != self._acquisition.alarm:
             self._alarm(alarm)
+        return alarm
 
     def _for_a_person(self, report: PowerReport) -> str:
         """What a person must do now; empty where every axis has no power and rests, as far as is known."""

@@ -116,8 +116,8 @@ class PayloadSession:
         self._ring = f"{rig.name[:24]}-{secrets.token_hex(6)}"
         self._clock_source = ""
         self._controllers: ControllerFile | None = None
-        self.remarks: tuple[str, ...] = ()
         self._held_before: Mapping[int, HeldSettings] = {}
+        self.remarks: tuple[str, ...] = ()
         """what is to be known of this computer and of the drives' set-up, once the rig was checked"""
         self._changed = threading.Condition()
         self._closing = threading.Event()

@@ -10,9 +10,9 @@ from daq.safety import StopCause
 from drivers.bus import BusSettings, open_bus
 from drivers.cia402 import Command, Mode, State
 from drivers.emergency import Emergency
-from drivers.errors import DriveError
 from drivers.process_data import TARGET_TORQUE
 from drivers.simulated import process_image as slot
+from tests.drivers.refused_writes import refuse_writes
 
 
 @pytest.fixture
@@ -132,15 +132,7 @@ def test_drives_of_a_process_that_died_get_back_what_it_had_kept(still_rig, powe
 
 def test_what_cannot_be_put_back_is_said_by_joint(still_rig, powered, monkeypatch):
     drives = set_up(still_rig)
-    (drive,) = drives.drives
-    whole = drive.sdo.write_bytes
-
-    def refusing(index, subindex, data, what=""):
-        if index == 0x1017:
-            raise DriveError(drive.node, what, index=index, received="the drive refused: read only")
-        whole(index, subindex, data, what)
-
-    monkeypatch.setattr(drive.sdo, "write_bytes", refusing)
+    refuse_writes(monkeypatch, drives.drives[0], 0x1017)
     assert drives.close() == ["joint j3 (node 3): it keeps 0x1017:00"]
 
 

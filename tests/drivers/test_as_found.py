@@ -11,6 +11,7 @@ from drivers.cia402 import Mode
 from drivers.errors import DriveError
 from drivers.process_data import TARGET_TORQUE, read_pdo
 from drivers.simulated.oddities import OdditySettings
+from tests.drivers.refused_writes import refuse_writes
 
 CSP = Mode.CYCLIC_SYNCHRONOUS_POSITION
 OF_ITS_OWN_MASTER = {
@@ -122,14 +123,7 @@ def test_commands_and_what_is_written_to_stay_are_not_put_back(found):
 def test_what_a_drive_does_not_take_back_is_named_and_the_rest_is_put_back(found, monkeypatch):
     drive, before = found
     set_up(drive)
-    whole = drive.sdo.write_bytes
-
-    def refusing(index, subindex, data, what=""):
-        if index == 0x1006:
-            raise DriveError(drive.node, what, index=index, received="the drive refused: read only")
-        whole(index, subindex, data, what)
-
-    monkeypatch.setattr(drive.sdo, "write_bytes", refusing)
+    refuse_writes(monkeypatch, drive, 0x1006)
     assert drive.as_found.put_back() == ["0x1006:00"]
     after = held(drive)
     assert {address for address in before if after[address] != before[address]} == {(0x1006, 0, "uint32")}
